@@ -5,7 +5,7 @@
 //! element-steps per second and core. The block is sheared and stretched, so that fibres are in tension and bulk
 //! viscosity acts.
 
-use contuse::mechanics::element::{ElementKind, ReferenceGeometry};
+use contuse::mechanics::element::ReferenceGeometry;
 use contuse::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
@@ -17,8 +17,9 @@ use contuse::mechanics::material::{
     Volumetric, Weiss, Yeoh,
 };
 use contuse::mechanics::tensor::{Mat3, Vec3};
-use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
+use contuse::mesh::{CellKind, Mesh};
+use contuse::scene::elements::element_of;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use std::fmt;
@@ -95,11 +96,12 @@ enum Memory {
     Viscosity,
 }
 
-/// One row of the table: a law, a formulation, a size.
+/// One row of the table: a law, a formulation, a kind of cell, a number of hexahedra, which other cells split.
 #[derive(Clone, Copy)]
 struct Case {
     law: Law,
     formulation: Formulation,
+    kind: CellKind,
     counts: [u32; 3],
 }
 
@@ -109,9 +111,11 @@ impl fmt::Display for Case {
         let formulation = match self.formulation {
             Formulation::MeanDilatation => "mean dilatation",
             Formulation::Full => "full",
+            Formulation::NodalPressure => "nodal pressure",
             Formulation::Reduced => "reduced",
         };
-        write!(f, "{law}, {formulation}, {}", self.counts.iter().product::<u32>())
+        let cells = self.kind.table().name;
+        write!(f, "{law}, {formulation}, {cells}, {}", self.counts.iter().product::<u32>())
     }
 }
 
@@ -130,7 +134,18 @@ fn cases() -> impl Iterator<Item = Case> {
         (Law::HolzapfelGasserOgden, Formulation::Full),
         (Law::HolzapfelGasserOgden, Formulation::Reduced),
     ];
-    let of_size = move |counts| kinds.map(|(law, formulation)| Case { law, formulation, counts });
+    let hexahedra = kinds.map(|(law, formulation)| (law, formulation, CellKind::Hex8));
+    let others = [
+        (Law::NeoHookean, Formulation::MeanDilatation, CellKind::Wedge6),
+        (Law::NeoHookean, Formulation::MeanDilatation, CellKind::Tet10),
+        (Law::NeoHookean, Formulation::NodalPressure, CellKind::Tet4),
+        (Law::NeoHookean, Formulation::Full, CellKind::Tet4),
+    ];
+    let all = hexahedra.into_iter().chain(others).collect::<Vec<_>>();
+    let of_size = move |counts| {
+        let all = all.clone();
+        all.into_iter().map(move |(law, formulation, kind)| Case { law, formulation, kind, counts })
+    };
     SIZES.into_iter().flat_map(of_size)
 }
 
@@ -228,6 +243,12 @@ impl Bench {
         let size = Vec3::from(case.counts.map(|n| 1e-3 * f64::from(n)));
         let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
         let (shear_viscosity, memory) = memory(remembered)?;
+        let mesh = match case.kind {
+            CellKind::Hex8 => mesh,
+            CellKind::Wedge6 => mesh.split_to_wedges(),
+            CellKind::Tet4 => mesh.split_to_tetrahedra(),
+            CellKind::Tet10 => mesh.split_to_tetrahedra().to_quadratic_tetrahedra(),
+        };
         let parameters = BlockParameters {
             material: material(case.law)?,
             formulation: case.formulation,
@@ -239,16 +260,18 @@ impl Bench {
             erosion: None,
         };
         // The block of elements.
-        let hexes = mesh.cells.hexes()?;
-        let corners = |e: usize| hexes[e].map(|node| mesh.nodes[node as usize]);
-        let input = |e: usize| BlockInput {
-            element: e as u32,
-            nodes: hexes[e].to_vec(),
-            corners: corners(e).to_vec(),
-            axes: Mat3::identity(),
-            geometry: ReferenceGeometry::new(ElementKind::Hex8, &corners(e)),
+        let kind = element_of(case.kind)?;
+        let input = |e: usize| {
+            let corners = mesh.cells.points(e, &mesh.nodes).to_vec();
+            BlockInput {
+                element: e as u32,
+                nodes: mesh.cells.nodes(e).to_vec(),
+                geometry: ReferenceGeometry::new(kind, &corners),
+                corners,
+                axes: Mat3::identity(),
+            }
         };
-        let inputs: Vec<BlockInput> = (0..hexes.len()).map(input).collect();
+        let inputs: Vec<BlockInput> = (0..mesh.cells.len()).map(input).collect();
         let blocks = [ElementBlock::new(0, parameters, 0, &inputs).ok()?];
         let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
         let mut history = ElementForces::no_history(&blocks);
@@ -310,7 +333,8 @@ fn viscosity(bencher: Bencher, case: Case) {
 /// of a chunk suffices.
 #[divan::bench(args = SIZES, consts = [false, true])]
 fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
-    let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
+    let (law, formulation) = (Law::MooneyRivlin, Formulation::MeanDilatation);
+    let case = Case { law, formulation, kind: CellKind::Hex8, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.evaluate();
     let limit = if SLOW { f64::MAX } else { 0.0 };
@@ -323,7 +347,8 @@ fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
 /// The sum of the chunks' forces at each node.
 #[divan::bench(args = SIZES)]
 fn assembly(bencher: Bencher, counts: [u32; 3]) {
-    let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
+    let (law, formulation) = (Law::MooneyRivlin, Formulation::MeanDilatation);
+    let case = Case { law, formulation, kind: CellKind::Hex8, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.evaluate();
     let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);

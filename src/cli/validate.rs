@@ -104,7 +104,7 @@ fn write_bodies(bodies: &[BodySummary], out: &mut dyn Write) -> io::Result<()> {
         let size: Vec<String> = low.iter().zip(high).map(|(a, b)| format!("{:.4}", b - a)).collect();
         writeln!(
             out,
-            "body {}: {} hex8, {} nodes, {:.6e} kg, {:.6e} m³, {} m",
+            "body {}: {} elements, {} nodes, {:.6e} kg, {:.6e} m³, {} m",
             body.name,
             body.elements,
             body.nodes,

@@ -138,11 +138,7 @@ impl Fields {
 }
 
 /// Σ_q N_a V_q value_q of each node of elements of one kind: `[node][lane]`.
-fn corner_sums(
-    kind: ElementKind,
-    volume: &PointScalar,
-    values: &PointScalar,
-) -> [[f64; BATCH]; MOST_NODES] {
+fn corner_sums(kind: ElementKind, volume: &PointScalar, values: &PointScalar) -> [[f64; BATCH]; MOST_NODES] {
     let mut sums = [[0.0; BATCH]; MOST_NODES];
     for (q, (volume, values)) in volume.iter().zip(values).enumerate().take(kind.point_count()) {
         let weighted: [f64; BATCH] = std::array::from_fn(|lane| volume[lane] * values[lane]);

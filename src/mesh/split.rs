@@ -51,7 +51,9 @@ impl Mesh {
     #[must_use]
     pub fn split_to_wedges(&self) -> Mesh {
         self.split(CellKind::Wedge6, |hex| {
-            [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]].map(|wedge| wedge.map(|corner| hex[corner]).to_vec()).into()
+            [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]]
+                .map(|wedge| wedge.map(|corner| hex[corner]).to_vec())
+                .into()
         })
     }
 
@@ -129,7 +131,8 @@ mod tests {
 
     #[test]
     fn children_fill_their_hexahedra_and_fit() {
-        let block = Block::uniform(Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0), [2, 3, 4], "b").generate().unwrap();
+        let block =
+            Block::uniform(Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0), [2, 3, 4], "b").generate().unwrap();
         let tetrahedra = block.split_to_tetrahedra();
         assert_eq!(tetrahedra.cells.counts(), [(CellKind::Tet4, 6 * 24)]);
         check(&tetrahedra, 6.0);
@@ -146,7 +149,15 @@ mod tests {
 
     #[test]
     fn neighbours_of_any_orientation_cut_their_face_alike() {
-        let ball = SolidBall { center: Vec3::zeros(), radius_m: 1.0, elements_around: 4, elements_through: 2, grading: 1.0, is_quarter: false, part: "b".into() };
+        let ball = SolidBall {
+            center: Vec3::zeros(),
+            radius_m: 1.0,
+            elements_around: 4,
+            elements_through: 2,
+            grading: 1.0,
+            is_quarter: false,
+            part: "b".into(),
+        };
         let tetrahedra = ball.generate().unwrap().split_to_tetrahedra();
         check(&tetrahedra, tetrahedra.volume_m3());
         check(&tetrahedra.to_quadratic_tetrahedra(), tetrahedra.volume_m3());

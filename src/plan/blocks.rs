@@ -66,7 +66,8 @@ pub(super) fn add_blocks(
         });
     }
     for (place, inputs) in inputs.iter().enumerate().filter(|(_, inputs)| !inputs.is_empty()) {
-        let (entry, kind) = (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
+        let (entry, kind) =
+            (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
         let (part, material) = (&document.parts[entry], &body.materials[entry]);
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },

@@ -179,12 +179,14 @@ fn is_loaded(document: &SceneDocument) -> bool {
         || document.preload.is_some()
 }
 
-/// Under gravity nothing stays quiet, and where everything is in motion from the start nothing is.
+/// Under gravity nothing stays at rest, and where everything is in motion from the start nothing is; elements that are not local may have
+/// forces while their nodes rest.
 fn skips_inactive_elements(document: &SceneDocument, parts: &Parts) -> bool {
     let rests = |node: u32| [&parts.u, &parts.v].iter().all(|values| values[node as usize] == Vec3::zeros());
     let mut meshes = parts.bodies.iter().filter(|body| body.rigid.is_none());
     !document.keeps(Keep::InactiveElements)
         && !is_loaded(document)
+        && parts.blocks.iter().all(|block| block.parameters.is_local())
         && !parts.bodies.iter().any(|body| parts.loads.act_on(body))
         && meshes.any(|body| body.nodes.clone().any(rests))
 }

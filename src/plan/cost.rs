@@ -18,9 +18,8 @@ pub(super) fn element_steps_per_s(block: &ElementBlock, evaluated_bytes: usize) 
 
 /// Run time on one core [s] if every element is swept in every step, without recording.
 pub(super) fn run_time_s(plan: &Plan, steps: u64, evaluated_bytes: usize) -> f64 {
-    let evaluate = |block: &ElementBlock| {
-        block.elements.len() as f64 / element_steps_per_s(block, evaluated_bytes)
-    };
+    let evaluate =
+        |block: &ElementBlock| block.elements.len() as f64 / element_steps_per_s(block, evaluated_bytes);
     let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().map(move |pair| (contact, pair)));
     let load = StepLoad {
         elements: plan.element_count(),

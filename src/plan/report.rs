@@ -278,6 +278,7 @@ fn of_block(
         formulation: match p.formulation {
             Formulation::MeanDilatation => "mean dilatation",
             Formulation::Full => "full integration",
+            Formulation::NodalPressure => "averaged nodal pressure (all elements in every step)",
             Formulation::Reduced => "one point, stabilised",
         }
         .into(),

@@ -3,7 +3,7 @@
 use super::parts::{CompileError, Parts};
 use super::statics::Statics;
 use super::{Explicit, Implicit, Integrator, SystemSize};
-use crate::mechanics::sparse::{SparseError, Unknowns};
+use crate::mechanics::sparse::Unknowns;
 use crate::scene::document::{IntegratorDocument, SceneDocument};
 
 /// Default smallest implicit step, as a fraction of the step [-].
@@ -53,10 +53,14 @@ pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result
 }
 
 /// The unknowns of implicit steps, in the order of elimination.
-fn unknowns(parts: &Parts) -> Result<Unknowns, SparseError> {
+fn unknowns(parts: &Parts) -> Result<Unknowns, CompileError> {
+    if let Some(block) = parts.blocks.iter().find(|block| !block.parameters.is_local()) {
+        return Err(CompileError::NoTangent { body: parts.bodies[block.body].name.clone() });
+    }
     let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
     let elements = parts.bodies.iter().flat_map(|body| body.cells.iter());
-    Unknowns::with_followers(parts.X.len(), is_free, elements.map(|cell| cell.nodes), parts.followers.clone())
+    let nodes = elements.map(|cell| cell.nodes);
+    Ok(Unknowns::with_followers(parts.X.len(), is_free, nodes, parts.followers.clone())?)
 }
 
 /// Options of equilibrium without mass, with the step and the smallest step [s] of the pseudo-time.

@@ -1,10 +1,11 @@
 //! Which kinds of cells have a finite element, and in which formulations; the only place that decides this.
 
 use super::SceneBody;
-use super::document::BodyDocument;
+use super::document::{BodyDocument, PartDocument, SceneDocument};
 use super::problem::{Pointer, Problem};
 use super::validate::Findings;
 use crate::mechanics::element::ElementKind;
+use crate::mechanics::force::Formulation;
 use crate::mesh::{CellKind, Mesh};
 
 /// The finite element of a kind of cell, with the same nodes in the same order; `None` if there is none.
@@ -13,7 +14,7 @@ pub fn element_of(kind: CellKind) -> Option<ElementKind> {
         CellKind::Hex8 => Some(ElementKind::Hex8),
         CellKind::Wedge6 => Some(ElementKind::Wedge6),
         CellKind::Tet10 => Some(ElementKind::Tet10),
-        CellKind::Tet4 => None,
+        CellKind::Tet4 => Some(ElementKind::Tet4),
     }
 }
 
@@ -40,28 +41,96 @@ pub(super) fn refusal(mesh: &Mesh, here: &Pointer) -> Option<Problem> {
     } else {
         "mesh with hexahedra of first order"
     };
-    without_element(mesh).map(|message| {
-        Problem::error("bad_mesh", here, message).limit(kinds_with_element()).remedy(remedy)
-    })
+    without_element(mesh)
+        .map(|message| Problem::error("bad_mesh", here, message).limit(kinds_with_element()).remedy(remedy))
 }
 
-/// Refuses formulations that elements of their part have not; once for each part and kind.
-pub(super) fn check_formulations(index: usize, document: &BodyDocument, body: &SceneBody, out: &mut Findings) {
+/// Checks what the elements of a body have to offer against what the document asks of them.
+pub(super) fn check(index: usize, document: &SceneDocument, body: &SceneBody, out: &mut Findings) {
     let parts = Pointer::root().key("bodies").index(index).key("parts");
-    for (entry, (part, material)) in document.parts.iter().zip(&body.materials).enumerate() {
-        let Some(written) = part.formulation else { continue };
-        for kind in CellKind::ALL {
-            let Some(element) = element_of(kind) else { continue };
-            let is_of_part = |e: usize| body.part_entry[e] as usize == entry && body.mesh.cells.kind(e) == kind;
-            let count = (0..body.mesh.cells.len()).filter(|e| is_of_part(*e)).count();
-            out.require(count == 0 || part.element(material, element).is_of(element), || {
-                let title = kind.table().title;
-                let message = format!("the part has {count} cells of the kind {title}, which have no such formulation");
-                Problem::error("formulation_of_element", &parts.index(entry).key("formulation"), message)
-                    .value(serde_json::json!(written))
-                    .limit("a formulation that all elements of the part have")
-                    .remedy("leave the formulation out: each kind of element then has its default")
-            });
+    for (entry, part) in document.bodies[index].parts.iter().enumerate() {
+        check_formulation(part, (entry, body), &parts.index(entry), out);
+        if averages_pressure(part, (entry, body)) {
+            check_averaged_pressure(part, &parts.index(entry), out);
         }
+    }
+    if has_averaged_pressure(&document.bodies[index], body) {
+        check_steps(document, out);
+    }
+}
+
+/// Whether elements of a body average pressure over nodes.
+pub fn has_averaged_pressure(document: &BodyDocument, body: &SceneBody) -> bool {
+    document.parts.iter().enumerate().any(|(entry, part)| averages_pressure(part, (entry, body)))
+}
+
+/// The same of the elements of a part.
+fn averages_pressure(part: &PartDocument, (entry, body): (usize, &SceneBody)) -> bool {
+    let averages = |kind| {
+        let formulation = part.element(&body.materials[entry], kind);
+        formulation == Formulation::NodalPressure && Formulation::NodalPressure.is_of(kind)
+    };
+    CellKind::ALL
+        .into_iter()
+        .any(|kind| element_of(kind).is_some_and(averages) && count((entry, body), kind) > 0)
+}
+
+/// Number of cells of a kind in a part.
+fn count((entry, body): (usize, &SceneBody), kind: CellKind) -> usize {
+    let cells = body.mesh.cells.iter().zip(&body.part_entry);
+    cells.filter(|(cell, of)| cell.kind == kind && **of as usize == entry).count()
+}
+
+/// Refuses a formulation that elements of the part have not.
+fn check_formulation(
+    part: &PartDocument,
+    (entry, body): (usize, &SceneBody),
+    here: &Pointer,
+    out: &mut Findings,
+) {
+    let Some(written) = part.formulation else { return };
+    for (kind, element) in CellKind::ALL.into_iter().filter_map(|kind| Some((kind, element_of(kind)?))) {
+        let count = count((entry, body), kind);
+        out.require(count == 0 || part.element(&body.materials[entry], element).is_of(element), || {
+            let title = kind.table().title;
+            let message =
+                format!("the part has {count} cells of the kind {title}, which have no such formulation");
+            Problem::error("formulation_of_element", &here.key("formulation"), message)
+                .value(serde_json::json!(written))
+                .limit("a formulation that all elements of the part have")
+                .remedy("leave the formulation out: each kind of element then has its default")
+        });
+    }
+}
+
+/// What tetrahedra of four nodes have not, since their pressure is not that of one element.
+const REMEDY: &str = "mesh the part with tetrahedra of ten nodes, wedges or hexahedra, or give it the formulation \"full\", which is too \
+                      stiff where nearly incompressible";
+
+fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findings) {
+    for (key, is_there) in [("softening", part.softening.is_some()), ("erosion", part.erosion.is_some())] {
+        out.require(!is_there, || {
+            let message = format!(
+                "the part has tetrahedra of four nodes, which have no {key}: they average pressure over nodes"
+            );
+            Problem::error("averaged_pressure", &here.key(key), message)
+                .limit("elements with a pressure of their own")
+                .remedy(REMEDY)
+        });
+    }
+}
+
+fn check_steps(document: &SceneDocument, out: &mut Findings) {
+    let root = Pointer::root();
+    let is_implicit = document.integrator.is_implicit();
+    for (place, is_there) in
+        [(root.key("integrator"), is_implicit), (root.key("preload"), document.preload.is_some())]
+    {
+        out.require(!is_there, || {
+            let message = "the mesh has tetrahedra of four nodes, which have no tangent: they average pressure over nodes";
+            Problem::error("averaged_pressure", &place, message)
+                .limit("explicit steps without preload, for such elements")
+                .remedy(format!("step explicitly; or {REMEDY}"))
+        });
     }
 }

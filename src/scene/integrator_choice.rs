@@ -7,7 +7,7 @@ use super::SceneBody;
 use super::budget::Budget;
 use super::cost::{FactorSize, StepLoad, element_s};
 use super::document::{IntegratorDocument, SceneDocument};
-use super::elements::element_of;
+use super::elements::{element_of, has_averaged_pressure};
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::Vec3;
@@ -92,6 +92,8 @@ pub fn choose(
 
     let (implicit, why) = if document.needs_explicit_steps() {
         (None, "implicit steps support neither softening nor erosion".to_owned())
+    } else if document.bodies.iter().zip(bodies).any(|(body, made)| has_averaged_pressure(body, made)) {
+        (None, "implicit steps do not support tetrahedra of four nodes".to_owned())
     } else if least.run_time_s >= explicit.run_time_s {
         // Force evaluations alone take longer: no need to analyse the matrix.
         (None, "the force evaluations of implicit steps alone would take longer".to_owned())

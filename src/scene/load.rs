@@ -321,7 +321,7 @@ fn make_body(
     let materials = body.parts.iter().map(PartDocument::law).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
     let made = SceneBody { rigid: None, mesh, refined, materials, part_entry, axes };
-    elements::check_formulations(index, body, &made, out);
+    elements::check(index, document, &made, out);
     Some((made, summary))
 }
 

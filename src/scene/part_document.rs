@@ -115,12 +115,16 @@ impl PartDocument {
     pub fn is_viscous(&self) -> bool {
         self.shear_viscosity_pa_s > 0.0 || self.has_memory()
     }
-    /// The requested element formulation; by default mean dilatation for split laws and full integration for coupled ones.
-    pub fn element(&self, material: &Material, _kind: ElementKind) -> force::Formulation {
+    /// The requested element formulation; by default mean dilatation for split laws, or averaged nodal pressure in elements of one point,
+    /// and full integration for coupled ones.
+    pub fn element(&self, material: &Material, kind: ElementKind) -> force::Formulation {
         match self.formulation {
             Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
             Some(Formulation::Reduced) => force::Formulation::Reduced,
-            None if material.volumetric().is_some() => force::Formulation::MeanDilatation,
+            None if material.volumetric().is_some() => {
+                let mean = force::Formulation::MeanDilatation;
+                if mean.is_of(kind) { mean } else { force::Formulation::NodalPressure }
+            }
             Some(Formulation::Full) | None => force::Formulation::Full,
         }
     }

@@ -254,8 +254,7 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
         let lengths = element_of(cell.kind).map_or(&[][..], ElementKind::lengths);
         lengths.iter().map(along).fold(0.0, f64::max)
     };
-    let rates =
-        plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(rate)));
+    let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(rate)));
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 

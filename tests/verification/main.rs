@@ -6,6 +6,7 @@
 #![allow(non_snake_case, clippy::unwrap_used, clippy::float_cmp)]
 
 mod accuracy;
+mod averaged_pressure;
 mod ball_on_block;
 mod bar_on_wall;
 mod breathing_hollow_ball;
@@ -37,6 +38,7 @@ mod momentum;
 mod mortar;
 mod oblique_soft_ball;
 mod omitted;
+mod other_cells;
 mod parity;
 mod patch_test;
 mod plausible;

@@ -18,9 +18,17 @@ const NU: f64 = 0.3;
 fn ball(n: u32) -> Mesh {
     let (center, part) = (Vec3::zeros(), "ball".into());
     let (elements_around, elements_through) = (n, n / 2);
-    SolidBall { center, radius_m: RADIUS, elements_around, elements_through, grading: 1.0, is_quarter: false, part }
-        .generate()
-        .unwrap()
+    SolidBall {
+        center,
+        radius_m: RADIUS,
+        elements_around,
+        elements_through,
+        grading: 1.0,
+        is_quarter: false,
+        part,
+    }
+    .generate()
+    .unwrap()
 }
 
 /// Frequency of the mode [Hz], found by projecting the displacement on its exact shape.
@@ -79,5 +87,9 @@ fn frequency_with_tetrahedra_of_ten_nodes() {
     let of = |n| look(ball(n).split_to_tetrahedra().to_quadratic_tetrahedra());
     let [coarse, fine] = [4, 8].map(of);
     assert_close(fine, FREQUENCY, 1e-2, "frequency [Hz], tetrahedra of ten nodes, 8 a quarter");
-    assert_order(&[coarse, fine].map(|f| f / FREQUENCY - 1.0), 1.6, "frequency, tetrahedra of ten nodes, 4 to 8 a quarter");
+    assert_order(
+        &[coarse, fine].map(|f| f / FREQUENCY - 1.0),
+        1.6,
+        "frequency, tetrahedra of ten nodes, 4 to 8 a quarter",
+    );
 }

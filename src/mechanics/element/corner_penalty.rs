@@ -162,7 +162,9 @@ mod tests {
         let X = nodal(|i, a| [0.5, 1.0, 0.25][i] * HEX8_CORNERS[a][i]);
         let (mu, bulk) = (3.0, 200.0);
         let u = nodal(|i, a| if i == 2 { -X[2][a] } else { 0.0 });
-        let energy = eval_corner_penalty(Hex8::CORNERS, &X, &u, corner_stiffness::<Hex8, 8, 8>((mu, bulk), 1.0)).energy;
+        let energy =
+            eval_corner_penalty(Hex8::CORNERS, &X, &u, corner_stiffness::<Hex8, 8, 8>((mu, bulk), 1.0))
+                .energy;
         let expected = 0.5 * STIFFNESS * mu + 0.25 * (bulk + 4.0 / 3.0 * mu);
         assert!((energy / expected - 1.0).abs() < 1e-13, "{energy} for {expected}");
     }

@@ -159,8 +159,11 @@ const fn at_points() -> ([[f64; 10]; 4], [[[f64; 3]; 10]; 4]) {
         shapes[q][node] = if a == b { la * (2.0 * la - 1.0) } else { 4.0 * la * lb };
         let mut k = 0;
         while k < 3 {
-            gradients[q][node][k] =
-                if a == b { (4.0 * la - 1.0) * OF_L[a][k] } else { 4.0 * (la * OF_L[b][k] + lb * OF_L[a][k]) };
+            gradients[q][node][k] = if a == b {
+                (4.0 * la - 1.0) * OF_L[a][k]
+            } else {
+                4.0 * (la * OF_L[b][k] + lb * OF_L[a][k])
+            };
             k += 1;
         }
         i += 1;

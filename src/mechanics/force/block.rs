@@ -1,6 +1,7 @@
 //! A block of elements: one body, one law, one formulation.
 
 use super::chunk::Chunk;
+use super::nodal_volumes::NodalVolumes;
 use super::packed::{Elements, with_elements};
 use super::parameters::{BlockError, BlockInput, BlockParameters, Formulation};
 use crate::mechanics::element::{ElementKind, MOST_NODES};
@@ -29,13 +30,15 @@ pub struct ElementBlock {
     pub(super) chunks: Vec<Chunk>,
     /// Global nodes of all chunks, see [`Chunk::nodes`].
     pub(super) chunk_nodes: Vec<u32>,
+    /// Of the formulation that averages pressure over nodes.
+    pub(super) nodal_volumes: Option<NodalVolumes>,
 }
 
 impl ElementBlock {
     /// Packs elements into batches. `first_slot` is the [`ElementBlock::end_slot`] of the block before, 0 for the first.
     ///
     /// # Errors
-    /// Where the elements are not of one kind, or that has not the formulation.
+    /// Where the elements are not of one kind, or that has not the formulation, or the law has not its volumetric energy.
     pub fn new(
         body: usize,
         parameters: BlockParameters,
@@ -49,10 +52,13 @@ impl ElementBlock {
         if !inputs.iter().all(is_of_kind) {
             return Err(BlockError::Kinds);
         }
-        if !parameters.formulation.is_of(kind) {
+        let has_energy = parameters.formulation != Formulation::NodalPressure
+            || parameters.material.volumetric().is_some();
+        if !(has_energy && parameters.formulation.is_of(kind)) {
             return Err(BlockError::Formulation(kind, parameters.formulation));
         }
         let (packed, chunks, chunk_nodes) = Elements::cut(kind, &parameters, inputs);
+        let nodal_volumes = NodalVolumes::new(&parameters, inputs, &chunks, &chunk_nodes);
         let elements = inputs.iter().map(|i| i.element).collect();
         let mut block = Self {
             body,
@@ -64,6 +70,7 @@ impl ElementBlock {
             fibres: Vec::new(),
             chunks,
             chunk_nodes,
+            nodal_volumes,
         };
         for lanes in inputs.chunks(BATCH) {
             block.pack_fibres(lanes);
@@ -145,6 +152,7 @@ impl ElementBlock {
             + self.fibres.len() * size_of::<[Row; 3]>()
             + 4 * (self.elements.len() + self.chunk_nodes.len())
             + self.chunks.len() * size_of::<Chunk>()
+            + self.nodal_volumes.as_ref().map_or(0, NodalVolumes::memory)
     }
 
     /// Fibre directions of a batch, `[family][axis][lane]`.

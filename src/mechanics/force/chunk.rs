@@ -10,6 +10,9 @@ use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
+/// U [J/m³], U′ [Pa] and U″ [Pa], the latter not negative, at a node; or means of them.
+pub(super) type NodalResponse = [f64; 3];
+
 /// A run of consecutive batches of a block.
 #[derive(Clone, Debug)]
 pub(super) struct Chunk {
@@ -79,6 +82,9 @@ pub struct ChunkForces {
     pub(super) u: Vec<Vec3>,
     /// Velocities of the nodes of the chunk, gathered [m/s].
     pub(super) v: Vec<Vec3>,
+    /// ¼ V_e (J_e − 1) summed at the nodes of the chunk [m³], and the responses there; empty where pressure is not averaged over nodes.
+    pub(super) dilatation: Vec<f64>,
+    pub(super) nodal: Vec<NodalResponse>,
     /// Largest stretch rate [1/s]; 0 when it is certain not to matter.
     pub(super) stretch_rate: f64,
     /// No edge or diagonal is shorter than this [m]; 0 when nothing is known.

@@ -3,6 +3,7 @@
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
 use super::internal::{Evaluation, ForceInput, GaussPoints};
+use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
@@ -16,6 +17,8 @@ use crate::mechanics::tensor::Vec3;
 #[derive(Debug)]
 pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,
+    /// Of each block.
+    pub(super) nodal: Vec<NodalState>,
 }
 
 impl ElementForces {
@@ -25,13 +28,22 @@ impl ElementForces {
             let block: &ElementBlock = block;
             (0..block.chunk_count()).map(move |chunk| forces_of_chunk(index, block, chunk))
         };
-        Self { chunks: blocks.iter().enumerate().flat_map(of_block).collect() }
+        Self {
+            chunks: blocks.iter().enumerate().flat_map(of_block).collect(),
+            nodal: blocks.iter().map(|block| NodalState::of(block.nodal_volumes.as_ref())).collect(),
+        }
     }
 
     /// Sweeps every batch that is active.
     pub fn evaluate(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &ForceInput) {
+        self.respond_at_nodes(threads, blocks, input.u);
+        let nodal = &self.nodal;
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
+            if let Some(volumes) = &block.nodal_volumes {
+                let at_nodes = &nodal[chunk.block as usize].response;
+                volumes.gather(&block.chunks[chunk.chunk as usize], at_nodes, &mut chunk.nodal);
+            }
             if chunk.awake != 0 {
                 with_elements!(&block.packed, block.parameters.material; elements, law => {
                     evaluate_chunk(law, elements, block, input, chunk);
@@ -111,9 +123,12 @@ impl ElementForces {
                 + size_of_val(&chunk.u[..])
                 + size_of_val(&chunk.v[..])
                 + size_of_val(&chunk.history[..])
+                + size_of_val(&chunk.dilatation[..])
+                + size_of_val(&chunk.nodal[..])
                 + size_of_val(&chunk.batches[..])
         };
-        self.chunks.iter().map(of_chunk).sum()
+        self.chunks.iter().map(of_chunk).sum::<usize>()
+            + self.nodal.iter().map(NodalState::memory).sum::<usize>()
     }
 }
 
@@ -121,6 +136,7 @@ impl ElementForces {
 fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> ChunkForces {
     let batches = block.chunks[chunk].batches.len();
     let nodes = block.nodes_of_chunk(chunk).len();
+    let averaged = if block.nodal_volumes.is_some() { nodes } else { 0 };
     ChunkForces {
         block: block_index as u32,
         chunk: chunk as u32,
@@ -129,6 +145,8 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
         u: vec![Vec3::zeros(); nodes],
         v: vec![Vec3::zeros(); nodes],
+        dilatation: vec![0.0; averaged],
+        nodal: vec![[0.0; 3]; averaged],
         stretch_rate: 0.0,
         shortest: 0.0,
         history: vec![Row::default(); batches * block.history_rows()],
@@ -166,10 +184,13 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         formulation == Formulation::MeanDilatation && block.parameters.material.volumetric().is_some();
     // Constants stand first, so that no kernel is compiled for an element that has no use for it.
     if const { Formulation::MeanDilatation.is_of(E::KIND) } && has_mean_dilatation {
-        evaluate!(GaussPoints::<true>);
+        evaluate!(GaussPoints::<true, false>);
+    } else if const { Formulation::NodalPressure.is_of(E::KIND) } && formulation == Formulation::NodalPressure
+    {
+        evaluate!(GaussPoints::<true, true>);
     } else if const { Formulation::Reduced.is_of(E::KIND) } && formulation == Formulation::Reduced {
         evaluate!(OnePoint);
     } else {
-        evaluate!(GaussPoints::<false>);
+        evaluate!(GaussPoints::<false, false>);
     }
 }

@@ -3,6 +3,7 @@
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
+use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, Packed};
 use super::parameters::BlockParameters;
 use super::pressure::{
@@ -49,6 +50,8 @@ pub(super) struct BatchLanes<S: Simd, const N: usize, const Q: usize> {
     pub before: [Row; BULK_ROWS],
     /// The same at t_n.
     pub after: [Row; BULK_ROWS],
+    /// Means over the nodes of the elements, where pressure is averaged over nodes.
+    pub of_nodes: [Row; 3],
     /// Room for the first pass.
     pub first_pass: FirstPass<Lane<S>, Q>,
 }
@@ -96,7 +99,9 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         forces.force.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
-        let mut lanes = BatchLanes { nodal: [[zero; N]; 3], before: [zero; 2], after: [zero; 2], first_pass };
+        let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
+        let mut lanes = BatchLanes { nodal, before: [zero; 2], after: [zero; 2], of_nodes, first_pass };
+        let share = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.share);
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
@@ -112,6 +117,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
                 parameters: &block.parameters,
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
+                share,
             };
             let history = i * rows..i * rows + bulk;
             if let Some(before) = before {
@@ -119,6 +125,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             }
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
+            forces.average_over_nodes(nodes, &mut lanes.of_nodes);
             for part in 0..BATCH / S::F64_LANES {
                 formulation.evaluate(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
@@ -138,14 +145,17 @@ pub(super) struct ElementForcePass<'a, L, E: InBlocks<N, Q>, const N: usize, con
     pub parameters: &'a BlockParameters,
     pub fibres: &'a [[Row; 3]],
     pub inverse_step: f64,
+    /// Share of U(J) that is not of the nodes [-].
+    pub share: f64,
 }
 
-/// All points of the element. `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985); else every point its own.
+/// All points of the element. `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985), which with `NODAL` is in part
+/// that of its nodes; else every point its own.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct GaussPoints<const MEAN: bool>;
+pub(super) struct GaussPoints<const MEAN: bool, const NODAL: bool>;
 
-impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementKernel<E, N, Q>
-    for GaussPoints<MEAN>
+impl<const MEAN: bool, const NODAL: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize>
+    ElementKernel<E, N, Q> for GaussPoints<MEAN, NODAL>
 {
     #[inline(always)]
     fn evaluate<S: Simd, L: Law>(
@@ -156,7 +166,7 @@ impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> Elemen
         lanes: &mut BatchLanes<S, N, Q>,
         totals: &mut BatchTotals,
     ) {
-        element.evaluate::<S, MEAN>(simd, part, lanes, totals);
+        element.evaluate::<S, MEAN, NODAL>(simd, part, lanes, totals);
     }
 }
 
@@ -186,7 +196,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
 
 impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass<'_, L, E, N, Q> {
     #[inline(always)]
-    fn evaluate<S: Simd, const MEAN: bool>(
+    fn evaluate<S: Simd, const MEAN: bool, const NODAL: bool>(
         &self,
         simd: S,
         part: usize,
@@ -218,9 +228,22 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
             load!(&lanes.before[0]),
         );
 
+        // Padding stays without stress beside nodes that are not.
+        macro_rules! of_nodes {
+            ($i:expr) => {
+                volume.select_positive(load!(&lanes.of_nodes[$i]), zero)
+            };
+        }
         // Second pass: stresses.
         let U = self.law.volumetric();
         let element_pressure = match U {
+            Some(U) if NODAL => {
+                let own = pressure_at(U, mean, zero);
+                Some(Pressure {
+                    p: shared(self.share, own.p, of_nodes!(1)) - viscous.0,
+                    stiffness: shared(self.share, own.stiffness, of_nodes!(2)),
+                })
+            }
             Some(U) if MEAN => Some(pressure_at(U, mean, viscous.0)),
             _ => None,
         };
@@ -261,7 +284,9 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         }
         strain = strain * E::SCALE;
         if let (true, Some(U)) = (MEAN, U) {
-            strain = volume.mul_add(U.energy(mean), strain);
+            let own = U.energy(mean);
+            let energy = if NODAL { shared(self.share, own, of_nodes!(0)) } else { own };
+            strain = volume.mul_add(energy, strain);
         }
 
         let mut forces = E::nodal_forces(&sums.0);

@@ -17,6 +17,8 @@ mod first_pass;
 mod forces;
 mod internal;
 mod memory;
+mod nodal_pressure;
+mod nodal_volumes;
 mod one_point;
 mod packed;
 mod parameters;

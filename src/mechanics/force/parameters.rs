@@ -11,6 +11,8 @@ pub enum Formulation {
     Full,
     /// The same, and one mean dilatation for the volumetric energy of a split law; coupled laws are integrated fully.
     MeanDilatation,
+    /// One point, and a pressure averaged over the volumes around the nodes, for a split law ([`super::nodal_pressure`]).
+    NodalPressure,
     /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::mechanics::element::Hourglass`]).
     Reduced,
 }
@@ -22,6 +24,7 @@ impl Formulation {
             Self::Full => true,
             // At one point the mean is the point's own.
             Self::MeanDilatation => kind.point_count() > 1,
+            Self::NodalPressure => matches!(kind, ElementKind::Tet4),
             Self::Reduced => matches!(kind, ElementKind::Hex8),
         }
     }
@@ -63,6 +66,10 @@ impl BlockParameters {
     /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
     pub fn is_viscous(&self) -> bool {
         self.shear_viscosity > 0.0 || !self.memory.is_empty()
+    }
+    /// Whether its elements have a tangent of their own, and are at rest wherever their nodes are.
+    pub fn is_local(&self) -> bool {
+        self.formulation != Formulation::NodalPressure
     }
     /// Whether compression has a viscous pressure.
     pub fn has_bulk_viscosity(&self) -> bool {

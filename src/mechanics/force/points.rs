@@ -1,10 +1,11 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the evaluation.
 
 use super::block::ElementBlock;
-use super::chunk::Chunk;
+use super::chunk::{Chunk, NodalResponse};
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
 use super::memory::{Past, Tension, elastic_point, sizes};
+use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, with_elements};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
@@ -109,16 +110,17 @@ impl<'a> PointInput<'a> {
 
 impl ElementBlock {
     /// Visits the batches in which anything has moved: `visit(slots of its elements in this block, points)`, in the order
-    /// of the slots. Where every displacement is exactly zero there is no stress, strain or energy.
+    /// of the slots. Where every displacement is exactly zero there is no stress, strain or energy, unless pressure is averaged over nodes.
     pub fn for_each_moved_batch(&self, input: PointInput, visit: &mut dyn FnMut(Range<usize>, &PointBatch)) {
         let mut points = PointBatch::default();
+        let at_nodes = self.nodal_responses(input.u);
         for b in 0..self.batch_count() {
             let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
             let is_still = |node: &u16| input.u[nodes[*node as usize] as usize] == Vec3::zeros();
-            if self.nodes_of_batch(b).as_flattened().iter().all(is_still) {
+            if self.parameters.is_local() && self.nodes_of_batch(b).as_flattened().iter().all(is_still) {
                 continue;
             }
-            self.eval_points(b, input, &mut points);
+            self.eval_points(b, input, &at_nodes, &mut points);
             visit(self.slots_of(b), &points);
         }
     }
@@ -127,8 +129,9 @@ impl ElementBlock {
     /// the slots.
     pub fn for_each_point(&self, X: &[Vec3], u: &[Vec3], visit: &mut dyn FnMut(u32, usize, &PointField)) {
         let mut points = PointBatch::default();
+        let at_nodes = self.nodal_responses(u);
         for b in 0..self.batch_count() {
-            self.eval_points(b, PointInput::at_rest(u), &mut points);
+            self.eval_points(b, PointInput::at_rest(u), &at_nodes, &mut points);
             for slot in self.slots_of(b) {
                 for q in 0..points.count {
                     let position = self.point_position(slot, q, X);
@@ -172,12 +175,12 @@ impl ElementBlock {
     /// All points of one batch, for those who keep no buffer.
     pub(super) fn points_of(&self, b: usize, u: &[Vec3]) -> Box<PointBatch> {
         let mut points = Box::<PointBatch>::default();
-        self.eval_points(b, PointInput::at_rest(u), &mut points);
+        self.eval_points(b, PointInput::at_rest(u), &self.nodal_responses(u), &mut points);
         points
     }
 
     /// All points of one batch.
-    fn eval_points(&self, b: usize, input: PointInput, points: &mut PointBatch) {
+    fn eval_points(&self, b: usize, input: PointInput, at_nodes: &[NodalResponse], points: &mut PointBatch) {
         let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
         with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(Points {
@@ -188,6 +191,9 @@ impl ElementBlock {
                 reduced: elements.one_point.get(b),
                 fibres: self.fibres_of(b),
                 memory: self.memory_of(b, history),
+                of_nodes: self.nodal_volumes.as_ref().map(|volumes| {
+                    volumes.of_batch(&self.chunks[b / Chunk::BATCHES], &elements.batches[b].nodes, at_nodes)
+                }),
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             eroded: erosion.of_batch(self, b),
@@ -245,6 +251,8 @@ struct PointLaw<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     reduced: Option<&'a E::OnePoint>,
     fibres: &'a [[Row; 3]],
     memory: Option<BatchHistory<'a>>,
+    /// Share s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
+    of_nodes: Option<(f64, [Row; 3])>,
 }
 
 /// One batch at one time.
@@ -328,9 +336,13 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, 
             let response = self.law.eval(k, &fibres[..self.fibres.len()]);
             let j = if self.block.parameters.formulation == Formulation::MeanDilatation { mean } else { k.j };
             let mut psi = response.psi;
-            let (energy, pressure) = match self.law.volumetric() {
-                Some(U) => (U.energy(j), U.pressure(j)),
-                None => (zero, zero),
+            let (energy, pressure) = match (self.law.volumetric(), &self.of_nodes) {
+                (Some(U), Some((share, [energy, pressure, _]))) => (
+                    shared(*share, U.energy(j), load!(energy)),
+                    shared(*share, U.pressure(j), load!(pressure)),
+                ),
+                (Some(U), None) => (U.energy(j), U.pressure(j)),
+                (None, _) => (zero, zero),
             };
             // σ = P Fᵀ / J
             let mut P = response.first_piola(k, pressure);

@@ -5,7 +5,9 @@ use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::mechanics::element::{Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty};
+use crate::mechanics::element::{
+    Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty,
+};
 use crate::mechanics::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
@@ -235,11 +237,13 @@ fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
         let material = laws()[0];
         let (element, mu) = (Element::new(X, material, Formulation::Reduced), material.moduli_at_rest().0);
         let volume = element.mass.iter().sum::<f64>() / DENSITY;
-        let components = |x: &U| -> [[f64; 8]; 3] { std::array::from_fn(|i| std::array::from_fn(|a| x[a][i])) };
+        let components =
+            |x: &U| -> [[f64; 8]; 3] { std::array::from_fn(|i| std::array::from_fn(|a| x[a][i])) };
         for sample in 0..20_000 {
             let u = deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random);
             let evaluated = element.evaluate(&u);
-            let penalty = eval_corner_penalty(Hex8::CORNERS, &components(&X), &components(&u), [1.0, 0.0]).energy;
+            let penalty =
+                eval_corner_penalty(Hex8::CORNERS, &components(&X), &components(&u), [1.0, 0.0]).energy;
             if evaluated.j - 40.0 * evaluated.hourglass / (mu * volume) >= -0.1 {
                 assert!(
                     penalty <= 0.0,

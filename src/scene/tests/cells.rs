@@ -1,4 +1,4 @@
-//! Meshes with cells that have no finite element.
+//! Meshes of other cells than hexahedra.
 
 use super::*;
 
@@ -17,32 +17,64 @@ fn mesh(with_cube: bool) -> Vec<u8> {
 }
 
 /// Problems of a scene whose bodies have such files.
-fn refusals(document: &Value) -> Vec<Problem> {
+fn problems(document: &Value) -> Vec<Problem> {
     let files = Files(vec![("mixed.msh", mesh(true)), ("tips.msh", mesh(false))]);
-    let Problems(found) = load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap_err();
-    found.into_iter().filter(|p| p.code == "bad_mesh").collect()
-}
-
-#[test]
-fn kinds_without_an_element_are_counted_in_every_body_at_once() {
-    let mut document = with("/bodies/0/mesh", json!({"file": {"name": "mixed.msh"}}));
-    set(&mut document, "/bodies/1/mesh", json!({"file": {"name": "tips.msh", "refine": 1}}));
-    let found = refusals(&document);
-    let places: Vec<&str> = found.iter().map(|p| p.pointer.as_str()).collect();
-    assert_eq!(places, ["/bodies/0/mesh/file/name", "/bodies/1/mesh/file/name"], "{found:#?}");
-    for problem in &found {
-        assert_eq!(
-            problem.message,
-            "only eight-node hexahedra have a finite element here, but the mesh has tetrahedron of 4 nodes (2), prism of 6 nodes (1)"
-        );
-        assert_eq!(problem.limit, "eight-node hexahedra");
+    match load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE) {
+        Ok(loaded) => loaded.warnings,
+        Err(Problems(found)) => found,
     }
-    assert!(found[0].remedy.contains("\"parts\"") && !found[1].remedy.contains("\"parts\""), "{found:#?}");
+}
+
+/// A scene whose first body is the mixed mesh, one part of every kind.
+fn mixed() -> Value {
+    let mut document = with("/bodies/0/mesh", json!({"file": {"name": "mixed.msh"}}));
+    set(&mut document, "/bodies/0/parts/0/part", json!("*"));
+    document
+}
+
+fn of_code<'a>(found: &'a [Problem], code: &str) -> Vec<(&'a str, &'a str)> {
+    found.iter().filter(|p| p.code == code).map(|p| (p.pointer.as_str(), p.message.as_str())).collect()
 }
 
 #[test]
-fn parts_of_hexahedra_alone_can_be_chosen_from_a_mixed_file() {
-    let mesh = |part: &str| json!({"file": {"name": "mixed.msh", "parts": [part]}});
-    assert_eq!(refusals(&with("/bodies/0/mesh", mesh("cube"))).len(), 0);
-    assert_eq!(refusals(&with("/bodies/0/mesh", mesh("tip"))).len(), 1);
+fn every_kind_has_its_default_formulation_and_those_that_it_has_not_are_refused() {
+    let found = problems(&mixed());
+    assert!(
+        of_code(&found, "formulation_of_element").is_empty() && of_code(&found, "bad_mesh").is_empty(),
+        "{found:#?}"
+    );
+    let mut document = mixed();
+    set(&mut document, "/bodies/0/parts/0/formulation", json!("reduced"));
+    let found = problems(&document);
+    let refused = of_code(&found, "formulation_of_element");
+    assert_eq!(refused.len(), 2, "{found:#?}");
+    for (place, message) in refused {
+        assert_eq!(place, "/bodies/0/parts/0/formulation");
+        assert!(
+            message.contains("tetrahedron of 4 nodes") || message.contains("prism of 6 nodes"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn what_averaged_pressure_has_not_is_refused_all_at_once() {
+    let mut document = mixed();
+    set(&mut document, "/integrator", json!({"kind": "implicit", "step_s": 1e-5}));
+    set(&mut document, "/bodies/0/parts/0/erosion", json!({"stretch": 2.0}));
+    set(
+        &mut document,
+        "/bodies/0/parts/0/softening",
+        json!({"onset_j_per_m3": 1e5, "fracture_energy_j_per_m2": 1e3}),
+    );
+    let found = problems(&document);
+    let places: Vec<&str> = of_code(&found, "averaged_pressure").iter().map(|(place, _)| *place).collect();
+    assert_eq!(
+        places,
+        ["/bodies/0/parts/0/softening", "/bodies/0/parts/0/erosion", "/integrator"],
+        "{found:#?}"
+    );
+    // Fully integrated they have a tangent.
+    set(&mut document, "/bodies/0/parts/0/formulation", json!("full"));
+    assert!(of_code(&problems(&document), "averaged_pressure").is_empty());
 }

@@ -1,12 +1,14 @@
 //! Estimated cost of a scene, from its counts, its shortest edges and the wave speeds of its materials at rest.
 
 use super::Findings;
+use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::CellKind;
 use crate::scene::SceneBody;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
+use crate::scene::elements::element_of;
 use crate::scene::problem::{Pointer, Problem};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -131,11 +133,11 @@ fn stable_step(length: f64, speed: f64, diffusivity: f64) -> f64 {
 }
 
 /// Characteristic length of an element for the critical time step [m]. For a hexahedron 1/√(Σ 1/L²) over the shortest edge
-/// L along each natural direction, since the fastest mode of a brick has ω² = 4 c² Σ 1/L²; for other kinds the thickness,
-/// which is less than any height.
+/// L along each natural direction, since the fastest mode of a brick has ω² = 4 c² Σ 1/L²; for other kinds 2/√λ, λ the bound of
+/// their gradients against their lumped mass.
 fn crossing_length(kind: CellKind, x: &[Vec3]) -> f64 {
-    if kind != CellKind::Hex8 {
-        return thickness(kind, x);
+    if let Some(element) = element_of(kind).filter(|_| kind != CellKind::Hex8) {
+        return 2.0 / ReferenceGeometry::new(element, x).gradient_bound.sqrt();
     }
     let table = kind.table();
     let mut shortest = [f64::INFINITY; 3];

@@ -4,8 +4,7 @@ mod patch;
 
 use crate::mechanics::element::{Element, ElementKind, Hex8, ReferenceGeometry, Tet4, Tet10, Wedge6};
 use crate::mechanics::force::{
-    BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, Threads,
-    stretch_rate,
+    BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, Threads, stretch_rate,
 };
 use crate::mechanics::material::{CoupledNeoHookean, Material, MooneyRivlin, Volumetric};
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
@@ -24,9 +23,13 @@ fn patches() -> Vec<Patch> {
     let mut all = Vec::new();
     for cells in [patch::tet4(), patch::wedge6(), patch::tet10(0.0), patch::tet10(1.0)] {
         for material in laws() {
-            for formulation in [Formulation::Full, Formulation::MeanDilatation] {
-                if formulation.is_of(cells.kind) {
-                    all.push(Patch::new(cells.clone(), BlockParameters { formulation, ..parameters(material) }));
+            for formulation in [Formulation::Full, Formulation::MeanDilatation, Formulation::NodalPressure] {
+                let is_coupled = formulation == Formulation::NodalPressure && material.volumetric().is_none();
+                if formulation.is_of(cells.kind) && !is_coupled {
+                    all.push(Patch::new(
+                        cells.clone(),
+                        BlockParameters { formulation, ..parameters(material) },
+                    ));
                 }
             }
         }
@@ -48,7 +51,8 @@ fn the_scale_is_that_of_weight_and_derivative() {
     fn error<E: Element<N, Q>, const N: usize, const Q: usize>() -> f64 {
         (E::SCALE * (E::WEIGHT * E::DERIVATIVE.powi(3)).sqrt() - 1.0).abs()
     }
-    let errors = [error::<Hex8, 8, 8>(), error::<Tet4, 4, 1>(), error::<Wedge6, 6, 6>(), error::<Tet10, 10, 4>()];
+    let errors =
+        [error::<Hex8, 8, 8>(), error::<Tet4, 4, 1>(), error::<Wedge6, 6, 6>(), error::<Tet10, 10, 4>()];
     assert!(errors.iter().all(|error| *error < 1e-15), "{errors:?}");
 }
 
@@ -112,7 +116,7 @@ fn a_linear_field_is_in_balance_and_has_one_stress() {
         let u: Vec<Vec3> = X.iter().map(|X| F * X - X).collect();
         let force = patch.force(&u);
         for a in patch.cells.inner.clone() {
-            assert!(force.rows(3 * a, 3).norm() < 1e-12 * force.norm(), "{patch:?}");
+            assert!(force.rows(3 * a, 3).norm() < 1e-12 * force.norm(), "{}", patch.name());
         }
         let point = patch.material().eval_total(&Tensor::from(&(F - Mat3::identity())), &[]);
         let cauchy = Mat3::from(&point.P) * F.transpose() / F.determinant();
@@ -131,7 +135,7 @@ fn a_linear_field_is_in_balance_and_has_one_stress() {
 fn force_is_the_slope_of_the_energy_and_the_tangent_that_of_the_force() {
     for patch in patches() {
         let u = displaced(&patch.cells.X, 0.2);
-        let (f, K) = (patch.force(&u), patch.stiffness(&u));
+        let (f, K) = (patch.force(&u), patch.tangent(&u));
         let h = 1e-8;
         for column in 0..f.len() {
             let side = |step: f64| {
@@ -140,9 +144,14 @@ fn force_is_the_slope_of_the_energy_and_the_tangent_that_of_the_force() {
                 u
             };
             let slope = (patch.energy(&side(h)) - patch.energy(&side(-h))) / (2.0 * h);
-            assert!((slope - f[column]).abs() < 1e-6 * f.norm(), "{slope} for {}, {patch:?}", f[column]);
+            assert!(
+                (slope - f[column]).abs() < 1e-6 * f.norm(),
+                "{slope} for {}, {}",
+                f[column],
+                patch.name()
+            );
             let slope = (patch.force(&side(h)) - patch.force(&side(-h))) / (2.0 * h);
-            assert!((slope - K.column(column)).norm() < 1e-6 * K.norm(), "{patch:?}");
+            assert!((slope - K.column(column)).norm() < 1e-6 * K.norm(), "{}", patch.name());
         }
     }
 }
@@ -172,12 +181,12 @@ fn the_stable_step_is_below_that_of_the_highest_frequency() {
         assert!(patch.mass.iter().all(|m| *m > 0.0));
         for strain in [0.0, 0.1, 0.3] {
             let u = displaced(&patch.cells.X, strain);
-            let K = patch.stiffness(&u);
+            let K = patch.tangent(&u);
             let of = |r: usize| patch.mass[r / 3];
             let scaled = DMatrix::from_fn(K.nrows(), K.nrows(), |r, c| K[(r, c)] / (of(r) * of(c)).sqrt());
             let highest = scaled.symmetric_eigenvalues().max().sqrt();
             let share = 0.5 * patch.evaluated(&u).totals(0).stable_step.0 * highest;
-            assert!((0.2..1.0).contains(&share), "{strain}: h ω/2 = {share}, {patch:?}");
+            assert!((0.2..1.0).contains(&share), "{strain}: h ω/2 = {share}, {}", patch.name());
         }
     }
 }
@@ -185,7 +194,14 @@ fn the_stable_step_is_below_that_of_the_highest_frequency() {
 #[test]
 fn corners_of_wedges_are_kept_from_folding() {
     // One wedge whose corner is pushed beyond the opposite edge of its triangle: the points hardly see it, the penalty does.
-    let X = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    let X = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+    ];
     let cells = Cells {
         kind: ElementKind::Wedge6,
         X: X.map(Vec3::from).to_vec(),
@@ -193,7 +209,10 @@ fn corners_of_wedges_are_kept_from_folding() {
         inner: 0..0,
         is_curved: false,
     };
-    let patch = Patch::new(cells, BlockParameters { formulation: Formulation::MeanDilatation, ..parameters(laws()[0]) });
+    let patch = Patch::new(
+        cells,
+        BlockParameters { formulation: Formulation::MeanDilatation, ..parameters(laws()[0]) },
+    );
     let mut u = vec![Vec3::zeros(); 6];
     assert!(patch.evaluated(&u).totals(0).hourglass == 0.0);
     u[0] = Vec3::new(0.45, 0.45, 0.0);
@@ -218,7 +237,8 @@ fn corners_of_wedges_are_kept_from_folding() {
     let rows = |x: &[Vec3]| -> [[f64; 6]; 3] { std::array::from_fn(|i| std::array::from_fn(|a| x[a][i])) };
     let X: Vec<Vec3> = X.map(Vec3::from).to_vec();
     let energy =
-        crate::mechanics::element::eval_corner_penalty(Wedge6::CORNERS, &rows(&X), &rows(&flat), [k, 0.0]).energy;
+        crate::mechanics::element::eval_corner_penalty(Wedge6::CORNERS, &rows(&X), &rows(&flat), [k, 0.0])
+            .energy;
     assert!((energy / (0.5 * 20.0 * 3.0 * 0.5) - 1.0).abs() < 1e-13, "{energy}");
 }
 
@@ -236,8 +256,13 @@ fn a_uniform_rate_is_seen_along_the_edges() {
                 expected = expected.max(stretch_rate(&dX, &dX, &(v[b] - v[a])));
             }
         }
-        let found =
-            ElementForces::new(&patch.blocks).largest_stretch_rate(&Threads::ONE, &patch.blocks, &v, 1.0, 0.0);
+        let found = ElementForces::new(&patch.blocks).largest_stretch_rate(
+            &Threads::ONE,
+            &patch.blocks,
+            &v,
+            1.0,
+            0.0,
+        );
         assert!((found / expected - 1.0).abs() < 1e-13, "{found} for {expected}");
     }
 }
@@ -251,6 +276,7 @@ fn formulations_that_an_element_has_not_are_refused() {
         ElementBlock::new(0, BlockParameters { formulation, ..parameters(laws()[0]) }, 0, inputs).map(|_| ())
     };
     assert_eq!(block(Formulation::Full, std::slice::from_ref(&input)), Ok(()));
+    assert_eq!(block(Formulation::NodalPressure, std::slice::from_ref(&input)), Ok(()));
     for formulation in [Formulation::MeanDilatation, Formulation::Reduced] {
         let refused = Err(BlockError::Formulation(ElementKind::Tet4, formulation));
         assert_eq!(block(formulation, std::slice::from_ref(&input)), refused);

@@ -67,7 +67,8 @@ pub fn tet10(bend: f64) -> Cells {
                 nodes[4 + edge] = *middles.entry((a, b)).or_insert_with(|| {
                     let i = X.len();
                     let off = if inside { bend * 1e-4 } else { 0.0 };
-                    let off = Vec3::new((i as f64).sin(), (2.0 * i as f64).cos(), (3.0 * i as f64).sin()) * off;
+                    let off =
+                        Vec3::new((i as f64).sin(), (2.0 * i as f64).cos(), (3.0 * i as f64).sin()) * off;
                     X.push((X[a as usize] + X[b as usize]) * 0.5 + off);
                     i as u32
                 });
@@ -124,6 +125,12 @@ impl Patch {
         Self { cells, blocks, assembly, mass }
     }
 
+    /// Of its elements, for messages.
+    pub fn name(&self) -> String {
+        let parameters = &self.blocks[0].parameters;
+        format!("{:?} {:?} {}", self.cells.kind, parameters.formulation, parameters.material.name())
+    }
+
     pub fn material(&self) -> Material {
         self.blocks[0].parameters.material
     }
@@ -141,6 +148,23 @@ impl Patch {
 
     pub fn energy(&self, u: &[Vec3]) -> f64 {
         self.evaluated(u).totals(0).strain
+    }
+
+    /// The tangent: of the elements, or of differences where they have none of their own.
+    pub fn tangent(&self, u: &[Vec3]) -> DMatrix<f64> {
+        if self.blocks[0].parameters.is_local() {
+            return self.stiffness(u);
+        }
+        let h = 1e-7;
+        let column = |column: usize| {
+            let side = |step: f64| {
+                let mut u = u.to_vec();
+                u[column / 3][column % 3] += step;
+                self.force(&u)
+            };
+            (side(h) - side(-h)) / (2.0 * h)
+        };
+        DMatrix::from_columns(&(0..3 * u.len()).map(column).collect::<Vec<_>>())
     }
 
     /// Assembled from the tangents of the elements.

@@ -1,0 +1,67 @@
+//! A steel ball on a soft block of hexahedra, wedges and tetrahedra: one impact, one impulse.
+//!
+//! The meshes of the other cells are the hexahedra split. The reference is hexahedra of half the size; the hexahedra of the same size
+//! show what the mesh alone changes.
+
+use crate::rig::{assert_at_most, assert_close, plan_with, run};
+use contuse::mechanics::tensor::Vec3;
+use contuse::mesh::Mesh;
+use contuse::mesh::generate::block::Block;
+use serde_json::json;
+
+/// Half of the smallest symmetric block would do; the whole one shows what is not symmetric.
+fn block(n: u32) -> Mesh {
+    let (low, high) = (Vec3::new(-0.03, -0.03, 0.0), Vec3::new(0.03, 0.03, 0.03));
+    Block::uniform(low, high, [2 * n, 2 * n, n], "block").generate().unwrap()
+}
+
+/// Impulse after 0.5 ms [N s], and the error of the energy balance.
+fn impulse(mesh: Mesh) -> (f64, f64) {
+    let scene = json!({
+        "name": "steel ball on a soft block",
+        "end_time_s": 5e-4,
+        "bodies": [
+            {
+                "name": "ball",
+                "role": "projectile",
+                "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0.001, 0.002, 0.0401], "density_kg_per_m3": 7850},
+                "velocity_m_per_s": [0, 0, -10]
+            },
+            {
+                "name": "block",
+                "role": "tissue",
+                "mesh": {"file": {"name": "block.msh"}},
+                "parts": [{"part": "block", "density_kg_per_m3": 1060, "material": {
+                    "law": "mooney_rivlin", "c10_pa": 20000, "c01_pa": 5000, "bulk_modulus_pa": 2e6
+                }}],
+                "fixed": [{"set": "z_min"}]
+            }
+        ],
+        "contact": {"friction": 0.3},
+        "record": {"fields": [], "field_times_s": []}
+    });
+    let plan = plan_with(&scene, Some(mesh));
+    let mut last = Vec3::zeros();
+    let (outcome, _) = run(&plan, |frame| {
+        last = frame.energy.pairs.last().map_or(last, |pair| Vec3::from(pair.impulse_n_s));
+    });
+    (last.norm(), outcome.balance_error)
+}
+
+#[test]
+fn every_kind_of_cell_gives_the_same_impulse() {
+    let (fine, _) = impulse(block(12));
+    let tetrahedra = block(6).split_to_tetrahedra();
+    let cases = [
+        ("hexahedra", block(6)),
+        ("wedges", block(6).split_to_wedges()),
+        ("tetrahedra of ten nodes", block(3).split_to_tetrahedra().to_quadratic_tetrahedra()),
+        ("tetrahedra of four nodes", tetrahedra),
+    ];
+    for (what, mesh) in cases {
+        let (found, balance) = impulse(mesh);
+        println!("{what}: {found:.5} against {fine:.5} N s, balance {balance:.1e}");
+        assert_close(found, fine, 0.1, &format!("impulse [N s], {what}"));
+        assert_at_most(balance, 1e-3, &format!("error of the energy balance, {what}"));
+    }
+}
