@@ -32,10 +32,10 @@ const COLUMN: f64 = 0.03;
 const TOUCHED: f64 = 0.1;
 
 /// Cost of shear viscosity in addition to any law [ns]: with the element data in the cache, and beyond it.
-const VISCOUS: [f64; 2] = [90.0, 110.0];
+const VISCOUS: [f64; 2] = [130.0, 200.0];
 
-/// Cost of stress relaxation in addition to any law [ns], likewise.
-const RELAXING: [f64; 2] = [250.0, 300.0];
+/// Cost of stress relaxation with two branches in addition to a neo-Hookean law [ns], likewise.
+const RELAXING: [f64; 2] = [250.0, 520.0];
 
 /// Largest size of the element data that fits in the cache [bytes].
 const CACHE_BYTES: usize = 4_000_000;

@@ -179,7 +179,7 @@ impl Law for Ogden {
         (G, self.volumetric.bulk_modulus())
     }
     fn element_time(&self) -> ElementTime {
-        ElementTime::neo_hookean_and(20.0 + 5.0 * self.count as f64)
+        ElementTime::neo_hookean_and(20.0 + 4.0 * self.count as f64)
     }
     fn with_isochoric_scaled(mut self, factor: f64) -> Option<Self> {
         for term in &mut self.terms {
