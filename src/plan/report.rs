@@ -117,7 +117,7 @@ pub struct BlockReport {
     pub parts: Vec<String>,
     /// Number of elements.
     pub elements: usize,
-    /// Their kind: `hex8`, `wedge6`, `tet10`.
+    /// Their kind: `hex8`, `wedge6`, `tet10`, `tet4`.
     pub kind: String,
     /// Name of the constitutive law.
     pub law: String,

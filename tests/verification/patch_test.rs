@@ -8,8 +8,8 @@ use crate::rig::{assert_at_most, plan_with};
 use contuse::mechanics::force::{ElementForces, ForceInput, Threads};
 use contuse::mechanics::material::eval_point;
 use contuse::mechanics::tensor::{Mat3, Vec3};
-use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
+use contuse::mesh::{Cells, Mesh};
 use contuse::plan::Plan;
 use serde_json::{Value, json};
 
@@ -149,7 +149,7 @@ fn wedges_and_tetrahedra_pass_too() {
 /// A third of the hexahedra as wedges, in columns along z: kinds mixed in one part.
 fn half_split() -> Mesh {
     let (hexahedra, wedges) = (distorted_block(), distorted_block().split_to_wedges());
-    let mut mesh = Mesh { cells: Default::default(), part_of: Vec::new(), ..hexahedra.clone() };
+    let mut mesh = Mesh { cells: Cells::default(), part_of: Vec::new(), ..hexahedra.clone() };
     for (element, cell) in hexahedra.cells.iter().enumerate() {
         if element % 3 == 1 {
             mesh.cells.extend([2 * element, 2 * element + 1].map(|wedge| wedges.cells.get(wedge)));
