@@ -155,7 +155,12 @@ fn laws() -> impl Iterator<Item = Case> {
         Law::CoupledNeoHookean | Law::BlatzKo => Formulation::Full,
         _ => Formulation::MeanDilatation,
     };
-    Law::ALL.into_iter().map(move |law| Case { law, formulation: formulation(law), counts: SIZES[0] })
+    Law::ALL.into_iter().map(move |law| Case {
+        law,
+        formulation: formulation(law),
+        kind: CellKind::Hex8,
+        counts: SIZES[0],
+    })
 }
 
 fn material(law: Law) -> Option<Material> {
