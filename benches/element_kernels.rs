@@ -265,7 +265,7 @@ impl Bench {
             erosion: None,
         };
         // The block of elements.
-        let kind = element_of(case.kind)?;
+        let kind = element_of(case.kind);
         let input = |e: usize| {
             let corners = mesh.cells.points(e, &mesh.nodes).to_vec();
             BlockInput {

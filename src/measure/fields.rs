@@ -73,7 +73,7 @@ impl Fields {
         if self.nodal_volume.is_empty() {
             return;
         }
-        let Some(kind) = kind_of(&self.cells, element) else { return };
+        let kind = element_of(self.cells.kind(element as usize));
         for (q, volume) in volume.iter().enumerate().take(kind.point_count()) {
             for (&node, N) in self.cells.nodes(element as usize).iter().zip(kind.shapes_at(q)) {
                 self.nodal_volume[node as usize] += N * volume;
@@ -106,7 +106,8 @@ impl Fields {
         }
         let cells = &self.cells;
         // A batch is of one kind.
-        let Some(kind) = elements.first().and_then(|element| kind_of(cells, *element)) else { return };
+        let Some(first) = elements.first() else { return };
+        let kind = element_of(cells.kind(*first as usize));
         for (field, values) in [
             (&mut self.von_mises, &points.von_mises),
             (&mut self.pressure, &points.pressure),
@@ -149,11 +150,6 @@ fn corner_sums(kind: ElementKind, volume: &PointScalar, values: &PointScalar) ->
         }
     }
     sums
-}
-
-/// The finite element of a cell.
-fn kind_of(cells: &Cells, element: u32) -> Option<ElementKind> {
-    element_of(cells.kind(element as usize))
 }
 
 /// `field[i] /= weight[i]` where the weight is not zero (a node without an element keeps 0).

@@ -4,7 +4,7 @@
 //! Everything here must be inlined into the dispatched function, or it would be compiled without the instruction set.
 
 use super::real::{Real, seed_inverse_cbrt};
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A number in a register of the instruction set `S`.
@@ -40,6 +40,18 @@ impl std::ops::IndexMut<usize> for Row {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Aligned<T>(pub T);
+
+/// Runs what few steps need (tangents, stresses at points) with AVX2 or plain `f64`: registers of AVX-512 would save little time, and
+/// each instruction set is one more copy of every law in the program. The bits are the same.
+pub fn dispatch_rare<Op: WithSimd>(op: Op) -> Op::Output {
+    #[cfg(target_arch = "x86_64")]
+    return match pulp::x86::V3::try_new() {
+        Some(simd) => Simd::vectorize(simd, op),
+        None => Simd::vectorize(pulp::Scalar::new(), op),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    pulp::Arch::new().dispatch(op)
+}
 
 impl<S: Simd> Lane<S> {
     /// All lanes equal to `c`.

@@ -8,12 +8,12 @@ use crate::mechanics::tensor::Mat3;
 use crate::mesh::{Cell, Mesh};
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, ErosionDocument, SceneDocument};
-use crate::scene::elements::{element_of, without_element};
+use crate::scene::elements::element_of;
 
 /// Reference geometry of each element of a mesh.
 ///
 /// # Errors
-/// Cells without a finite element, and inverted ones.
+/// Inverted elements.
 pub(super) fn reference_geometry(
     scene: &SceneDocument,
     document: &BodyDocument,
@@ -21,13 +21,10 @@ pub(super) fn reference_geometry(
 ) -> Result<Vec<ReferenceGeometry>, CompileError> {
     let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
     let of_element = |(element, cell): (usize, Cell)| {
-        let Some(kind) = element_of(cell.kind) else {
-            let reason = without_element(mesh).unwrap_or_default();
-            return Err(CompileError::NoElement { body: document.name.clone(), reason });
-        };
-        let geometry = ReferenceGeometry::with_mass_at(kind, &cell.points(&mesh.nodes), |volume| {
-            mass.moved(cell.nodes, volume)
-        });
+        let geometry =
+            ReferenceGeometry::with_mass_at(element_of(cell.kind), &cell.points(&mesh.nodes), |volume| {
+                mass.moved(cell.nodes, volume)
+            });
         if geometry.smallest_jacobian > 0.0 {
             return Ok(geometry);
         }

@@ -84,8 +84,7 @@ pub(super) fn inertia_lost(
     };
     let even = lumped_mass(document, body, |element| {
         let cell = body.mesh.cells.get(element);
-        let even = |kind| ReferenceGeometry::new(kind, &cell.points(&body.mesh.nodes)).corner_volume;
-        element_of(cell.kind).map_or_else(Vec::new, even)
+        ReferenceGeometry::new(element_of(cell.kind), &cell.points(&body.mesh.nodes)).corner_volume
     });
     1.0 - polar(mass) / polar(&even)
 }

@@ -23,14 +23,6 @@ pub enum CompileError {
         /// Smallest determinant divided by the mean.
         ratio: f64,
     },
-    /// A mesh has cells without a finite element; validation reports them earlier.
-    #[error("body `{body}`: {reason}")]
-    NoElement {
-        /// Name of the body.
-        body: String,
-        /// The kinds of cells and their numbers.
-        reason: String,
-    },
     /// A node belongs to no element, or only to elements without mass.
     #[error("node {node} of body `{body}` has no mass")]
     MasslessNode {

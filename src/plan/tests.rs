@@ -36,19 +36,6 @@ fn compiled(document: &Value) -> Plan {
     compile(&load(&bytes, &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene).unwrap()
 }
 
-#[test]
-fn cells_without_an_element_are_not_compiled() {
-    let bytes = serde_json::to_vec(&scene()).unwrap();
-    let mut scene = load(&bytes, &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene;
-    let mesh = &mut scene.bodies[1].mesh;
-    mesh.cells.push(crate::mesh::CellKind::Tet4, &[0, 1, 2, 3]);
-    let error = compile(&scene).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "body `stone`: only eight-node hexahedra have a finite element here, but the mesh has tetrahedron of 4 nodes (1)"
-    );
-}
-
 fn keeping(mut document: Value, keep: &[Keep]) -> Plan {
     document["solver"] = json!({"keep": keep});
     compiled(&document)

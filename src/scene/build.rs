@@ -5,7 +5,6 @@ use super::budget::Budget;
 use super::document::{
     BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument, SceneDocument,
 };
-use super::elements;
 use super::frames::{NoAxes, element_axes};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
@@ -15,7 +14,7 @@ use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::mesh::refine::refined;
-use crate::mesh::{Mesh, MeshError};
+use crate::mesh::{CellKind, Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -126,10 +125,6 @@ impl<'a> Builder<'a> {
             None => mesh,
             Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
         };
-        if let Some(problem) = elements::refusal(&mesh, &place) {
-            out.push(problem.value(file.name.as_str()));
-            return None;
-        }
         let children = 8_u64.checked_pow(file.refine).unwrap_or(u64::MAX);
         let refine = here.key("refine");
         let place = if file.refine > 0 { refine.clone() } else { here.clone() };
@@ -271,9 +266,9 @@ fn frame_problem(reason: NoAxes, here: &Pointer) -> Option<Problem> {
 fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
     let problem = Problem::error("bad_mesh", here, error.to_string());
     match error {
-        MeshError::UnsupportedElements { .. } => {
-            problem.limit(elements::kinds_with_element()).remedy("mesh with cells of these kinds")
-        }
+        MeshError::UnsupportedElements { .. } => problem
+            .limit(CellKind::ALL.map(|kind| kind.table().title).join(", "))
+            .remedy("mesh with cells of these kinds"),
         MeshError::Malformed { .. } => {
             problem.limit("a valid .msh or .inp file").remedy("export the file again, or repair it")
         }

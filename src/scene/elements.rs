@@ -1,4 +1,4 @@
-//! Which kinds of cells have a finite element, and in which formulations; the only place that decides this.
+//! The finite element of each kind of cell, and the formulations that a scene may ask of it.
 
 use super::SceneBody;
 use super::document::{BodyDocument, PartDocument, SceneDocument};
@@ -6,43 +6,16 @@ use super::problem::{Pointer, Problem};
 use super::validate::Findings;
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::force::Formulation;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::CellKind;
 
-/// The finite element of a kind of cell, with the same nodes in the same order; `None` if there is none.
-pub fn element_of(kind: CellKind) -> Option<ElementKind> {
+/// The finite element of a kind of cell, with the same nodes in the same order.
+pub fn element_of(kind: CellKind) -> ElementKind {
     match kind {
-        CellKind::Hex8 => Some(ElementKind::Hex8),
-        CellKind::Wedge6 => Some(ElementKind::Wedge6),
-        CellKind::Tet10 => Some(ElementKind::Tet10),
-        CellKind::Tet4 => Some(ElementKind::Tet4),
+        CellKind::Hex8 => ElementKind::Hex8,
+        CellKind::Wedge6 => ElementKind::Wedge6,
+        CellKind::Tet10 => ElementKind::Tet10,
+        CellKind::Tet4 => ElementKind::Tet4,
     }
-}
-
-/// The kinds of cells that have a finite element, as in "hexahedron of 8 nodes, prism of 6 nodes".
-pub fn kinds_with_element() -> String {
-    let kinds = CellKind::ALL.into_iter().filter(|kind| element_of(*kind).is_some());
-    kinds.map(|kind| kind.table().title).collect::<Vec<_>>().join(", ")
-}
-
-/// Message about the cells of a mesh without a finite element, with the number of cells of each kind; `None` if there are
-/// none.
-pub fn without_element(mesh: &Mesh) -> Option<String> {
-    let counts = mesh.cells.counts();
-    let without = counts.iter().filter(|(kind, _)| element_of(*kind).is_none());
-    let list: Vec<String> =
-        without.map(|(kind, count)| format!("{} ({count})", kind.table().title)).collect();
-    (!list.is_empty()).then(|| format!("the mesh has cells without a finite element: {}", list.join(", ")))
-}
-
-/// Refuses a mesh with cells that have no finite element.
-pub(super) fn refusal(mesh: &Mesh, here: &Pointer) -> Option<Problem> {
-    let remedy = if mesh.cells.counts().iter().any(|(kind, _)| element_of(*kind).is_some()) {
-        "mesh with hexahedra of first order, or select the parts that have only cells with an element with \"parts\""
-    } else {
-        "mesh with hexahedra of first order"
-    };
-    without_element(mesh)
-        .map(|message| Problem::error("bad_mesh", here, message).limit(kinds_with_element()).remedy(remedy))
 }
 
 /// Checks what the elements of a body have to offer against what the document asks of them.
@@ -70,9 +43,7 @@ fn averages_pressure(part: &PartDocument, (entry, body): (usize, &SceneBody)) ->
         let formulation = part.element(&body.materials[entry], kind);
         formulation == Formulation::NodalPressure && Formulation::NodalPressure.is_of(kind)
     };
-    CellKind::ALL
-        .into_iter()
-        .any(|kind| element_of(kind).is_some_and(averages) && count((entry, body), kind) > 0)
+    CellKind::ALL.into_iter().any(|kind| averages(element_of(kind)) && count((entry, body), kind) > 0)
 }
 
 /// Number of cells of a kind in a part.
@@ -89,7 +60,7 @@ fn check_formulation(
     out: &mut Findings,
 ) {
     let Some(written) = part.formulation else { return };
-    for (kind, element) in CellKind::ALL.into_iter().filter_map(|kind| Some((kind, element_of(kind)?))) {
+    for (kind, element) in CellKind::ALL.into_iter().map(|kind| (kind, element_of(kind))) {
         let count = count((entry, body), kind);
         out.require(count == 0 || part.element(&body.materials[entry], element).is_of(element), || {
             let title = kind.table().title;

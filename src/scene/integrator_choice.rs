@@ -9,7 +9,6 @@ use super::cost::{FactorSize, StepLoad, element_s};
 use super::document::{IntegratorDocument, SceneDocument};
 use super::elements::{element_of, has_averaged_pressure};
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
-use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cell;
 use crate::mesh::surface::{boundary, boundary_nodes};
@@ -140,7 +139,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let evaluate = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_element = |(entry, cell): (&u32, Cell)| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
-            let kind = element_of(cell.kind).unwrap_or(ElementKind::Hex8);
+            let kind = element_of(cell.kind);
             element_s(
                 material,
                 (kind, part.element(material, kind)),

@@ -2,7 +2,6 @@
 
 use super::interrupt::Interrupt;
 use super::state::State;
-use crate::mechanics::element::ElementKind;
 use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
@@ -251,7 +250,7 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
             let dX = plan.X[b] - plan.X[a];
             stretch_rate(&dX, &(dX + (u[b] - u[a])), &(v[b] - v[a]))
         };
-        let lengths = element_of(cell.kind).map_or(&[][..], ElementKind::lengths);
+        let lengths = element_of(cell.kind).lengths();
         lengths.iter().map(along).fold(0.0, f64::max)
     };
     let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(rate)));

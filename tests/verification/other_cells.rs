@@ -1,9 +1,9 @@
 //! A steel ball on a soft block of hexahedra, wedges and tetrahedra: one impact, one impulse.
 //!
-//! The meshes of the other cells are the hexahedra split. The reference is hexahedra of half the size; the hexahedra of the same size
-//! show what the mesh alone changes.
+//! The meshes of the other cells are the hexahedra split. The reference is hexahedra of half the size, and the others must be within the
+//! error bar of the hexahedra: three times the difference of the two.
 
-use crate::rig::{assert_at_most, assert_close, plan_with, run};
+use crate::rig::{assert_at_most, plan_with, run};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
@@ -15,17 +15,17 @@ fn block(n: u32) -> Mesh {
     Block::uniform(low, high, [2 * n, 2 * n, n], "block").generate().unwrap()
 }
 
-/// Impulse after 0.5 ms [N s], and the error of the energy balance.
+/// Impulse after 4 ms [N s], and the error of the energy balance.
 fn impulse(mesh: Mesh) -> (f64, f64) {
     let scene = json!({
         "name": "steel ball on a soft block",
-        "end_time_s": 5e-4,
+        "end_time_s": 4e-3,
         "bodies": [
             {
                 "name": "ball",
                 "role": "projectile",
                 "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0.001, 0.002, 0.0401], "density_kg_per_m3": 7850},
-                "velocity_m_per_s": [0, 0, -10]
+                "velocity_m_per_s": [0, 0, -3]
             },
             {
                 "name": "block",
@@ -50,18 +50,19 @@ fn impulse(mesh: Mesh) -> (f64, f64) {
 
 #[test]
 fn every_kind_of_cell_gives_the_same_impulse() {
-    let (fine, _) = impulse(block(12));
-    let tetrahedra = block(6).split_to_tetrahedra();
+    let ((fine, _), (coarse, _)) = (impulse(block(12)), impulse(block(6)));
+    let bar = 3.0 * (coarse - fine).abs();
+    println!("hexahedra: {coarse:.5} and, of half the size, {fine:.5} N s");
+    assert_at_most(bar / fine, 0.3, "relative error bar of the hexahedra");
     let cases = [
-        ("hexahedra", block(6)),
         ("wedges", block(6).split_to_wedges()),
         ("tetrahedra of ten nodes", block(3).split_to_tetrahedra().to_quadratic_tetrahedra()),
-        ("tetrahedra of four nodes", tetrahedra),
+        ("tetrahedra of four nodes", block(6).split_to_tetrahedra()),
     ];
     for (what, mesh) in cases {
         let (found, balance) = impulse(mesh);
-        println!("{what}: {found:.5} against {fine:.5} N s, balance {balance:.1e}");
-        assert_close(found, fine, 0.1, &format!("impulse [N s], {what}"));
+        println!("{what}: {found:.5} N s, balance {balance:.1e}");
+        assert_at_most((found - fine).abs(), bar, &format!("difference of the impulse [N s], {what}"));
         assert_at_most(balance, 1e-3, &format!("error of the energy balance, {what}"));
     }
 }

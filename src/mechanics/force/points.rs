@@ -12,7 +12,7 @@ use super::reduced::OnePointBatch;
 use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::POINTS;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::mechanics::material::{Inelastic, Kinematics, Law, Memories};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
@@ -183,7 +183,7 @@ impl ElementBlock {
     fn eval_points(&self, b: usize, input: PointInput, at_nodes: &[NodalResponse], points: &mut PointBatch) {
         let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
-        with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(Points {
+        with_elements!(&self.packed, elements => dispatch_rare(Points {
             element: PointLaw {
                 law: self.parameters.material,
                 block: self,

@@ -21,7 +21,7 @@ use super::stiffness::{
 };
 use super::viscous::viscous_stress;
 use crate::mechanics::dual::Dual;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::mechanics::material::{Kinematics, Law, MemorySteps, volume_change};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, Vec3};
@@ -46,7 +46,7 @@ impl ElementBlock {
     /// Adds the tangent stiffness of viscosity and memory of the elements of a batch.
     pub fn add_rate_stiffness(&self, batch: usize, end: &EndOfStep, stiffness: &mut StiffnessBatch) {
         let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
-        with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(RateStiffness {
+        with_elements!(&self.packed, elements => dispatch_rare(RateStiffness {
             law: self.parameters.material,
             block: self,
             elements,

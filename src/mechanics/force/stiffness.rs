@@ -20,7 +20,7 @@ use super::reduced::{NoOnePoint, OnePointElement, ReducedBatch};
 use super::rows::{gather_global, load_corners, load_fibres};
 use crate::mechanics::dual::Dual;
 use crate::mechanics::element::{Element, Hex8, Hourglass, MOST_NODES, Modes, eval_corner_penalty};
-use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, Vec3};
@@ -51,7 +51,7 @@ impl ElementBlock {
     /// Tangent stiffness of the elements of a batch at the displacements `u` [m], nodes × 3.
     pub fn eval_stiffness(&self, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
         let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
-        with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(Stiffness {
+        with_elements!(&self.packed, elements => dispatch_rare(Stiffness {
             law: self.parameters.material,
             mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
             batch: &elements.batches[batch],

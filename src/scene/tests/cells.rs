@@ -10,7 +10,7 @@ fn mesh(with_cube: bool) -> Vec<u8> {
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n3 1 \"cube\"\n3 2 \"tip\"\n3 3 \"ramp\"\n\
          $EndPhysicalNames\n$Nodes\n11\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n\
          9 0 0 2\n10 2 0 0\n11 2 1 0\n$EndNodes\n$Elements\n{}\n{cube}\
-         1 4 2 2 2 5 6 7 9\n2 4 2 2 2 5 7 8 9\n3 6 2 3 3 2 10 6 3 11 7\n$EndElements\n",
+         1 4 2 2 2 5 6 7 9\n2 4 2 2 2 5 7 8 9\n3 6 2 3 3 2 6 10 3 7 11\n$EndElements\n",
         3 + u32::from(with_cube)
     )
     .into_bytes()

@@ -136,8 +136,8 @@ fn stable_step(length: f64, speed: f64, diffusivity: f64) -> f64 {
 /// L along each natural direction, since the fastest mode of a brick has ω² = 4 c² Σ 1/L²; for other kinds 2/√λ, λ the bound of
 /// their gradients against their lumped mass.
 fn crossing_length(kind: CellKind, x: &[Vec3]) -> f64 {
-    if let Some(element) = element_of(kind).filter(|_| kind != CellKind::Hex8) {
-        return 2.0 / ReferenceGeometry::new(element, x).gradient_bound.sqrt();
+    if kind != CellKind::Hex8 {
+        return 2.0 / ReferenceGeometry::new(element_of(kind), x).gradient_bound.sqrt();
     }
     let table = kind.table();
     let mut shortest = [f64::INFINITY; 3];

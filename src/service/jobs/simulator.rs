@@ -12,7 +12,6 @@ use crate::mesh::quality::{first_beyond_range, quality};
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
-use crate::scene::elements::without_element;
 use crate::scene::json;
 use crate::scene::problem::Pointer;
 use crate::scene::{Loaded, Problem, Problems};
@@ -183,6 +182,6 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
             max_edge: quality.max_edge_m,
             volume: quality.volume_m3,
         },
-        notes: mesh.notes.iter().cloned().chain(without_element(mesh)).collect(),
+        notes: mesh.notes.clone(),
     })
 }
