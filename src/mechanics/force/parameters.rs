@@ -11,7 +11,7 @@ pub enum Formulation {
     Full,
     /// The same, and one mean dilatation for the volumetric energy of a split law; coupled laws are integrated fully.
     MeanDilatation,
-    /// One point, and a pressure averaged over the volumes around the nodes, for a split law ([`super::nodal_pressure`]).
+    /// One point, and a pressure averaged over the volumes around the nodes, for a split law (`nodal_pressure.rs`).
     NodalPressure,
     /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::mechanics::element::Hourglass`]).
     Reduced,

@@ -1,7 +1,7 @@
 //! Faces of a mesh against a rigid body, between their nodes, which have contacts of their own
 //! ([`super::rigid_detection`]).
 //!
-//! A shape may penetrate a face by [`ALLOWED`] of the face's size at rest and no deeper: where nodes are close
+//! A shape may penetrate a face by `ALLOWED` of the face's size at rest and no deeper: where nodes are close
 //! together they keep it out by themselves, and this constrains nothing. Two flat-sided bodies touch with a corner in
 //! a face, a face on a corner, or two edges; faces of a mesh also warp:
 //!
