@@ -1,28 +1,8 @@
 //! Meshes of other kinds of cells from meshes of hexahedra: tetrahedra, wedges, and tetrahedra of ten nodes.
 
+use super::cell::CellFace;
 use super::{Cell, CellKind, Cells, Mesh};
 use std::collections::BTreeMap;
-
-/// For each corner of a hexahedron the three faces without it, counter-clockwise seen from outside.
-const OPPOSITE: [[[usize; 4]; 3]; 8] = {
-    const FACES: [[usize; 4]; 6] =
-        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-    let mut all = [[[0; 4]; 3]; 8];
-    let mut corner = 0;
-    while corner < 8 {
-        let (mut face, mut found) = (0, 0);
-        while face < 6 {
-            let f = FACES[face];
-            if f[0] != corner && f[1] != corner && f[2] != corner && f[3] != corner {
-                all[corner][found] = f;
-                found += 1;
-            }
-            face += 1;
-        }
-        corner += 1;
-    }
-    all
-};
 
 impl Mesh {
     /// Each hexahedron as six tetrahedra with the same nodes; other cells as they are.
@@ -33,8 +13,9 @@ impl Mesh {
     pub fn split_to_tetrahedra(&self) -> Mesh {
         self.split(CellKind::Tet4, |hex| {
             let first = lowest(hex);
-            let of_face = |face: &[usize; 4]| {
-                let face = face.map(|corner| hex[corner]);
+            let opposite = CellKind::Hex8.table().faces.iter().filter(|face| !face.corners.contains(&first));
+            let of_face = |face: &CellFace| {
+                let face: Vec<u32> = face.corners.iter().map(|corner| hex[*corner]).collect();
                 let [a, b, c, d] = std::array::from_fn(|i| face[(lowest(&face) + i) % 4]);
                 // Seen from inside, faces are clockwise.
                 [vec![a, b, c, hex[first]], vec![a, c, d, hex[first]]].map(|mut tet| {
@@ -42,7 +23,7 @@ impl Mesh {
                     tet
                 })
             };
-            OPPOSITE[first].iter().flat_map(of_face).collect()
+            opposite.flat_map(of_face).collect()
         })
     }
 
