@@ -23,20 +23,15 @@ pub(super) struct Step<'a> {
     pub plan: &'a Plan,
     pub options: &'a Implicit,
     pub threads: &'a Threads,
-    pub state: &'a State,
-    /// Velocities before the forces; spins of rigid bodies in the body axes at the start of the step, here and at its
+    /// Its velocities are those before the forces; spins of rigid bodies are in the body axes at the start of the step, here and at its
     /// end.
-    pub v: &'a [Vec3],
-    /// Internal forces at the start [N].
-    pub f_int: &'a [Vec3],
+    pub state: &'a State,
+    /// Forces at the start.
+    pub start: &'a Iterate,
     /// Strain energies of the chunks at the start [J], if energy-conserving forces are used.
     pub energies: &'a [f64],
-    /// Part of them of viscosity and memory; empty if nothing depends on time.
-    pub f_rate: &'a [Vec3],
     /// History of the elements at the start, chunk by chunk.
     pub history: &'a [Vec<Row>],
-    /// Forces of loads at the start [N].
-    pub f_ext: &'a [Vec3],
     /// Load times at the start and at the end.
     pub load_times: [LoadTime; 2],
     /// Step size h [s].
@@ -188,7 +183,7 @@ impl Iterate {
         if step.options.energy_momentum {
             return self.conserving.f_int[node];
         }
-        self.f_int[node] * step.options.xi + step.f_int[node] * (1.0 - step.options.xi)
+        self.f_int[node] * step.options.xi + step.start.f_int[node] * (1.0 - step.options.xi)
     }
 
     /// Evaluates forces and energies at u⁺ and v⁺, a time h [s] after a history; with h = 0 at its own time.
@@ -243,7 +238,7 @@ impl Iterate {
             let inertia = plan.inertia(node);
             let parts = [
                 self.f_int[node] * h,
-                (self.v[node] - step.v[node]).component_mul(&inertia) * share,
+                (self.v[node] - step.state.v[node]).component_mul(&inertia) * share,
                 self.impulse[node],
                 gravity * (plan.mass[node] * h),
                 self.f_ext[node] * h,
@@ -270,10 +265,10 @@ impl Iterate {
         let Step { plan, options, h, .. } = *step;
         let (m, xi) = (plan.inertia(node)[axis], options.xi);
         let internal = self.internal(step, node)[axis];
-        let external = xi * self.f_ext[node][axis] + (1.0 - xi) * step.f_ext[node][axis];
-        let mean = 0.5 * (self.v[node][axis] + step.v[node][axis]);
+        let external = xi * self.f_ext[node][axis] + (1.0 - xi) * step.start.f_ext[node][axis];
+        let mean = 0.5 * (self.v[node][axis] + step.state.v[node][axis]);
         let force = plan.mass[node] * gravity[axis] - m * step.damping * mean + external - internal;
-        options.inertia() * m * (self.v[node][axis] - step.v[node][axis]) - h * force
+        options.inertia() * m * (self.v[node][axis] - step.state.v[node][axis]) - h * force
     }
 
     /// Impulses on the prescribed components [N s], for the ledger; in quasi-static steps from the mean of the forces
@@ -285,9 +280,9 @@ impl Iterate {
             let (node, axis) = (*node as usize, *axis);
             *impulse = self.lack_at(step, &gravity, node, axis) - self.impulse[node][axis];
             if step.options.statics.is_some() {
-                let external =
-                    step.plan.mass[node] * growth[axis] + self.f_ext[node][axis] - step.f_ext[node][axis];
-                *impulse -= 0.5 * step.h * (self.f_int[node][axis] - step.f_int[node][axis] - external);
+                let external = step.plan.mass[node] * growth[axis] + self.f_ext[node][axis]
+                    - step.start.f_ext[node][axis];
+                *impulse -= 0.5 * step.h * (self.f_int[node][axis] - step.start.f_int[node][axis] - external);
             }
         }
     }
@@ -302,7 +297,7 @@ impl Iterate {
     pub fn rate_work(&self, step: &Step, body: usize) -> f64 {
         let nodes = &step.plan.bodies[body].nodes;
         let share = if step.options.statics.is_some() { 0.5 } else { step.options.xi };
-        let both = self.f_rate.iter().zip(step.f_rate).enumerate();
+        let both = self.f_rate.iter().zip(&step.start.f_rate).enumerate();
         let of_body = both.take(nodes.end as usize).skip(nodes.start as usize);
         let work = |(node, (end, start)): (usize, (&Vec3, &Vec3))| {
             (end * share + start * (1.0 - share)).dot(&(self.u[node] - step.state.u[node]))
@@ -346,15 +341,15 @@ impl Iterate {
         let growth = step.growth_of_gravity();
         let mut work = 0.0;
         for node in nodes.clone() {
-            let external = growth * step.plan.mass[node] + self.f_ext[node] - step.f_ext[node];
+            let external = growth * step.plan.mass[node] + self.f_ext[node] - step.start.f_ext[node];
             work += (self.f_int[node] - external * 0.5).dot(&self.v[node]);
         }
         for Prescribed { node, axis, .. } in &step.plan.loads.prescribed {
             let (node, axis) = (*node as usize, *axis);
             if nodes.contains(&node) {
-                let external =
-                    growth[axis] * step.plan.mass[node] + self.f_ext[node][axis] - step.f_ext[node][axis];
-                let internal = self.f_int[node][axis] - step.f_int[node][axis];
+                let external = growth[axis] * step.plan.mass[node] + self.f_ext[node][axis]
+                    - step.start.f_ext[node][axis];
+                let internal = self.f_int[node][axis] - step.start.f_int[node][axis];
                 work -= 0.5 * (internal - external) * self.v[node][axis];
             }
         }

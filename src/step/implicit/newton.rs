@@ -141,13 +141,13 @@ impl Newton {
 
     /// Initial guess: the velocity at the start of the step, or, if that violates an element's law, zero displacement.
     fn start(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
-        self.end.v.copy_from_slice(step.v);
+        self.end.v.copy_from_slice(&step.state.v);
         self.end.impulse.fill(Vec3::zeros());
         if self.end.eval(step, forces).is_ok() {
             return Ok(());
         }
         let back = -(1.0 - step.options.theta) / step.options.theta;
-        for (v, start) in self.end.v.iter_mut().zip(step.v) {
+        for (v, start) in self.end.v.iter_mut().zip(&step.state.v) {
             *v = start * back;
         }
         self.end.eval(step, forces)
