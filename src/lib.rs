@@ -29,4 +29,4 @@ pub mod service;
 pub mod step;
 pub mod study;
 
-pub(crate) use mechanics::material::{with_kernel_law, with_law};
+pub(crate) use mechanics::material::with_kernel_law;

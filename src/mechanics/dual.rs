@@ -3,7 +3,7 @@
 //! They give `A : dF = dP/dε` of `P(F + ε dF)`, exact to rounding, without a second copy of the law.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
-use super::real::Real;
+use super::real::{Outlined, Real};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A value and its derivative along the direction of differentiation.
@@ -147,6 +147,10 @@ impl<R: Real> Real for Dual<R> {
     fn seed_inverse_cbrt_1p(self) -> Self {
         // Only an initial guess: Halley's iteration rebuilds the derivative together with the value.
         Self { value: self.value.seed_inverse_cbrt_1p(), slope: self.value.zero() }
+    }
+    #[inline(always)]
+    fn outlined<Op: Outlined>(self, op: Op) -> Op::Output {
+        self.value.outlined(op)
     }
     #[inline(always)]
     fn detached(self) -> Self {

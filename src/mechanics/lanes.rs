@@ -3,7 +3,7 @@
 //! `pulp` picks the instruction set at run time (AVX-512, AVX2 + FMA, or plain `f64`), so one binary serves all.
 //! Everything here must be inlined into the dispatched function, or it would be compiled without the instruction set.
 
-use super::real::{Real, seed_inverse_cbrt};
+use super::real::{Outlined, Real, seed_inverse_cbrt};
 use pulp::{Simd, WithSimd};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -42,15 +42,30 @@ impl std::ops::IndexMut<usize> for Row {
 pub struct Aligned<T>(pub T);
 
 /// Runs what few steps need (tangents, stresses at points) with AVX2 or plain `f64`: registers of AVX-512 would save little time, and
-/// each instruction set is one more copy of every law in the program. The bits are the same.
+/// each instruction set is one more copy of every pass in the program. The bits are the same.
 pub fn dispatch_rare<Op: WithSimd>(op: Op) -> Op::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
         Some(simd) => Simd::vectorize(simd, op),
-        None => Simd::vectorize(pulp::Scalar::new(), op),
+        None => pulp::Scalar::new().vectorize(op),
     };
     #[cfg(not(target_arch = "x86_64"))]
     pulp::Arch::new().dispatch(op)
+}
+
+/// Runs it with registers of several numbers.
+///
+/// # Errors
+/// Gives it back where the machine has none: for what is not worth a copy in plain `f64`.
+pub fn dispatch_wide<Op: WithSimd>(op: Op) -> Result<Op::Output, Op> {
+    #[cfg(target_arch = "x86_64")]
+    return match (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
+        (Some(simd), _) => Ok(Simd::vectorize(simd, op)),
+        (None, Some(simd)) => Ok(Simd::vectorize(simd, op)),
+        (None, None) => Err(op),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    Ok(pulp::Arch::new().dispatch(op))
 }
 
 impl<S: Simd> Lane<S> {
@@ -218,6 +233,21 @@ impl<S: Simd> Real for Lane<S> {
     #[inline(always)]
     fn seed_inverse_cbrt_1p(self) -> Self {
         (self + 1.0).map_bits(|b| seed_inverse_cbrt(f64::from_bits(b)).to_bits())
+    }
+    #[inline(never)]
+    fn outlined<Op: Outlined>(self, op: Op) -> Op::Output {
+        self.simd.vectorize(WithoutToken(op))
+    }
+}
+
+/// What has its lanes, and with them the token of the instruction set, already.
+struct WithoutToken<Op>(Op);
+
+impl<Op: Outlined> WithSimd for WithoutToken<Op> {
+    type Output = Op::Output;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Op::Output {
+        self.0.run()
     }
 }
 

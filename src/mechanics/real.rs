@@ -64,6 +64,9 @@ pub trait Real:
     /// Approximate `(1 + self)^(−1/3)` (within 5 %), the initial guess of [`inverse_cbrt_m1`].
     #[must_use]
     fn seed_inverse_cbrt_1p(self) -> Self;
+    /// Runs what is large beside the cost of a call as a function that the program has once for this kind of number, with its
+    /// instruction set.
+    fn outlined<Op: Outlined>(self, op: Op) -> Op::Output;
     /// The same value as a constant, for formulas in which value and derivative are computed separately.
     #[must_use]
     #[inline(always)]
@@ -89,6 +92,14 @@ pub trait Real:
     fn zero(self) -> Self {
         self.constant(0.0)
     }
+}
+
+/// What [`Real::outlined`] runs: a closure would be compiled without the instruction set of lanes.
+pub trait Outlined {
+    /// What it computes.
+    type Output;
+    /// Computes it; to be inlined.
+    fn run(self) -> Self::Output;
 }
 
 impl Real for f64 {
@@ -146,6 +157,10 @@ impl Real for f64 {
     #[inline(always)]
     fn seed_inverse_cbrt_1p(self) -> Self {
         seed_inverse_cbrt(1.0 + self)
+    }
+    #[inline(never)]
+    fn outlined<Op: Outlined>(self, op: Op) -> Op::Output {
+        op.run()
     }
 }
 

@@ -9,9 +9,10 @@ use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
-use crate::mechanics::lanes::{BATCH, Row};
+use crate::mechanics::lanes::{BATCH, Row, dispatch_wide};
 use crate::mechanics::material::Law;
 use crate::mechanics::tensor::Vec3;
+use pulp::Simd;
 
 /// What an internal force evaluation of all blocks writes, chunk by chunk.
 #[derive(Debug)]
@@ -169,14 +170,12 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
 {
     macro_rules! evaluate {
         ($formulation:expr) => {
-            pulp::Arch::new().dispatch(Evaluation {
-                law,
-                formulation: $formulation,
-                elements,
-                block,
-                input,
-                forces,
-            })
+            if let Err(evaluation) =
+                dispatch_wide(Evaluation { law, formulation: $formulation, elements, block, input, forces })
+            {
+                // Without wide registers no law has a kernel of its own.
+                pulp::Scalar::new().vectorize(evaluation.of_any_law());
+            }
         };
     }
     let formulation = block.parameters.formulation;

@@ -13,7 +13,7 @@ use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corn
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{CornerResponse, Element, eval_corner_penalty};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law};
+use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
@@ -81,6 +81,14 @@ pub(super) struct Evaluation<'a, L, K, E: InBlocks<N, Q>, const N: usize, const 
     pub block: &'a ElementBlock,
     pub input: &'a ForceInput<'a>,
     pub forces: &'a mut ChunkForces,
+}
+
+impl<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> Evaluation<'a, L, K, E, N, Q> {
+    /// The same by the kernel that serves all laws.
+    pub fn of_any_law(self) -> Evaluation<'a, Material, K, E, N, Q> {
+        let Self { formulation, elements, block, input, forces, .. } = self;
+        Evaluation { law: block.parameters.material, formulation, elements, block, input, forces }
+    }
 }
 
 impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd

@@ -16,7 +16,6 @@ use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, tensor};
-use crate::with_law;
 use pulp::Simd;
 
 /// Energy of the stabilisation over μV counts as so much compression when corners are looked for that may fold [-]: a corner that lost
@@ -289,11 +288,9 @@ fn base_eigenvalue(hourglass: &Hourglass<f64>, corner_volume: &[f64]) -> f64 {
 fn tangent_at_rest(material: &Material) -> f64 {
     let k = Kinematics::new(&Tensor::diagonal(0.0));
     let invariants = Invariants::new(&k);
-    with_law!(material, law => {
-        let stiffness = law.volumetric().map_or(0.0, |U| U.stiffness(0.0));
-        let point = law.eval_with_bounds(&k, &invariants, material.fibre_directions());
-        tangent_bound(point.stiffness_bound, &invariants, &Pressure { p: 0.0, stiffness })
-    })
+    let stiffness = material.volumetric().map_or(0.0, |U| U.stiffness(0.0));
+    let point = material.eval_with_bounds(&k, &invariants, material.fibre_directions());
+    tangent_bound(point.stiffness_bound, &invariants, &Pressure { p: 0.0, stiffness })
 }
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ pub use validity::{Deformations, Given, Validity};
 pub use volumetric::Volumetric;
 pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 
-use super::real::Real;
+use super::real::{Outlined, Real};
 use super::tensor::Tensor;
 
 /// Generates from the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`,
@@ -98,6 +98,7 @@ macro_rules! laws {
                 }
             };
         }
+        #[cfg(test)]
         pub(crate) use with_law;
 
         /// Runs `$body` with `$law` bound to the type that force kernels are compiled for: the law itself, or
@@ -139,12 +140,10 @@ impl Material {
     /// ψ and P, including U(J), at a point with its own J (no element average). `H = F − I` [-].
     pub fn eval_total<R: Real>(&self, H: &Tensor<R>, fibres: &[[R; 3]]) -> TotalResponse<R> {
         let k = Kinematics::new(H);
-        with_law!(self, law => {
-            let response = law.eval(&k, fibres);
-            let (energy, pressure) =
-                law.volumetric().map_or((k.j.zero(), k.j.zero()), |U| (U.energy(k.j), U.pressure(k.j)));
-            TotalResponse { psi: response.psi + energy, P: response.first_piola(&k, pressure) }
-        })
+        let response = self.eval(&k, fibres);
+        let (energy, pressure) =
+            self.volumetric().map_or((k.j.zero(), k.j.zero()), |U| (U.energy(k.j), U.pressure(k.j)));
+        TotalResponse { psi: response.psi + energy, P: response.first_piola(&k, pressure) }
     }
     /// Name of the law in reports.
     pub fn name(&self) -> &'static str {
@@ -190,7 +189,7 @@ impl Material {
     pub fn overstretch(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {
         let k = Kinematics::new(H);
         let inv = Invariants::new(&k);
-        let exponent = with_law!(self, law => law.eval_with_bounds(&k, &inv, fibres).fibre_exponent);
+        let exponent = self.eval_with_bounds(&k, &inv, fibres).fibre_exponent;
         // Not `>`: a NaN exponent exceeds the limit, too.
         if exponent <= FIBRE_EXPONENT_LIMIT {
             return None;
@@ -204,9 +203,9 @@ impl Material {
     }
 }
 
-/// Any law as one type, matched at every point. All passes but the internal forces are compiled for it alone, as are
-/// the internal forces of laws with a common kernel: a match costs little compared with the law, and kernels dominate
-/// the compile time.
+/// Any law as one type, matched at every point, in a function of its own: all laws stand in the program once for each kind of number, not
+/// once for each kind of number, element and pass. All passes but the internal forces are compiled for it alone, as are the internal forces
+/// of laws with a common kernel: a call costs little compared with the law, and kernels dominate the compile time.
 impl Law for Material {
     const NAME: &'static str = "any law";
     const FITTED: Deformations = <NeoHookean as Law>::FITTED;
@@ -221,7 +220,11 @@ impl Law for Material {
         inv: &Invariants<R>,
         fibres: &[[R; 3]],
     ) -> BoundedResponse<R> {
-        with_law!(self, law => law.eval_with_bounds(k, inv, fibres))
+        k.j.outlined(EvalWithBounds { material: self, k, inv, fibres })
+    }
+    #[inline(always)]
+    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
+        k.j.outlined(Eval { material: self, k, fibres })
     }
     fn volumetric(&self) -> Option<Volumetric> {
         self.volumetric()
@@ -231,6 +234,37 @@ impl Law for Material {
     }
     fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
         self.with_isochoric_scaled(factor)
+    }
+}
+
+/// [`Law::eval_with_bounds`] of any law.
+struct EvalWithBounds<'a, R> {
+    material: &'a Material,
+    k: &'a Kinematics<R>,
+    inv: &'a Invariants<R>,
+    fibres: &'a [[R; 3]],
+}
+
+impl<R: Real> Outlined for EvalWithBounds<'_, R> {
+    type Output = BoundedResponse<R>;
+    #[inline(always)]
+    fn run(self) -> BoundedResponse<R> {
+        with_law!(self.material, law => law.eval_with_bounds(self.k, self.inv, self.fibres))
+    }
+}
+
+/// [`Law::eval`] of any law.
+struct Eval<'a, R> {
+    material: &'a Material,
+    k: &'a Kinematics<R>,
+    fibres: &'a [[R; 3]],
+}
+
+impl<R: Real> Outlined for Eval<'_, R> {
+    type Output = Response<R>;
+    #[inline(always)]
+    fn run(self) -> Response<R> {
+        with_law!(self.material, law => law.eval(self.k, self.fibres))
     }
 }
 

@@ -4,7 +4,6 @@ use super::{Kinematics, Law, MAX_FAMILIES, Material};
 use crate::mechanics::dual::Dual;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Tensor;
-use crate::with_law;
 
 /// `A : dF` [Pa], the change of P along `dF` at `F = I + H`; exact to rounding.
 ///
@@ -30,7 +29,7 @@ pub fn assemble_law_tangent(material: &Material, H: &Tensor<f64>, fibres: &[[f64
         let (lifted, directions) = lift(H, fibres, unit);
         let k = Kinematics::new(&lifted);
         let fibres = &directions[..fibres.len()];
-        let P = with_law!(material, law => law.eval(&k, fibres).first_piola(&k, k.j.zero()));
+        let P = material.eval(&k, fibres).first_piola(&k, k.j.zero());
         Tensor::from_fn(|i, j| P.0[i][j].slope)
     })
 }
