@@ -18,7 +18,7 @@ use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, load_corners, store_corners};
 use super::{ElementForces, Threads};
 use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
@@ -69,7 +69,7 @@ impl ElementBlock {
         let chunk = &self.chunks[forces.chunk as usize];
         let (ends, to) = (&[before, after], &mut g[..]);
         let square = with_elements!(&self.packed, elements => {
-            pulp::Arch::new().dispatch(ChangeOfStrain { elements, chunk, ends, g: to })
+            dispatch_rare(ChangeOfStrain { elements, chunk, ends, g: to })
         });
         if square > 0.0 {
             for (force, g) in forces.force.iter_mut().zip(&g) {

@@ -11,7 +11,7 @@ use super::parameters::ErosionLimits;
 use super::rows::{clear, gather, keep_still};
 use super::{ElementForces, Threads};
 use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor};
 use pulp::{Simd, WithSimd};
@@ -107,12 +107,7 @@ impl ElementForces {
 
     /// The elements that the last evaluation has found beyond what their parts bear, and that are not gone yet, by slot.
     pub fn find_eroding(&mut self, threads: &Threads, blocks: &[ElementBlock]) -> Vec<Eroding> {
-        threads.for_each(&mut self.chunks, |chunk| {
-            let block = &blocks[chunk.block as usize];
-            if let Some(limits) = block.parameters.erosion {
-                with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Judge { elements, block, limits, chunk }));
-            }
-        });
+        threads.for_each(&mut self.chunks, |chunk| blocks[chunk.block as usize].find_eroding(chunk));
         let mut found = Vec::new();
         for (number, chunk) in self.chunks.iter().enumerate() {
             let block = &blocks[chunk.block as usize];
@@ -131,6 +126,17 @@ impl ElementForces {
             }
         }
         found
+    }
+}
+
+impl ElementBlock {
+    /// Not inlined: the loop over chunks stands in the program twice, for one thread and for several.
+    #[inline(never)]
+    fn find_eroding(&self, chunk: &mut ChunkForces) {
+        let block = self;
+        if let Some(limits) = block.parameters.erosion {
+            with_elements!(&block.packed, elements => dispatch_rare(Judge { elements, block, limits, chunk }));
+        }
     }
 }
 

@@ -12,7 +12,6 @@ use super::{Assembly, Threads};
 use crate::mechanics::lanes::{BATCH, Row, dispatch_wide};
 use crate::mechanics::material::Law;
 use crate::mechanics::tensor::Vec3;
-use pulp::Simd;
 
 /// What an internal force evaluation of all blocks writes, chunk by chunk.
 #[derive(Debug)]
@@ -173,8 +172,7 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
             if let Err(evaluation) =
                 dispatch_wide(Evaluation { law, formulation: $formulation, elements, block, input, forces })
             {
-                // Without wide registers no law has a kernel of its own.
-                pulp::Scalar::new().vectorize(evaluation.of_any_law());
+                evaluation.without_wide_registers();
             }
         };
     }

@@ -83,12 +83,23 @@ pub(super) struct Evaluation<'a, L, K, E: InBlocks<N, Q>, const N: usize, const 
     pub forces: &'a mut ChunkForces,
 }
 
-impl<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> Evaluation<'a, L, K, E, N, Q> {
-    /// The same by the kernel that serves all laws.
-    pub fn of_any_law(self) -> Evaluation<'a, Material, K, E, N, Q> {
+impl<L, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize>
+    Evaluation<'_, L, K, E, N, Q>
+{
+    /// Evaluates it in plain `f64`, for which no law has a kernel of its own.
+    pub fn without_wide_registers(self) {
         let Self { formulation, elements, block, input, forces, .. } = self;
-        Evaluation { law: block.parameters.material, formulation, elements, block, input, forces }
+        let law = block.parameters.material;
+        in_plain_numbers(Evaluation { law, formulation, elements, block, input, forces });
     }
+}
+
+/// Not inlined, so that it is compiled once and not for each law.
+#[inline(never)]
+fn in_plain_numbers<K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
+    evaluation: Evaluation<Material, K, E, N, Q>,
+) {
+    pulp::Scalar::new().vectorize(evaluation);
 }
 
 impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd

@@ -17,30 +17,29 @@ use super::totals::BatchTotals;
 use crate::mechanics::dual::Dual;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{
-    ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MemorySteps, isochoric_stress,
-    volume_change,
+    ElasticPoint, History, Invariants, Kinematics, Law, MAX_FAMILIES, Material, MemorySteps,
+    isochoric_stress, volume_change,
 };
-use crate::mechanics::real::{Real, inverse_cbrt_m1};
+use crate::mechanics::real::{Outlined, Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Tensor;
 use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};
 
 /// The forces of the memories of a chunk, whose displacements are gathered: of relaxation added to its viscous forces, of softening
 /// to its internal forces.
-pub(super) struct Memory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    pub law: L,
+pub(super) struct Memory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub elements: &'a Packed<E, N, Q>,
     pub block: &'a ElementBlock,
     pub input: &'a ForceInput<'a>,
     pub chunk: &'a mut ChunkForces,
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { law, elements, block, input, chunk } = self;
+        let Self { elements, block, input, chunk } = self;
         let h = if input.inverse_step > 0.0 { 1.0 / input.inverse_step } else { 0.0 };
         let (steps, softens) = (block.parameters.memory.step(h), block.parameters.memory.softens());
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
@@ -55,7 +54,6 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
             keep_still(chunk.eroded_lanes(i), &mut x);
             let range = i * rows + block.bulk_rows()..(i + 1) * rows;
             let mut batch = BatchMemory {
-                law,
                 elements,
                 block,
                 batch: first + i,
@@ -84,9 +82,8 @@ struct MemoryForces<const N: usize> {
     lost: [[Row; N]; 3],
 }
 
-/// One batch, one law.
-struct BatchMemory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    law: L,
+/// One batch.
+struct BatchMemory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
     batch: usize,
@@ -148,7 +145,7 @@ impl<S: Simd> History<Dual<Lane<S>>> for Past<'_, S> {
     fn set(&mut self, _: usize, _: Dual<Lane<S>>) {}
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q> {
     /// Forces [N], stored energy and critical time step of the elements of a register at displacements `u` [m].
     #[inline(always)]
     fn eval<S: Simd>(
@@ -162,7 +159,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
         let zero = Lane::splat(simd, 0.0);
         let batch = &self.elements.batches[self.batch];
         batch.first_pass_to(simd, part, u, first_pass);
-        let tension = Tension::new(self.law, self.block, first_pass.mean);
+        let tension = Tension::new(self.block, first_pass.mean);
         let reduced = self.elements.one_point.get(self.batch);
         if let Some(reduced) = reduced {
             // Of one-point elements the mean gradient.
@@ -176,16 +173,24 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
             a.0[q] = inverse_cbrt_m1(j.0[q]);
         }
 
-        // The law where it is remembered, in a loop whose length the compiler does not know, so that it stands in the program once.
+        // The law where it is remembered.
         let mut P = Aligned([Tensor::diagonal(zero); Q]);
         let mut lost = Aligned([Lost::none(zero); Q]);
         let (mut density, mut stiffness) = (Aligned([zero; Q]), zero);
+        let fibres = load_fibres(simd, self.block.fibres_of(self.batch), part);
         for q in 0..self.block.memory_points() {
             let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
-            let (elastic, point) = self.eval_point::<S>(simd, part, q, &k, tension.energy(&k));
-            (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
+            let point = zero.outlined(PointInStep {
+                block: self.block,
+                steps: self.steps,
+                k: &k,
+                fibres: &fibres,
+                tension: &tension,
+                size: Lane::load(simd, &self.size, part),
+                history: self.history_of(simd, part, q),
+            });
+            (P.0[q], density.0[q], lost.0[q]) = (point.P, point.stored, point.lost);
             stiffness = stiffness.max(point.stiffness);
-            lost.0[q] = Lost::new(&elastic, &point, tension.pressure(&k));
         }
         if self.block.parameters.memory.softens() {
             let lost = LostAtPoints {
@@ -208,36 +213,61 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
         totals.shorten_step(simd, Lane::load(simd, &batch.frequency_bound, part) * stiffness, zero, part);
     }
 
-    /// One point, whose history it takes on to t_n.
+    /// History of a point.
     #[inline(always)]
-    fn eval_point<'k, S: Simd>(
-        &mut self,
-        simd: S,
-        part: usize,
-        q: usize,
-        k: &'k Kinematics<Lane<S>>,
-        tension: Lane<S>,
-    ) -> (ElasticPoint<'k, Lane<S>>, Inelastic<Lane<S>>) {
+    fn history_of<S: Simd>(&mut self, simd: S, part: usize, q: usize) -> LaneHistory<'_, S> {
         let rows = self.block.memory_rows();
         let range = q * rows..(q + 1) * rows;
-        let mut history = LaneHistory {
-            simd,
-            part,
-            before: self.before.map(|before| &before[range.clone()]),
-            after: &mut self.after[range],
-        };
-        let fibres = &load_fibres(simd, self.block.fibres_of(self.batch), part)[..self.law.family_count()];
-        let size = Lane::load(simd, &self.size, part);
-        let elastic = elastic_point(self.law, k, fibres, (tension, size));
-        let inelastic = self.block.parameters.memory.update(self.steps, &elastic, &mut history);
-        (elastic, inelastic)
+        let before = self.before.map(|before| &before[range.clone()]);
+        LaneHistory { simd, part, before, after: &mut self.after[range] }
+    }
+}
+
+/// A point whose history is taken on to t_n.
+struct PointInStep<'a, S: Simd> {
+    block: &'a ElementBlock,
+    steps: &'a MemorySteps,
+    k: &'a Kinematics<Lane<S>>,
+    fibres: &'a [[Lane<S>; 3]; MAX_FAMILIES],
+    tension: &'a Tension<Lane<S>>,
+    /// Edge of a cube of the volume of the element [m].
+    size: Lane<S>,
+    history: LaneHistory<'a, S>,
+}
+
+/// What its memories make of its stress.
+struct RememberedPoint<R> {
+    /// Stress that relaxes [Pa].
+    P: Tensor<R>,
+    /// Energy stored with it [J/m³].
+    stored: R,
+    /// Upper bound of the norm of its tangent [Pa].
+    stiffness: R,
+    lost: Lost<R>,
+}
+
+impl<S: Simd> Outlined for PointInStep<'_, S> {
+    type Output = RememberedPoint<Lane<S>>;
+
+    #[inline(always)]
+    fn run(mut self) -> RememberedPoint<Lane<S>> {
+        let (parameters, k) = (&self.block.parameters, self.k);
+        let fibres = &self.fibres[..parameters.material.family_count()];
+        let elastic = elastic_point(&parameters.material, k, fibres, (self.tension.energy(k), self.size));
+        let point = parameters.memory.update(self.steps, &elastic, &mut self.history);
+        RememberedPoint {
+            P: k.F.dot_sym(&point.S),
+            stored: point.stored,
+            stiffness: point.stiffness,
+            lost: Lost::new(&elastic, &point, self.tension.pressure(k)),
+        }
     }
 }
 
 /// The elastic response that memories add to, with U in tension [J/m³] and the size of the element [m].
 #[inline(always)]
-pub(super) fn elastic_point<'a, L: Law, R: Real>(
-    law: L,
+pub(super) fn elastic_point<'a, R: Real>(
+    law: &Material,
     k: &'a Kinematics<R>,
     fibres: &[[R; 3]],
     (tension, size): (R, R),

@@ -13,9 +13,9 @@ use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::POINTS;
 use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::{Inelastic, Kinematics, Law, Memories};
-use crate::mechanics::real::{Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
+use crate::mechanics::material::{Inelastic, Kinematics, Law, Material, Memories};
+use crate::mechanics::real::{Outlined, Real, inverse_cbrt_m1};
+use crate::mechanics::tensor::{Mat3, Sym, Vec3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -184,17 +184,16 @@ impl ElementBlock {
         let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
         with_elements!(&self.packed, elements => dispatch_rare(Points {
-            element: PointLaw {
-                law: self.parameters.material,
+            response: PointResponse {
                 block: self,
-                batch: &elements.batches[b],
-                reduced: elements.one_point.get(b),
                 fibres: self.fibres_of(b),
                 memory: self.memory_of(b, history),
                 of_nodes: self.nodal_volumes.as_ref().map(|volumes| {
                     volumes.of_batch(&self.chunks[b / Chunk::BATCHES], &elements.batches[b].nodes, at_nodes)
                 }),
             },
+            batch: &elements.batches[b],
+            reduced: elements.one_point.get(b),
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             eroded: erosion.of_batch(self, b),
             u,
@@ -228,11 +227,11 @@ struct BatchHistory<'a> {
 impl BatchHistory<'_> {
     /// What they add to the response of a point.
     #[inline(always)]
-    fn inelastic<S: Simd, L: Law>(
+    fn inelastic<S: Simd>(
         &self,
         simd: S,
         (part, q): (usize, usize),
-        law: L,
+        law: &Material,
         (k, fibres): (&Kinematics<Lane<S>>, &[[Lane<S>; 3]]),
         tension: Lane<S>,
     ) -> Inelastic<Lane<S>> {
@@ -242,13 +241,9 @@ impl BatchHistory<'_> {
     }
 }
 
-/// One batch, one law.
-struct PointLaw<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    law: L,
+/// What the response at the points of a batch is made of, whatever its elements.
+struct PointResponse<'a> {
     block: &'a ElementBlock,
-    batch: &'a Batch<E, N, Q>,
-    /// Of one-point elements.
-    reduced: Option<&'a E::OnePoint>,
     fibres: &'a [[Row; 3]],
     memory: Option<BatchHistory<'a>>,
     /// Share s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
@@ -256,8 +251,11 @@ struct PointLaw<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
 }
 
 /// One batch at one time.
-struct Points<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    element: PointLaw<'a, L, E, N, Q>,
+struct Points<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    response: PointResponse<'a>,
+    batch: &'a Batch<E, N, Q>,
+    /// Of one-point elements.
+    reduced: Option<&'a E::OnePoint>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
     /// Elements that are gone, a bit a lane.
@@ -268,117 +266,138 @@ struct Points<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     to: &'a mut PointBatch,
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Points<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Points<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
         self.to.count = Q;
         self.to.damage = [Row::default(); POINTS];
         self.to.volume[Q..].fill(Row::default());
         let u = self.gather(self.u);
         let rates = self.viscosity.map(|(eta, v)| (eta, self.gather(v)));
         for part in 0..BATCH / S::F64_LANES {
-            self.element.eval::<S>(simd, part, &u, rates.as_ref(), self.to);
+            self.eval::<S>(simd, part, &u, rates.as_ref());
         }
     }
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, E, N, Q> {
     /// Nodal vectors of the batch, in lanes.
     fn gather(&self, from: &[Vec3]) -> [[Row; N]; 3] {
-        let mut to = gather_global(&self.element.batch.nodes, self.nodes, from);
+        let mut to = gather_global(&self.batch.nodes, self.nodes, from);
         keep_still(self.eroded, &mut to);
         to
     }
-}
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, E, N, Q> {
+    /// The elements of a register.
     #[inline(always)]
     fn eval<S: Simd>(
-        &self,
+        &mut self,
         simd: S,
         part: usize,
         u: &[[Row; N]; 3],
         rates: Option<&(f64, [[Row; N]; 3])>,
-        points: &mut PointBatch,
     ) {
-        // A macro, not a closure: that would be compiled without the instruction set of this function.
-        macro_rules! load {
-            ($x:expr) => {
-                Lane::load(simd, $x, part)
-            };
-        }
         let zero = Lane::splat(simd, 0.0);
         let first_pass = self.batch.first_pass(simd, part, u);
-        let (FirstPass { cof_X, w, H, j, .. }, mean) = (&first_pass, first_pass.mean);
+        let FirstPass { cof_X, w, H, j, .. } = &first_pass;
+        // Padding has no volume.
+        let is_element = Lane::load(simd, &self.batch.volume, part).select_positive(zero + 1.0, zero);
         let local_v = rates.map(|(eta, v)| (*eta, E::local_gradients(&load_corners(simd, v, part))));
-        let mut viscous = [Sym([zero; 6]); Q];
-        let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); Q];
         for q in 0..Q {
-            kinematics[q] = Kinematics::with_volume_change(&H.0[q], j.0[q], inverse_cbrt_m1(j.0[q]));
+            (w.0[q] * E::SCALE * is_element).store(&mut self.to.volume[q], part);
+            let mut k = Kinematics::with_volume_change(&H.0[q], j.0[q], inverse_cbrt_m1(j.0[q]));
+            let mut viscous = None;
             if let Some((eta, local_v)) = &local_v {
                 let rate = self.batch.gradient_at(simd, part, local_v, (q, &cof_X.0[q]));
-                let k = &kinematics[q];
-                viscous[q] = stress_over_viscosity(&rate, &k.cof, k.j).scaled(zero.constant(*eta));
+                viscous = Some(stress_over_viscosity(&rate, &k.cof, k.j).scaled(zero.constant(*eta)));
             }
-            // Padding has no volume.
-            let is_element = load!(&self.batch.volume);
-            (w.0[q] * E::SCALE * is_element.select_positive(zero + 1.0, zero))
-                .store(&mut points.volume[q], part);
+            if let Some(reduced) = self.reduced {
+                k = Kinematics::new(&reduced.mean_gradient(simd, part, u));
+            }
+            zero.outlined(PointStress {
+                response: &self.response,
+                k: &k,
+                mean: first_pass.mean,
+                viscous: viscous.as_ref(),
+                at: (simd, part, q),
+                to: &mut *self.to,
+            });
         }
-        if let Some(reduced) = self.reduced {
-            kinematics = [Kinematics::new(&reduced.mean_gradient(simd, part, u)); Q];
+    }
+}
+
+/// Stress, energy and strain at one point of the elements of a register.
+struct PointStress<'a, S: Simd> {
+    response: &'a PointResponse<'a>,
+    k: &'a Kinematics<Lane<S>>,
+    /// Mean of J − 1 over the element [-].
+    mean: Lane<S>,
+    /// Viscous Cauchy stress [Pa].
+    viscous: Option<&'a Sym<Lane<S>>>,
+    /// Register and point.
+    at: (S, usize, usize),
+    to: &'a mut PointBatch,
+}
+
+impl<S: Simd> Outlined for PointStress<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { response: of, k, mean, viscous, at: (simd, part, q), to } = self;
+        let zero = mean.zero();
+        let parameters = &of.block.parameters;
+        let law = &parameters.material;
+        let fibres = &load_fibres(simd, of.fibres, part)[..of.fibres.len()];
+        let response = law.eval(k, fibres);
+        let j = if parameters.formulation == Formulation::MeanDilatation { mean } else { k.j };
+        let mut psi = response.psi;
+        let (energy, pressure) = match (law.volumetric(), &of.of_nodes) {
+            (Some(U), Some((share, [energy, pressure, _]))) => (
+                shared(*share, U.energy(j), Lane::load(simd, energy, part)),
+                shared(*share, U.pressure(j), Lane::load(simd, pressure, part)),
+            ),
+            (Some(U), None) => (U.energy(j), U.pressure(j)),
+            (None, _) => (zero, zero),
+        };
+
+        // What memories add, and what softening takes.
+        let mut P = response.first_piola(k, pressure);
+        if let Some(memory) = &of.memory {
+            let tension = Tension::new(of.block, mean);
+            let inelastic = memory.inelastic(simd, (part, q), law, (k, fibres), tension.energy(k));
+            let damage = inelastic.damage;
+            P = P.plus_dot_sym(&k.F, &inelastic.S);
+            P = P.plus_scaled(-damage, &response.first_piola(k, tension.pressure(k)));
+            psi = damage.mul_add(-(psi + tension.energy(k)), psi);
+            inelastic.damage.store(&mut to.damage[q], part);
         }
-        let fibres = load_fibres(simd, self.fibres, part);
-        for q in 0..Q {
-            let k = &kinematics[q];
-            let response = self.law.eval(k, &fibres[..self.fibres.len()]);
-            let j = if self.block.parameters.formulation == Formulation::MeanDilatation { mean } else { k.j };
-            let mut psi = response.psi;
-            let (energy, pressure) = match (self.law.volumetric(), &self.of_nodes) {
-                (Some(U), Some((share, [energy, pressure, _]))) => (
-                    shared(*share, U.energy(j), load!(energy)),
-                    shared(*share, U.pressure(j), load!(pressure)),
-                ),
-                (Some(U), None) => (U.energy(j), U.pressure(j)),
-                (None, _) => (zero, zero),
-            };
-            // σ = P Fᵀ / J
-            let mut P = response.first_piola(k, pressure);
-            if let Some(memory) = &self.memory {
-                let fibres = &fibres[..self.fibres.len()];
-                let tension = Tension::new(self.law, self.block, mean);
-                let inelastic = memory.inelastic(simd, (part, q), self.law, (k, fibres), tension.energy(k));
-                let damage = inelastic.damage;
-                P = P.plus_dot_sym(&k.F, &inelastic.S);
-                P = P.plus_scaled(-damage, &response.first_piola(k, tension.pressure(k)));
-                psi = damage.mul_add(-(psi + tension.energy(k)), psi);
-                inelastic.damage.store(&mut points.damage[q], part);
-            }
-            let sigma = P.dot_transposed(&k.F);
-            let mut cauchy = Sym([zero; 6]);
-            for (s, (i, j)) in cauchy.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
-                *s = sigma.0[i][j] / k.J;
-            }
-            if rates.is_some() {
-                cauchy = cauchy.plus_scaled(zero + 1.0, &viscous[q]);
-            }
-            for i in 0..3 {
-                for j in 0..3 {
-                    k.F.0[i][j].store(&mut points.F[q][3 * i + j], part);
-                }
-            }
-            for (s, to) in cauchy.0.iter().zip(&mut points.cauchy[q]) {
-                s.store(to, part);
-            }
-            (psi + energy).store(&mut points.psi[q], part);
-            cauchy.von_mises().store(&mut points.von_mises[q], part);
-            cauchy.pressure().store(&mut points.pressure[q], part);
-            (k.C_minus_I.largest_principal() * 0.5).store(&mut points.principal_strain[q], part);
-            let least = k.C_minus_I.scaled(zero - 1.0).largest_principal() * -0.5;
-            least.store(&mut points.least_principal_strain[q], part);
-            k.J.store(&mut points.jacobian[q], part);
+
+        // σ = P Fᵀ / J
+        let sigma = P.dot_transposed(&k.F);
+        let mut cauchy = Sym([zero; 6]);
+        for (s, (i, j)) in cauchy.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
+            *s = sigma.0[i][j] / k.J;
         }
+        if let Some(viscous) = viscous {
+            cauchy = cauchy.plus_scaled(zero + 1.0, viscous);
+        }
+        for i in 0..3 {
+            for j in 0..3 {
+                k.F.0[i][j].store(&mut to.F[q][3 * i + j], part);
+            }
+        }
+        for (s, to) in cauchy.0.iter().zip(&mut to.cauchy[q]) {
+            s.store(to, part);
+        }
+        (psi + energy).store(&mut to.psi[q], part);
+        cauchy.von_mises().store(&mut to.von_mises[q], part);
+        cauchy.pressure().store(&mut to.pressure[q], part);
+        (k.C_minus_I.largest_principal() * 0.5).store(&mut to.principal_strain[q], part);
+        let least = k.C_minus_I.scaled(zero - 1.0).largest_principal() * -0.5;
+        least.store(&mut to.least_principal_strain[q], part);
+        k.J.store(&mut to.jacobian[q], part);
     }
 }

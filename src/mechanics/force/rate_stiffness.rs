@@ -17,13 +17,13 @@ use super::packed::{InBlocks, Packed, with_elements};
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, load_corners};
 use super::stiffness::{
-    CORNER_PAIRS, StiffnessBatch, add_pairs, fixed, fixed_fibres, fixed_tensor, gradients,
+    CORNER_PAIRS, StiffnessBatch, add_pairs, fixed, fixed_fibres, fixed_tensor, gradients, store_column,
 };
 use super::viscous::viscous_stress;
 use crate::mechanics::dual::Dual;
 use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::{Kinematics, Law, MemorySteps, volume_change};
-use crate::mechanics::real::Real;
+use crate::mechanics::material::{Kinematics, Material, Memories, MemorySteps, volume_change};
+use crate::mechanics::real::{Outlined, Real};
 use crate::mechanics::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
@@ -47,7 +47,6 @@ impl ElementBlock {
     pub fn add_rate_stiffness(&self, batch: usize, end: &EndOfStep, stiffness: &mut StiffnessBatch) {
         let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
         with_elements!(&self.packed, elements => dispatch_rare(RateStiffness {
-            law: self.parameters.material,
             block: self,
             elements,
             batch,
@@ -70,9 +69,8 @@ impl ElementBlock {
     }
 }
 
-/// One batch, one law.
-struct RateStiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    law: L,
+/// One batch.
+struct RateStiffness<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     block: &'a ElementBlock,
     elements: &'a Packed<E, N, Q>,
     batch: usize,
@@ -85,7 +83,7 @@ struct RateStiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     to: &'a mut StiffnessBatch,
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for RateStiffness<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for RateStiffness<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
@@ -106,7 +104,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Rat
     }
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_, E, N, Q> {
     /// ∇N of the corners [1/m] at a point.
     #[inline(always)]
     fn gradients<S: Simd>(
@@ -133,7 +131,8 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_
         for q in 0..Q {
             let cof_X = &first_pass.cof_X.0[q];
             let rate = self.elements.batches[self.batch].gradient_at(simd, part, &local_v, (q, cof_X));
-            let A = viscous_tangent(eta, &first_pass.H.0[q], &rate, self.velocity_slope);
+            let H = &first_pass.H.0[q];
+            let A = rate.0[0][0].outlined(ViscousTangent { eta, H, rate: &rate, slope: self.velocity_slope });
             let g = self.gradients(simd, part, q, first_pass);
             add_pairs(sums, &A, &g, first_pass.w.0[q] * E::SCALE);
         }
@@ -184,46 +183,76 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_
         H: &Tensor<Lane<S>>,
     ) -> [[Lane<S>; 9]; 9] {
         let rows = self.block.memory_rows();
-        let mut history = Past { simd, part, rows: &self.history[q * rows..(q + 1) * rows] };
         let directions = fixed_fibres(simd, self.block.fibres_of(self.batch), part);
-        let fibres = &directions[..self.law.family_count()];
-        let size = fixed(Lane::load(simd, &self.size, part));
-        let mut A = [[Lane::splat(simd, 0.0); 9]; 9];
-        let mut lifted = fixed_tensor(H);
+        Lane::splat(simd, 0.0).outlined(MemoryTangent {
+            law: &self.block.parameters.material,
+            memories: &self.block.parameters.memory,
+            steps: &self.steps,
+            H,
+            fibres: &directions[..self.block.parameters.material.family_count()],
+            size: fixed(Lane::load(simd, &self.size, part)),
+            history: Past { simd, part, rows: &self.history[q * rows..(q + 1) * rows] },
+        })
+    }
+}
+
+/// Symmetric part of ∂P/∂F [Pa] of the memories of a point.
+struct MemoryTangent<'a, S: Simd> {
+    law: &'a Material,
+    memories: &'a Memories,
+    steps: &'a MemorySteps,
+    H: &'a Tensor<Lane<S>>,
+    fibres: &'a [[Dual<Lane<S>>; 3]],
+    size: Dual<Lane<S>>,
+    history: Past<'a, S>,
+}
+
+impl<S: Simd> Outlined for MemoryTangent<'_, S> {
+    type Output = [[Lane<S>; 9]; 9];
+
+    #[inline(always)]
+    fn run(mut self) -> [[Lane<S>; 9]; 9] {
+        let zero = self.size.value.zero();
+        let mut A = [[zero; 9]; 9];
+        let mut lifted = fixed_tensor(self.H);
         for column in 0..9 {
-            let along = &mut lifted.0[column / 3][column % 3].slope;
-            *along = *along + 1.0;
+            lifted.0[column / 3][column % 3].slope = zero.constant(1.0);
             let k = Kinematics::new(&lifted);
-            let elastic = elastic_point(self.law, &k, fibres, (size.zero(), size));
-            let inelastic = self.block.parameters.memory.update(&self.steps, &elastic, &mut history);
+            let elastic = elastic_point(self.law, &k, self.fibres, (self.size.zero(), self.size));
+            let inelastic = self.memories.update(self.steps, &elastic, &mut self.history);
             store_column(&k.F.dot_sym(&inelastic.S), column, &mut A);
-            lifted.0[column / 3][column % 3].slope = Lane::splat(simd, 0.0);
+            lifted.0[column / 3][column % 3].slope = zero;
         }
         symmetric(&A)
     }
 }
 
 /// Symmetric part of ∂P/∂F + `slope` ∂P/∂Ḟ [Pa] of a viscosity η [Pa s].
-#[inline(always)]
-fn viscous_tangent<R: Real>(eta: f64, H: &Tensor<R>, rate: &Tensor<R>, slope: f64) -> [[R; 9]; 9] {
-    let zero = H.0[0][0].zero();
-    let mut A = [[zero; 9]; 9];
-    let (mut H, mut rate) = (fixed_tensor(H), fixed_tensor(rate));
-    let identity = Tensor::diagonal(fixed(zero.constant(1.0)));
-    for column in 0..9 {
-        let (i, j) = (column / 3, column % 3);
-        (H.0[i][j].slope, rate.0[i][j].slope) = (zero.constant(1.0), zero.constant(slope));
-        let cof_F = H.plus(&identity).cofactor();
-        store_column(&viscous_stress(eta, &rate, &cof_F, volume_change(&H)), column, &mut A);
-        (H.0[i][j].slope, rate.0[i][j].slope) = (zero, zero);
-    }
-    symmetric(&A)
+struct ViscousTangent<'a, R> {
+    eta: f64,
+    H: &'a Tensor<R>,
+    rate: &'a Tensor<R>,
+    slope: f64,
 }
 
-#[inline(always)]
-fn store_column<R: Real>(P: &Tensor<Dual<R>>, column: usize, A: &mut [[R; 9]; 9]) {
-    for (row, A) in A.iter_mut().enumerate() {
-        A[column] = P.0[row / 3][row % 3].slope;
+impl<R: Real> Outlined for ViscousTangent<'_, R> {
+    type Output = [[R; 9]; 9];
+
+    #[inline(always)]
+    fn run(self) -> [[R; 9]; 9] {
+        let Self { eta, H, rate, slope } = self;
+        let zero = H.0[0][0].zero();
+        let mut A = [[zero; 9]; 9];
+        let (mut H, mut rate) = (fixed_tensor(H), fixed_tensor(rate));
+        let identity = Tensor::diagonal(fixed(zero.constant(1.0)));
+        for column in 0..9 {
+            let (i, j) = (column / 3, column % 3);
+            (H.0[i][j].slope, rate.0[i][j].slope) = (zero.constant(1.0), zero.constant(slope));
+            let cof_F = H.plus(&identity).cofactor();
+            store_column(&viscous_stress(eta, &rate, &cof_F, volume_change(&H)), column, &mut A);
+            (H.0[i][j].slope, rate.0[i][j].slope) = (zero, zero);
+        }
+        symmetric(&A)
     }
 }
 

@@ -21,8 +21,8 @@ use super::rows::{gather_global, load_corners, load_fibres};
 use crate::mechanics::dual::Dual;
 use crate::mechanics::element::{Element, Hex8, Hourglass, MOST_NODES, Modes, eval_corner_penalty};
 use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
-use crate::mechanics::real::Real;
+use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Material, volume_change};
+use crate::mechanics::real::{Outlined, Real};
 use crate::mechanics::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
@@ -52,7 +52,7 @@ impl ElementBlock {
     pub fn eval_stiffness(&self, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
         let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
         with_elements!(&self.packed, elements => dispatch_rare(Stiffness {
-            law: self.parameters.material,
+            law: &self.parameters.material,
             mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
             batch: &elements.batches[batch],
             reduced: elements.one_point.get(batch),
@@ -63,9 +63,9 @@ impl ElementBlock {
     }
 }
 
-/// One batch, one law.
-struct Stiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    law: L,
+/// One batch.
+struct Stiffness<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    law: &'a Material,
     mean_dilatation: bool,
     batch: &'a Batch<E, N, Q>,
     /// Of one-point elements.
@@ -75,7 +75,7 @@ struct Stiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     to: &'a mut StiffnessBatch,
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, E, N, Q>
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Stiffness<'_, E, N, Q>
 where
     E::OnePoint: OnePointStiffness<E, N, Q>,
 {
@@ -137,7 +137,7 @@ pub(super) fn fixed_fibres<S: Simd>(
     out
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, E, N, Q> {
     /// From all points.
     #[inline(always)]
     fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
@@ -162,7 +162,9 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L,
         let mut volume_slope = [[zero; 3]; N];
         for q in 0..Q {
             let fibres = &directions[..self.fibres.len()];
-            let A = tangent_at(&self.law, &H.0[q], fibres, pressure.map(|p| (p.value, barrier)), U);
+            let pressure_of_element = pressure.map(|p| (p.value, barrier));
+            let A =
+                zero.outlined(TangentAt { law: self.law, H: &H.0[q], fibres, pressure: pressure_of_element });
             // Gradients are those of the local cube times the scaled cofactor.
             let g = gradients::<E, _, N, Q>(
                 q,
@@ -221,11 +223,11 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L,
 /// The stiffness of one-point elements.
 trait OnePointStiffness<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     /// Of the elements of a register.
-    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, E, N, Q>);
+    fn eval_stiffness<S: Simd>(&self, simd: S, part: usize, to: &mut Stiffness<'_, E, N, Q>);
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointStiffness<E, N, Q> for NoOnePoint {
-    fn eval_stiffness<S: Simd, L: Law>(&self, _: S, _: usize, _: &mut Stiffness<'_, L, E, N, Q>) {
+    fn eval_stiffness<S: Simd>(&self, _: S, _: usize, _: &mut Stiffness<'_, E, N, Q>) {
         match *self {}
     }
 }
@@ -233,7 +235,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointStiffness<E, N, 
 impl OnePointStiffness<Hex8, 8, 8> for ReducedBatch {
     /// The force differentiated along each nodal displacement.
     #[inline(always)]
-    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, Hex8, 8, 8>) {
+    fn eval_stiffness<S: Simd>(&self, simd: S, part: usize, to: &mut Stiffness<'_, Hex8, 8, 8>) {
         let (A, B) = self.gradient_vectors(simd, part);
         let at_point = self.one_point(simd, part, A, B);
         let element = lift(&at_point);
@@ -264,33 +266,45 @@ impl OnePointStiffness<Hex8, 8, 8> for ReducedBatch {
 }
 
 /// A = ∂P/∂F [Pa], `[3 i + J][3 k + L]`, at a point: with the element's pressure [Pa] held and its barrier, or else with the point's own `U′`.
-#[inline(always)]
-fn tangent_at<R: Real, L: Law>(
-    law: &L,
-    H: &Tensor<R>,
-    fibres: &[[Dual<R>; 3]],
+struct TangentAt<'a, R> {
+    law: &'a Material,
+    H: &'a Tensor<R>,
+    fibres: &'a [[Dual<R>; 3]],
     pressure: Option<(R, Option<Barrier>)>,
-    U: Option<Volumetric>,
-) -> [[R; 9]; 9] {
-    let mut A = [[H.0[0][0]; 9]; 9];
-    let mut lifted = fixed_tensor(H);
-    for column in 0..9 {
-        let (k, l) = (column / 3, column % 3);
-        lifted.0[k][l].slope = H.0[0][0].constant(1.0);
-        let kinematics = Kinematics::new(&lifted);
-        let p = match (pressure, U) {
-            (Some((p, None)), _) => fixed(p),
-            (Some((p, Some(barrier))), _) => fixed(p) + barrier.pressure(kinematics.j),
-            (None, Some(U)) => U.pressure(kinematics.j),
-            (None, None) => fixed(H.0[0][0].zero()),
-        };
-        let P = law.eval(&kinematics, fibres).first_piola(&kinematics, p);
-        for (row, A) in A.iter_mut().enumerate() {
-            A[column] = P.0[row / 3][row % 3].slope;
+}
+
+impl<R: Real> Outlined for TangentAt<'_, R> {
+    type Output = [[R; 9]; 9];
+
+    #[inline(always)]
+    fn run(self) -> [[R; 9]; 9] {
+        let Self { law, H, fibres, pressure } = self;
+        let U = law.volumetric();
+        let mut A = [[H.0[0][0]; 9]; 9];
+        let mut lifted = fixed_tensor(H);
+        for column in 0..9 {
+            let (k, l) = (column / 3, column % 3);
+            lifted.0[k][l].slope = H.0[0][0].constant(1.0);
+            let kinematics = Kinematics::new(&lifted);
+            let p = match (pressure, U) {
+                (Some((p, None)), _) => fixed(p),
+                (Some((p, Some(barrier))), _) => fixed(p) + barrier.pressure(kinematics.j),
+                (None, Some(U)) => U.pressure(kinematics.j),
+                (None, None) => fixed(H.0[0][0].zero()),
+            };
+            store_column(&law.eval(&kinematics, fibres).first_piola(&kinematics, p), column, &mut A);
+            lifted.0[k][l].slope = H.0[0][0].zero();
         }
-        lifted.0[k][l].slope = H.0[0][0].zero();
+        A
     }
-    A
+}
+
+/// Stores the derivative of P [Pa] along one component of F as a column of ∂P/∂F.
+#[inline(always)]
+pub(super) fn store_column<R: Real>(P: &Tensor<Dual<R>>, column: usize, A: &mut [[R; 9]; 9]) {
+    for (row, A) in A.iter_mut().enumerate() {
+        A[column] = P.0[row / 3][row % 3].slope;
+    }
 }
 
 /// ∇N of the corners [1/m] at point `q`, `cof` the scaled cofactor of the reference geometry there.

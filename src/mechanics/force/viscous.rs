@@ -70,34 +70,38 @@ impl ElementForces {
         input: &ForceInput,
         v: &[Vec3],
     ) {
-        threads.for_each(&mut self.chunks, |chunk| {
-            let block = &blocks[chunk.block as usize];
-            if !block.parameters.is_viscous() || chunk.awake == 0 {
-                return;
-            }
-            chunk.viscous.fill(Vec3::zeros());
-            for (i, node) in block.nodes_of_chunk(chunk.chunk as usize).iter().enumerate() {
-                chunk.u[i] = input.u[*node as usize];
-                chunk.v[i] = v[*node as usize];
-            }
-            if block.parameters.shear_viscosity > 0.0 {
-                with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Viscous { elements, block, chunk }));
-            }
-            if !block.parameters.memory.is_empty() {
-                let law = block.parameters.material;
-                with_elements!(&block.packed, elements => {
-                    pulp::Arch::new().dispatch(Memory { law, elements, block, input, chunk });
-                });
-            }
-            let first = block.chunks[chunk.chunk as usize].batches.start as usize;
-            chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
-        });
+        threads.for_each(&mut self.chunks, |chunk| blocks[chunk.block as usize].add_viscous(input, v, chunk));
     }
 
     /// Sum of the viscous forces [N] at a node.
     #[inline]
     pub fn viscous_at_node(&self, assembly: &Assembly, node: usize) -> Vec3 {
         assembly.sum_at(node, |chunk, i| self.chunks[chunk].viscous.get(i).copied().unwrap_or_default())
+    }
+}
+
+impl ElementBlock {
+    /// [`ElementForces::add_viscous`] of a chunk. Not inlined: the loop over chunks stands in the program twice, for one thread and for several.
+    #[inline(never)]
+    fn add_viscous(&self, input: &ForceInput, v: &[Vec3], chunk: &mut ChunkForces) {
+        let block = self;
+        if !block.parameters.is_viscous() || chunk.awake == 0 {
+            return;
+        }
+        chunk.viscous.fill(Vec3::zeros());
+        for (i, node) in block.nodes_of_chunk(chunk.chunk as usize).iter().enumerate() {
+            chunk.u[i] = input.u[*node as usize];
+            chunk.v[i] = v[*node as usize];
+        }
+        let arch = pulp::Arch::new();
+        if block.parameters.shear_viscosity > 0.0 {
+            with_elements!(&block.packed, elements => arch.dispatch(Viscous { elements, block, chunk }));
+        }
+        if !block.parameters.memory.is_empty() {
+            with_elements!(&block.packed, elements => arch.dispatch(Memory { elements, block, input, chunk }));
+        }
+        let first = block.chunks[chunk.chunk as usize].batches.start as usize;
+        chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
     }
 }
 

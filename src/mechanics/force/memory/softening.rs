@@ -10,7 +10,7 @@ use crate::mechanics::force::parameters::Formulation;
 use crate::mechanics::force::rows::store_corners;
 use crate::mechanics::force::totals::BatchTotals;
 use crate::mechanics::lanes::{Aligned, Lane, Row};
-use crate::mechanics::material::{ElasticPoint, Inelastic, Kinematics, Law, Volumetric};
+use crate::mechanics::material::{ElasticPoint, Inelastic, Kinematics, Volumetric};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Tensor;
 use pulp::Simd;
@@ -28,8 +28,8 @@ pub(in crate::mechanics::force) struct Tension<R> {
 impl<R: Real> Tension<R> {
     /// Of elements with a mean dilatation J̄ − 1 [-].
     #[inline(always)]
-    pub fn new(law: impl Law, block: &ElementBlock, mean: R) -> Self {
-        let U = law.volumetric().filter(|_| block.parameters.memory.softens());
+    pub fn new(block: &ElementBlock, mean: R) -> Self {
+        let U = block.parameters.material.volumetric().filter(|_| block.parameters.memory.softens());
         Self { U, is_mean: block.parameters.formulation == Formulation::MeanDilatation, mean }
     }
     /// J − 1 where positive, else 0 [-].
