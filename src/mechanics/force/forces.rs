@@ -168,10 +168,15 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
     E::OnePoint: OnePointEvaluation<E, N, Q>,
 {
     macro_rules! evaluate {
-        ($formulation:expr) => {
-            if let Err(evaluation) =
-                dispatch_wide(Evaluation { law, formulation: $formulation, elements, block, input, forces })
-            {
+        ($law:expr, $formulation:expr) => {
+            if let Err(evaluation) = dispatch_wide(Evaluation {
+                law: $law,
+                formulation: $formulation,
+                elements,
+                block,
+                input,
+                forces,
+            }) {
                 evaluation.without_wide_registers();
             }
         };
@@ -181,13 +186,14 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         formulation == Formulation::MeanDilatation && block.parameters.material.volumetric().is_some();
     // Constants stand first, so that no kernel is compiled for an element that has no use for it.
     if const { Formulation::MeanDilatation.is_of(E::KIND) } && has_mean_dilatation {
-        evaluate!(GaussPoints::<true, false>);
+        evaluate!(law, GaussPoints::<true, false>);
     } else if const { Formulation::NodalPressure.is_of(E::KIND) } && formulation == Formulation::NodalPressure
     {
-        evaluate!(GaussPoints::<true, true>);
+        evaluate!(law, GaussPoints::<true, true>);
     } else if const { Formulation::Reduced.is_of(E::KIND) } && formulation == Formulation::Reduced {
-        evaluate!(OnePoint);
+        evaluate!(law, OnePoint);
     } else {
-        evaluate!(GaussPoints::<false, false>);
+        // Coupled laws have no kernels of their own, and for others this formulation locks.
+        evaluate!(block.parameters.material, GaussPoints::<false, false>);
     }
 }
