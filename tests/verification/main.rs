@@ -33,6 +33,7 @@ mod laws;
 mod ledger;
 mod local_refinement;
 mod manufactured_solution;
+mod material_fit;
 mod material_points;
 mod momentum;
 mod mortar;
