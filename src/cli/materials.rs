@@ -4,7 +4,7 @@ use super::json::write_json;
 use super::plan::write_table;
 use super::{CliError, Exit};
 use crate::mechanics::material::Validity;
-use crate::scene::materials::library::{MaterialSet, Spread, find, sets, unknown};
+use crate::scene::materials::library::{MaterialSet, SourceSpread, find, sets, unknown};
 use crate::scene::problem::Pointer;
 use clap::Args;
 use std::io::{self, Write};
@@ -121,7 +121,7 @@ fn write_set(set: &MaterialSet, out: &mut dyn Write) -> Result<(), CliError> {
     for text in &set.contradictions {
         line("contradiction", text)?;
     }
-    for Spread { parameter, least, most, from } in &set.spread {
+    for SourceSpread { parameter, least, most, from } in &set.spread {
         line("spread", &format!("{parameter} {least} to {most}: {from}"))?;
     }
     for source in &set.sources {

@@ -15,6 +15,7 @@ mod numerics;
 mod quantity;
 mod results;
 mod run_state;
+mod relaxation;
 mod softening;
 mod table;
 mod words;
@@ -45,6 +46,7 @@ use injury::injury_measures;
 use laws::left_laws;
 use numerics::numerics;
 use serde::Serialize;
+use relaxation::{RelaxationOfBody, relaxation};
 use softening::{SofteningOfPart, softening};
 use words::plain_words;
 
@@ -81,6 +83,9 @@ pub struct Summary {
     /// Parts whose law was used beyond the range that it was fitted to, or usually is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
+    /// Energy of the branches of relaxation of each body.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub relaxation: Vec<RelaxationOfBody>,
     /// Parts whose stress softened.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub softening: Vec<SofteningOfPart>,
@@ -162,6 +167,7 @@ impl Summary {
             results,
             numerics,
             law_ranges,
+            relaxation: relaxation(&measures.energy, plan),
             softening,
             erosion,
             gates,

@@ -1,8 +1,10 @@
 //! Forces of stresses with a [`Memory`](crate::mechanics::material::Memory), after the evaluation, of any split law.
 //! Eight-point elements remember at each point, one-point elements at their one.
 
+mod branches;
 mod softening;
 
+pub use branches::BranchTotals;
 pub(super) use softening::Tension;
 
 use super::ForceInput;
@@ -23,6 +25,7 @@ use crate::mechanics::material::{
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Tensor;
 use pulp::{Simd, WithSimd};
+use branches::BranchSums;
 use softening::{Lost, LostAtPoints};
 
 /// The forces of the memories of a chunk, whose displacements are gathered: of relaxation added to its viscous forces, of softening
@@ -46,6 +49,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
+        let branch_rows = block.branch_rows();
         let none = [[Row::default(); N]; 3];
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
@@ -64,6 +68,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
                 size: if softens { sizes(&elements.batches[first + i].volume) } else { Row([1.0; BATCH]) },
                 before: before.map(|before| &before[range.clone()]),
                 after: &mut chunk.history[range],
+                branches: &mut chunk.branches[i * branch_rows..(i + 1) * branch_rows],
             };
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
@@ -97,6 +102,8 @@ struct BatchMemory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     before: Option<&'a [Row]>,
     /// History at t_n.
     after: &'a mut [Row],
+    /// Energies of the branches of relaxation in the step to t_n, see [`BranchTotals`].
+    branches: &'a mut [Row],
 }
 
 /// The history of one point, in lanes.
@@ -180,11 +187,13 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
         let mut P = Aligned([Tensor::diagonal(zero); Q]);
         let mut lost = Aligned([Lost::none(zero); Q]);
         let (mut density, mut stiffness) = (Aligned([zero; Q]), zero);
+        let mut branches = BranchSums::<S, E, N, Q>::none(zero);
         for q in 0..self.block.memory_points() {
             let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
             let (elastic, point) = self.eval_point::<S>(simd, part, q, &k, tension.energy(&k));
             (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
             stiffness = stiffness.max(point.stiffness);
+            self.add_branches((simd, part, q), &elastic, &point, (cof_X, w), &mut branches);
             lost.0[q] = Lost::new(&elastic, &point, tension.pressure(&k));
         }
         if self.block.parameters.memory.softens() {
@@ -204,6 +213,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
             stored = w.0[q].mul_add(density.0[of], stored);
         }
         store_corners(&E::nodal_forces(&sums.0), &mut forces.relaxing, part);
+        self.finish_branches((simd, part), u, &branches);
         (stored * E::SCALE).store(&mut totals.branches, part);
         totals.shorten_step(simd, Lane::load(simd, &batch.frequency_bound, part) * stiffness, zero, part);
     }

@@ -3,7 +3,7 @@
 use super::document::Change;
 use super::named::part_of;
 use crate::scene::document::{PartDocument, SceneDocument};
-use crate::scene::materials::library::{MaterialSet, SHEAR_MODULUS, Spread, find, unknown};
+use crate::scene::materials::library::{MaterialSet, SHEAR_MODULUS, SourceSpread, find, unknown};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::validate::Findings;
 
@@ -19,7 +19,7 @@ impl Change {
     }
 
     /// The spread that a set states of what this changes.
-    fn stated<'a>(&self, set: &'a MaterialSet) -> Option<&'a Spread> {
+    fn stated<'a>(&self, set: &'a MaterialSet) -> Option<&'a SourceSpread> {
         let parameter = match self {
             Self::StiffnessFactor { .. } => SHEAR_MODULUS,
             Self::Number { pointer } => place_in_part(pointer)?.1,

@@ -213,7 +213,7 @@ fn spreads_contain_the_values_of_their_sets() {
     let mut count = 0;
     for set in sets() {
         for spread in &set.spread {
-            let (Spread { parameter, least, most, .. }, name) = (spread, &set.name);
+            let (SourceSpread { parameter, least, most, .. }, name) = (spread, &set.name);
             let document = serde_json::to_value(set).unwrap();
             let own = document.pointer(&format!("/{parameter}")).and_then(serde_json::Value::as_f64);
             let own = own.unwrap_or_else(|| panic!("{name} has no {parameter}"));
