@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `contuse material fit`.
 #[derive(Args, Debug)]
 pub struct FitArgs {
-    /// JSON file, or - for standard input: {"material": {…}, "free": ["/material/…"], "tests": [{"kind": …, "csv": …}]}.
+    /// JSON file, or - for standard input: the law with starting values, its free parameters, the curves (docs/materials.md).
     pub file: PathBuf,
     /// Answer as JSON.
     #[arg(long)]

@@ -29,7 +29,8 @@ impl Branches {
         for (block_index, block) in plan.blocks.iter().enumerate() {
             for (index, branch) in block.parameters.memory.prony.branches().iter().enumerate() {
                 let is_same = |known: &BranchOfBody| {
-                    known.body == block.body && known.relaxation_time.total_cmp(&branch.relaxation_time).is_eq()
+                    known.body == block.body
+                        && known.relaxation_time.total_cmp(&branch.relaxation_time).is_eq()
                 };
                 let place = branches.list.iter().position(is_same).unwrap_or(branches.list.len());
                 if place == branches.list.len() {

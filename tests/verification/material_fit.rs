@@ -82,9 +82,11 @@ fn known_parameters_come_back_from_three_exact_curves() {
     for (parameter, exact) in answer.parameters.iter().zip([6e3, 2.5, -1.5e3, -3.0]) {
         close(parameter.value, exact, 1e-6, &parameter.pointer);
     }
-    // Equibiaxial stretches of 1.5 are 1/1.5² across.
+    // Equibiaxial stretches of 1.5 are J/1.5² across.
     let [from, to] = answer.stretch_range.unwrap();
-    close(from, 1.0 / 2.25, 1e-3, "smallest stretch");
+    let law = serde_json::from_value::<MaterialDocument>(truth).unwrap().to_material().unwrap();
+    let across = eval_path(&law, &[], Path::Equibiaxial, &[1.5]).unwrap()[0].F[(2, 2)];
+    close(from, across, 1e-6, "smallest stretch");
     close(to, 2.0, 1e-12, "largest stretch");
     assert_eq!(answer.constants.material.valid_to().stretch, answer.stretch_range);
 }
@@ -97,7 +99,9 @@ fn neo_hookean_is_that_of_linear_least_squares() {
     // In simple shear P = 2 C10 γ exactly, at any bulk modulus: J = 1.
     let points: Vec<[f64; 2]> = shear.iter().map(|g| [*g, 2.0 * 4e3 * g + 50.0 * normal.next()]).collect();
     let law = json!({"law": "neo_hookean", "c10_pa": 1e3, "bulk_modulus_pa": 5e7});
-    let answer = fitted(&json!({"material": law, "free": ["/material/c10_pa"], "tests": [{"kind": "shear", "points": points}]}));
+    let answer = fitted(
+        &json!({"material": law, "free": ["/material/c10_pa"], "tests": [{"kind": "shear", "points": points}]}),
+    );
     let squares: f64 = points.iter().map(|p| 4.0 * p[0] * p[0]).sum();
     let exact = points.iter().map(|p| 2.0 * p[0] * p[1]).sum::<f64>() / squares;
     let rest: f64 = points.iter().map(|p| (p[1] - 2.0 * exact * p[0]).powi(2)).sum();
@@ -124,7 +128,8 @@ fn intervals_contain_the_truth_as_often_as_they_say() {
     let mut contained = [0_u64; 2];
     for seed in 0..REPETITIONS {
         let points = noisy(&exact, 400.0, &mut Normal(1000 + seed));
-        let start = json!({"law": "yeoh", "c10_pa": 3e3, "c20_pa": 0.0, "c30_pa": 0.0, "bulk_modulus_pa": 2e7});
+        let start =
+            json!({"law": "yeoh", "c10_pa": 3e3, "c20_pa": 0.0, "c30_pa": 0.0, "bulk_modulus_pa": 2e7});
         let answer = fitted(&json!({"material": start, "free": ["/material/c10_pa", "/material/c20_pa"],
             "tests": [{"kind": "uniaxial", "points": points}]}));
         assert!(answer.has_converged);
@@ -152,7 +157,8 @@ fn relaxation_of_a_card_has_the_series_of_the_library() {
 #[test]
 fn a_series_relative_to_sudden_loading_comes_back() {
     let exact = |t: f64| 9e3 * (1.0 - 0.5 * (1.0 - (-t / 2e-3).exp()) - 0.3 * (1.0 - (-t / 0.1).exp()));
-    let points: Vec<[f64; 2]> = (0..40).map(|i| 1e-4 * 10_f64.powf(f64::from(i) / 10.0)).map(|t| [t, exact(t)]).collect();
+    let points: Vec<[f64; 2]> =
+        (0..40).map(|i| 1e-4 * 10_f64.powf(f64::from(i) / 10.0)).map(|t| [t, exact(t)]).collect();
     let answer = fitted(&json!({
         "material": {"law": "neo_hookean", "c10_pa": 2e3, "bulk_modulus_pa": 5e7},
         "prony_series": {"moduli": "instantaneous", "branches": [
@@ -162,26 +168,32 @@ fn a_series_relative_to_sudden_loading_comes_back() {
             "/prony_series/branches/1/relative_modulus", "/prony_series/branches/1/relaxation_time_s"],
         "tests": [{"kind": "relaxation", "points": points}]
     }));
-    for (parameter, exact) in answer.parameters.iter().zip([4.5e3, 0.5, 2e-3, 0.3, 0.1]) {
-        close(parameter.value, exact, 1e-6, &parameter.pointer);
+    close(answer.parameters[0].value, 4.5e3, 1e-6, "C10");
+    // The order of the branches is arbitrary.
+    let mut branches = answer.constants.prony_series.unwrap().branches;
+    branches.sort_by(|a, b| a.relaxation_time_s.total_cmp(&b.relaxation_time_s));
+    for (branch, [g, tau]) in branches.iter().zip([[0.5, 2e-3], [0.3, 0.1]]) {
+        close(branch.relative_modulus, g, 1e-6, "relative modulus");
+        close(branch.relaxation_time_s, tau, 1e-6, "relaxation time");
     }
 }
 
-/// From the numbers of the sources to the numbers of the library. Its fits are incompressible: the bulk modulus of 50 MPa changes a
-/// stress P by about P/K.
+/// From the numbers of the sources to the numbers of the library, whose fits are closed forms of the incompressible solid: the bulk
+/// modulus is so large here that it leaves no trace in them.
 #[test]
 fn sets_of_the_library_come_out_of_the_numbers_of_their_sources() {
     let law = |name: &str| serde_json::to_value(&find(name).unwrap().material).unwrap();
-    for (file, name, tolerance) in [
-        ("skin_across.json", "skin/manschot_1986_across", 2e-3),
-        ("muscle_at_220_per_s.json", "muscle/takaza_2012_220_per_s", 2e-3),
-        ("ecoflex_00_30.json", "silicone/ecoflex_00_30_marechal_2020", 2e-3),
+    for (file, name) in [
+        ("skin_across.json", "skin/manschot_1986_across"),
+        ("muscle_at_220_per_s.json", "muscle/takaza_2012_220_per_s"),
+        ("ecoflex_00_30.json", "silicone/ecoflex_00_30_marechal_2020"),
     ] {
         let library = json!({"material": law(name)});
-        for parameter in fitted(&of_file(file)).parameters {
+        let mut question = of_file(file);
+        question["material"]["bulk_modulus_pa"] = json!(1e11);
+        for parameter in fitted(&question).parameters {
             let expected = library.pointer(&parameter.pointer).unwrap().as_f64().unwrap();
-            println!("{name} {}: {} here, {expected} in the library", parameter.pointer, parameter.value);
-            close(parameter.value, expected, tolerance, &format!("{name} {}", parameter.pointer));
+            close(parameter.value, expected, 1e-4, &format!("{name} {}", parameter.pointer));
         }
     }
 }
@@ -214,7 +226,9 @@ fn what_curves_do_not_determine_is_reported() {
     let stiff = json!({"law": "demiray", "mu_pa": 3e3, "b": 1.0, "bulk_modulus_pa": 5e7});
     let points = curve(&stiff, Path::Uniaxial, &spaced(1.05, 1.8, 20));
     let soft = json!({"law": "neo_hookean", "c10_pa": 1e3, "bulk_modulus_pa": 5e7});
-    let answer = fitted(&json!({"material": soft, "free": ["/material/c10_pa"], "tests": [{"kind": "uniaxial", "points": points}]}));
+    let answer = fitted(
+        &json!({"material": soft, "free": ["/material/c10_pa"], "tests": [{"kind": "uniaxial", "points": points}]}),
+    );
     assert!(codes(&answer).contains(&"correlated_errors"), "{:#?}", answer.problems);
 }
 

@@ -9,7 +9,10 @@ use std::f64::consts::PI;
 /// Steps of the last of the cases below, one for each way of stepping.
 fn integrators(step: f64) -> [(&'static str, Value); 3] {
     [
-        ("explicit", json!({"kind": "explicit", "max_step_s": step, "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0})),
+        (
+            "explicit",
+            json!({"kind": "explicit", "max_step_s": step, "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0}),
+        ),
         ("implicit", json!({"kind": "implicit", "step_s": step, "theta": 0.5})),
         ("quasi-static", json!({"kind": "quasi_static", "step_s": step, "real_time": true})),
     ]
@@ -42,8 +45,18 @@ fn a_cycle_dissipates_in_each_branch_what_maxwell_says() {
             let stored = 0.5 * g * G * gamma * gamma * (x / (1.0 + x * x)).powi(2);
             assert!(last[i].relaxation_time_s == tau && last[i].body == 0);
             let found = last[i].dissipated_j - before_last[i].dissipated_j;
-            assert_close(found, loss, 5e-3, &format!("dissipated in a cycle by the branch of {tau} s, {formulation}"));
-            assert_close(last[i].stored_j, stored, 2e-2, &format!("stored by the branch of {tau} s, {formulation}"));
+            assert_close(
+                found,
+                loss,
+                5e-3,
+                &format!("dissipated in a cycle by the branch of {tau} s, {formulation}"),
+            );
+            assert_close(
+                last[i].stored_j,
+                stored,
+                2e-2,
+                &format!("stored by the branch of {tau} s, {formulation}"),
+            );
         }
     }
 }
@@ -66,8 +79,16 @@ fn branches_add_up_to_the_totals() {
                 largest = largest.max(body.viscous_j);
             });
             assert!(largest > 100.0, "{largest} J");
-            assert_at_most(worst[0] / largest, 1e-13, &format!("stored, branches less body, {name} {formulation}"));
-            assert_at_most(worst[1] / largest, 1e-12, &format!("dissipated, branches less body, {name} {formulation}"));
+            assert_at_most(
+                worst[0] / largest,
+                1e-13,
+                &format!("stored, branches less body, {name} {formulation}"),
+            );
+            assert_at_most(
+                worst[1] / largest,
+                1e-12,
+                &format!("dissipated, branches less body, {name} {formulation}"),
+            );
         }
     }
 }

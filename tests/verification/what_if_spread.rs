@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 /// The limb with muscle and fat of the library.
 fn library_limb() -> Value {
     let mut scene = limb();
-    let part = |part: &str, set: &str| json!({"part": part, "material": {"library": set, "bulk_modulus_pa": 5e6}});
+    let part =
+        |part: &str, set: &str| json!({"part": part, "material": {"library": set, "bulk_modulus_pa": 5e6}});
     scene["bodies"][1]["parts"][0] = part("muscle", "muscle/kang_2007_voigt_100hz");
     scene["bodies"][1]["parts"][1] = part("fat", "fat/engelbrektsson_2011_ogden");
     scene

@@ -2,8 +2,8 @@
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
-use super::memory::BranchTotals;
 use super::internal::{Evaluation, ForceInput, GaussPoints};
+use super::memory::BranchTotals;
 use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};

@@ -24,8 +24,8 @@ use crate::mechanics::material::{
 };
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Tensor;
-use pulp::{Simd, WithSimd};
 use branches::BranchSums;
+use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};
 
 /// The forces of the memories of a chunk, whose displacements are gathered: of relaxation added to its viscous forces, of softening
@@ -193,7 +193,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
             let (elastic, point) = self.eval_point::<S>(simd, part, q, &k, tension.energy(&k));
             (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
             stiffness = stiffness.max(point.stiffness);
-            self.add_branches((simd, part, q), &elastic, &point, (cof_X, w), &mut branches);
+            self.add_branches((simd, part, q), &elastic, &point, first_pass, &mut branches);
             lost.0[q] = Lost::new(&elastic, &point, tension.pressure(&k));
         }
         if self.block.parameters.memory.softens() {

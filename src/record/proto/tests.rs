@@ -2,8 +2,8 @@
 //! all of it.
 
 use super::contuse::{
-    BodyEnergy, BranchEnergy, ContactForces, DepthAbove, Energy, NumberError, PackedArray, PairEnergy, PairForces,
-    ReferenceMesh, RigidPose, Stress, Summary,
+    BodyEnergy, BranchEnergy, ContactForces, DepthAbove, Energy, NumberError, PackedArray, PairEnergy,
+    PairForces, ReferenceMesh, RigidPose, Stress, Summary,
 };
 use super::foxglove::{
     Color, KeyValuePair, Level, Log, NumericType, PackedElementField, Point3, PointCloud, Pose, Quaternion,

@@ -80,16 +80,16 @@ fn check_test(question: &FitQuestion, test: &TestDocument, here: &Pointer, out: 
     for (i, &[x, y]) in test.points.iter().enumerate() {
         // Of a file, the point is named by its number.
         let place = if test.csv.is_some() { list.clone() } else { list.index(i) };
-        let least = match test.kind {
+        let (is_possible, limit) = match test.kind {
             TestKind::Uniaxial | TestKind::Equibiaxial => (x > 0.0, "a stretch > 0"),
             TestKind::Shear => (true, ""),
             TestKind::Relaxation => (x >= 0.0, "a time >= 0"),
         };
-        out.require(least.0, || {
+        out.require(is_possible, || {
             let what = format!("point {i} has an impossible {}", test.kind.columns()[0]);
             Problem::error("out_of_range", &place, what)
                 .value(x)
-                .limit(least.1)
+                .limit(limit)
                 .remedy("30 % tension is a stretch of 1.3; times are from the step of strain on")
         });
         out.require(question.errors == Errors::Absolute || y != 0.0, || {

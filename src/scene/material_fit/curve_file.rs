@@ -112,10 +112,7 @@ mod tests {
         let points = read_points(text, TestKind::Uniaxial, &Pointer::root(), &mut out);
         assert_eq!(points, [[1.1, 2e3], [1.3, 4e3]]);
         let messages: Vec<_> = out.0.iter().map(|p| p.message.as_str()).collect();
-        assert_eq!(
-            messages,
-            ["line 5 is not a point of the curve", "line 7 is not a point of the curve"]
-        );
+        assert_eq!(messages, ["line 5 is not a point of the curve", "line 7 is not a point of the curve"]);
 
         let mut out = Findings::default();
         assert!(read_points("1.1,2e3\n", TestKind::Shear, &Pointer::root(), &mut out).is_empty());

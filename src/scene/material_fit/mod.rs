@@ -86,8 +86,7 @@ pub struct Constants {
     pub prony_series: Option<PronyDocument>,
 }
 
-static QUESTION: LazyLock<Value> =
-    LazyLock::new(|| schema::schema_of::<FitQuestion>("Contuse material fit"));
+static QUESTION: LazyLock<Value> = LazyLock::new(|| schema::schema_of::<FitQuestion>("Contuse material fit"));
 
 impl FitQuestion {
     /// Reads and checks a question; `file` gives the bytes of a CSV file by its name. Also returns the warnings.

@@ -42,10 +42,11 @@ impl Constants {
         found.0
     }
 
-    /// Whether the number at a pointer may have a value, stability of the law apart.
+    /// Whether another value at a pointer gives no further error, stability of the law apart.
     fn admits(&self, pointer: &str, value: f64) -> bool {
-        let is_inadmissible = |p: &Problem| p.is_error() && p.code != "unstable_law";
-        self.with_numbers([(pointer, value)]).is_some_and(|other| !other.check().iter().any(is_inadmissible))
+        let is_inadmissible = |p: &&Problem| p.is_error() && p.code != "unstable_law";
+        let errors = |constants: &Self| constants.check().iter().filter(is_inadmissible).count();
+        self.with_numbers([(pointer, value)]).is_some_and(|other| errors(&other) <= errors(self))
     }
 
     /// The constants with other numbers at some pointers; `None` where there is no such number, or a value is not finite.

@@ -78,7 +78,12 @@ pub struct FittedTest {
 
 /// How well the law follows each test.
 pub(super) fn tests(question: &FitQuestion, predictions: &[Prediction]) -> Vec<FittedTest> {
-    question.tests.iter().zip(predictions).map(|(test, prediction)| test_of(test, &prediction.values)).collect()
+    question
+        .tests
+        .iter()
+        .zip(predictions)
+        .map(|(test, prediction)| test_of(test, &prediction.values))
+        .collect()
 }
 
 fn test_of(test: &TestDocument, model: &[f64]) -> FittedTest {

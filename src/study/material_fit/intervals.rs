@@ -56,8 +56,7 @@ impl Intervals {
         let degrees_of_freedom = r.len() - J.ncols();
         Self {
             is_bounded: (0..J.ncols()).map(|i| lengths[i] > 0.0 && !in_null_space(i)).collect(),
-            deviation: (degrees_of_freedom > 0)
-                .then(|| r.norm() / (degrees_of_freedom as f64).sqrt()),
+            deviation: (degrees_of_freedom > 0).then(|| r.norm() / (degrees_of_freedom as f64).sqrt()),
             singular_values: svd.singular_values,
             directions,
             inverse,
@@ -99,7 +98,8 @@ impl Intervals {
             f64::NAN
         };
         let of = |(i, (parameter, &value)): (usize, (&crate::scene::material_fit::Parameter, &f64))| {
-            let error = self.deviation.filter(|_| self.is_bounded[i]).map(|s| s * self.inverse[(i, i)].sqrt());
+            let error =
+                self.deviation.filter(|_| self.is_bounded[i]).map(|s| s * self.inverse[(i, i)].sqrt());
             let (standard_error, interval) = match error {
                 None => (None, None),
                 // Of the logarithm.
@@ -129,10 +129,14 @@ impl Intervals {
         let root = Pointer::root();
         if self.degrees_of_freedom == 0 {
             problems.push(
-                Problem::warning("no_degrees_of_freedom", &root, "as many parameters as points: no intervals")
-                    .value(parameters.len())
-                    .limit("fewer parameters than points")
-                    .remedy("add points, or fit fewer parameters"),
+                Problem::warning(
+                    "no_degrees_of_freedom",
+                    &root,
+                    "as many parameters as points: no intervals",
+                )
+                .value(parameters.len())
+                .limit("fewer parameters than points")
+                .remedy("add points, or fit fewer parameters"),
             );
         }
         problems.extend(self.dependent(parameters));
@@ -163,7 +167,8 @@ impl Intervals {
             return None;
         }
         let weakest = self.singular_values.imin();
-        let takes_part = |(i, _): &(usize, &FittedParameter)| self.directions[(*i, weakest)].abs() > TAKES_PART;
+        let takes_part =
+            |(i, _): &(usize, &FittedParameter)| self.directions[(*i, weakest)].abs() > TAKES_PART;
         let names: Vec<&str> =
             parameters.iter().enumerate().filter(takes_part).map(|(_, p)| p.pointer.as_str()).collect();
         let message =

@@ -129,9 +129,8 @@ mod tests {
     fn a_linear_problem_has_the_solution_of_the_normal_equations() {
         // y = a + b t, t = 0 … 4.
         let y = [1.0, 2.9, 5.2, 7.1, 8.8];
-        let residuals = |x: &DVector<f64>| {
-            Some(DVector::from_fn(y.len(), |i, _| x[0] + x[1] * i as f64 - y[i]))
-        };
+        let residuals =
+            |x: &DVector<f64>| Some(DVector::from_fn(y.len(), |i, _| x[0] + x[1] * i as f64 - y[i]));
         let found = minimise(DVector::from_element(2, 0.0), 0.0, &residuals).unwrap();
         assert!(found.has_converged);
         close(found.x[1], 1.98, 1e-9);

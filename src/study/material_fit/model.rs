@@ -35,7 +35,8 @@ impl<'a> Model<'a> {
 
     /// Values of the parameters: of a fixed sign `p₀ eˣ`, otherwise `x` times the scale.
     pub fn values(&self, x: &DVector<f64>) -> Vec<f64> {
-        let value = |(p, x): (&Parameter, &f64)| if p.has_fixed_sign { p.start * x.exp() } else { p.scale * x };
+        let value =
+            |(p, x): (&Parameter, &f64)| if p.has_fixed_sign { p.start * x.exp() } else { p.scale * x };
         self.parameters.iter().zip(x.iter()).map(value).collect()
     }
 
@@ -107,7 +108,10 @@ fn relaxation_modulus(constants: &Constants, time: f64) -> f64 {
         let (slow, _) = prony.slow_law(constants.material.to_material()?)?.moduli_at_rest();
         let series = prony.series();
         let branches = series.branches().iter();
-        Some(slow * (1.0 + branches.map(|b| b.relative_modulus * (-time / b.relaxation_time).exp()).sum::<f64>()))
+        Some(
+            slow * (1.0
+                + branches.map(|b| b.relative_modulus * (-time / b.relaxation_time).exp()).sum::<f64>()),
+        )
     };
     modulus().unwrap_or(f64::NAN)
 }

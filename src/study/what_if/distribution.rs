@@ -10,7 +10,8 @@ impl ParameterDocument {
     /// Range of the parameter; `None` if neither its ends nor a distribution are given.
     pub fn range(&self) -> Option<[f64; 2]> {
         // Between sources, the ends are theirs.
-        let low_end = if matches!(self.distribution, Some(Distribution::Library { .. })) { 0.0 } else { LOW_END };
+        let low_end =
+            if matches!(self.distribution, Some(Distribution::Library { .. })) { 0.0 } else { LOW_END };
         let of = |share: f64| self.distribution.as_ref()?.quantile(share, &self.change);
         Some([self.low.or_else(|| of(low_end))?, self.high.or_else(|| of(1.0 - low_end))?])
     }
@@ -94,7 +95,8 @@ mod tests {
     #[test]
     fn log_normal_numbers_have_their_median_and_variation() {
         let distribution = Distribution::LogNormal { median: 3.0, coefficient_of_variation: 0.5 };
-        let quantile = |share: f64| distribution.quantile(share, &Change::Friction { between: None }).unwrap();
+        let quantile =
+            |share: f64| distribution.quantile(share, &Change::Friction { between: None }).unwrap();
         assert!((quantile(0.5) - 3.0).abs() < 1e-15);
         // Mean and standard deviation by the midpoint rule over quantiles.
         let n = 200_000;

@@ -5,12 +5,13 @@
 
 use super::BatchMemory;
 use crate::mechanics::force::block::ElementBlock;
+use crate::mechanics::force::first_pass::FirstPass;
 use crate::mechanics::force::packed::InBlocks;
 use crate::mechanics::force::rows::load_corners;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{ElasticPoint, Inelastic, Law, MAX_BRANCHES, PronySeries};
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor};
+use crate::mechanics::tensor::Sym;
 use pulp::Simd;
 
 /// Rows of the energies of a branch of a batch.
@@ -95,7 +96,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
         (simd, part, q): (S, usize, usize),
         elastic: &ElasticPoint<Lane<S>>,
         point: &Inelastic<Lane<S>>,
-        (cof_X, weight): (&Aligned<[Tensor<Lane<S>>; Q]>, &Aligned<[Lane<S>; Q]>),
+        FirstPass { cof_X, w, .. }: &FirstPass<Lane<S>, Q>,
         sums: &mut BranchSums<S, E, N, Q>,
     ) {
         let prony = &self.block.parameters.memory.prony;
@@ -113,7 +114,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
             let P = elastic.k.F.dot_sym(&S.scaled(kept));
             for q in points.clone() {
                 E::add_local_stress(&mut sums.stress.0[branch], q, &P, &cof_X.0[q]);
-                sums.stored.0[branch] = weight.0[q].mul_add(stored * kept, sums.stored.0[branch]);
+                sums.stored.0[branch] = w.0[q].mul_add(stored * kept, sums.stored.0[branch]);
             }
         }
     }

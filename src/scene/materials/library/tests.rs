@@ -218,7 +218,10 @@ fn spreads_contain_the_values_of_their_sets() {
             let own = document.pointer(&format!("/{parameter}")).and_then(serde_json::Value::as_f64);
             let own = own.unwrap_or_else(|| panic!("{name} has no {parameter}"));
             assert!(*least > 0.0 && least < most, "{name}: {parameter}");
-            assert!(*least <= own && own <= *most, "{name}: {parameter} of {own} is not in {least} to {most}");
+            assert!(
+                *least <= own && own <= *most,
+                "{name}: {parameter} of {own} is not in {least} to {most}"
+            );
             assert!(!set.contradictions.is_empty() && !spread.from.is_empty(), "{name}");
             count += 1;
         }
