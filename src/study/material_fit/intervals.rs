@@ -4,7 +4,7 @@
 //! freedom (Bates & Watts 1988). Of a parameter of a fixed sign it is that of its logarithm.
 
 use super::answer::FittedParameter;
-use super::least_squares::Minimum;
+use super::least_squares::{Minimum, SINGULAR};
 use super::model::Model;
 use super::student::two_sided_quantile;
 use crate::scene::problem::{Pointer, Problem};
@@ -12,8 +12,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// Fraction of such intervals that contain the parameter.
 const CONFIDENCE: f64 = 0.95;
-/// Smallest singular value, relative to the largest, that differences of this accuracy tell from 0 [-].
-const SINGULAR: f64 = 1e-5;
 /// Condition number of J with columns of length 1 from which parameters are nearly dependent (Belsley, Kuh & Welsch 1980) [-].
 const NEARLY_SINGULAR: f64 = 30.0;
 /// Component of a singular direction from which a parameter takes part in it [-].

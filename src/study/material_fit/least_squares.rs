@@ -13,6 +13,8 @@ const ORTHOGONAL: f64 = 1e-10;
 const NEARLY_ORTHOGONAL: f64 = 1e-4;
 /// Relative size of a step below which nothing more can be gained [-].
 const SMALLEST_STEP: f64 = 1e-12;
+/// Smallest singular value, relative to the largest, that derivatives by differences tell from 0 [-].
+pub(super) const SINGULAR: f64 = 1e-5;
 /// Step of central differences [-]: unknowns are scaled to the order of 1.
 const DIFFERENCE: f64 = 1e-5;
 
@@ -54,15 +56,26 @@ pub fn minimise(
             *scale = column.norm().max(*scale);
         }
         match step(&x, &residual, &jacobian, &scale, &mut lambda, residuals) {
-            Some(next) => (x, residual) = next,
-            None => return done(angle <= NEARLY_ORTHOGONAL, x, residual, jacobian),
+            Step::Taken(next) => (x, residual) = *next,
+            Step::Settled => return done(true, x, residual, jacobian),
+            Step::Stuck => return done(angle <= NEARLY_ORTHOGONAL, x, residual, jacobian),
         }
         jacobian = derivatives(&x, residuals)?;
     }
     Some(Minimum { x, residual, jacobian, iterations: ITERATIONS, has_converged: false })
 }
 
-/// The first step with a smaller residual, with λ ten times as large after each that has not; `None` when steps become too small.
+/// What came of the search for a step.
+enum Step {
+    /// The unknowns and residuals after it.
+    Taken(Box<(DVector<f64>, DVector<f64>)>),
+    /// The step of Gauss and Newton, without damping, is negligible: this is the solution.
+    Settled,
+    /// No step improves, however small.
+    Stuck,
+}
+
+/// The first step with a smaller residual, with λ ten times as large after each that has not.
 fn step(
     x: &DVector<f64>,
     residual: &DVector<f64>,
@@ -70,21 +83,26 @@ fn step(
     scale: &DVector<f64>,
     lambda: &mut f64,
     residuals: &dyn Fn(&DVector<f64>) -> Option<DVector<f64>>,
-) -> Option<(DVector<f64>, DVector<f64>)> {
+) -> Step {
     let inverse_scale = scale.map(|d| if d > 0.0 { 1.0 / d } else { 0.0 });
     let svd = (jacobian * DMatrix::from_diagonal(&inverse_scale)).svd(true, true);
-    let (U, Vt) = (svd.u?, svd.v_t?);
+    let (Some(U), Some(Vt)) = (svd.u, svd.v_t) else { return Step::Stuck };
     let along = U.tr_mul(residual);
+    let change = |gains: DVector<f64>| -Vt.tr_mul(&along.component_mul(&gains)).component_mul(&inverse_scale);
+    let is_negligible = |change: &DVector<f64>| !(change.norm() > SMALLEST_STEP * (1.0 + x.norm()));
+    let least = SINGULAR * svd.singular_values.max();
+    if is_negligible(&change(svd.singular_values.map(|s| if s > least { 1.0 / s } else { 0.0 }))) {
+        return Step::Settled;
+    }
     loop {
-        let gains = svd.singular_values.map(|s| s / (s * s + *lambda));
-        let change = -Vt.tr_mul(&along.component_mul(&gains)).component_mul(&inverse_scale);
-        if !(change.norm() > SMALLEST_STEP * (1.0 + x.norm())) {
-            return None;
+        let change = change(svd.singular_values.map(|s| s / (s * s + *lambda)));
+        if is_negligible(&change) {
+            return Step::Stuck;
         }
         let trial = x + change;
         if let Some(next) = residuals(&trial).filter(|next| next.norm() < residual.norm()) {
             *lambda = (0.1 * *lambda).max(1e-15);
-            return Some((trial, next));
+            return Step::Taken(Box::new((trial, next)));
         }
         *lambda *= 10.0;
     }
