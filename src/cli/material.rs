@@ -1,19 +1,25 @@
 //! `contuse material`: energy and stresses of a law, at a point or along a path.
 
+use super::input_file::read_file;
+use super::material_fit::{FitArgs, material_fit};
 use super::{CliError, Exit, plot};
 use crate::mechanics::material::{self, Material, PathPoint, eval_path, eval_point};
 use crate::mechanics::tensor::Mat3;
 use crate::scene::Problem;
 use crate::scene::material_question::{MaterialAnswer, MaterialQuestion, MaterialQuestions, rows};
 use crate::scene::problem::Pointer;
-use clap::{Args, ValueEnum};
+use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 /// Arguments of `contuse material`.
 #[derive(Args, Debug)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct MaterialArgs {
+    /// Something else than to evaluate it.
+    #[command(subcommand)]
+    pub command: Option<MaterialCommand>,
     /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.
     #[arg(required_unless_present = "library")]
     pub file: Option<PathBuf>,
@@ -35,6 +41,13 @@ pub struct MaterialArgs {
     /// Points along the path.
     #[arg(long, requires = "path", default_value_t = 51, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub points: u32,
+}
+
+/// Subcommands of `contuse material`.
+#[derive(Debug, Subcommand)]
+pub enum MaterialCommand {
+    /// Fit parameters to measured curves: values, 95 % intervals, and the law as a scene takes it.
+    Fit(FitArgs),
 }
 
 /// Output format of the answer.
@@ -82,6 +95,9 @@ struct PathRow {
 /// # Errors
 /// All errors in the question; a deformation at which the law has no stress.
 pub fn material(args: &MaterialArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    if let Some(MaterialCommand::Fit(args)) = &args.command {
+        return material_fit(args, out);
+    }
     let (questions, warnings) = MaterialQuestions::read(&read_input(args)?)?;
     for warning in &warnings {
         tracing::warn!("{warning}");
@@ -98,14 +114,7 @@ fn read_input(args: &MaterialArgs) -> Result<Vec<u8>, CliError> {
         let question = serde_json::json!({"material": {"library": args.library}});
         return Ok(question.to_string().into_bytes());
     };
-    let mut bytes = Vec::new();
-    let read = if file.as_os_str() == "-" {
-        io::stdin().lock().read_to_end(&mut bytes).map(|_| ())
-    } else {
-        std::fs::read(file).map(|content| bytes = content)
-    };
-    read.map_err(|source| CliError::Input { path: file.clone(), source })?;
-    Ok(bytes)
+    read_file(file)
 }
 
 fn answer_points(questions: &MaterialQuestions, format: Format, out: &mut dyn Write) -> Result<(), CliError> {

@@ -4,7 +4,7 @@ use super::json::write_json;
 use super::plan::write_table;
 use super::{CliError, Exit};
 use crate::mechanics::material::Validity;
-use crate::scene::materials::library::{MaterialSet, find, sets, unknown};
+use crate::scene::materials::library::{MaterialSet, SourceSpread, find, sets, unknown};
 use crate::scene::problem::Pointer;
 use clap::Args;
 use std::io::{self, Write};
@@ -120,6 +120,9 @@ fn write_set(set: &MaterialSet, out: &mut dyn Write) -> Result<(), CliError> {
     }
     for text in &set.contradictions {
         line("contradiction", text)?;
+    }
+    for SourceSpread { parameter, least, most, from } in &set.spread {
+        line("spread", &format!("{parameter} {least} to {most}: {from}"))?;
     }
     for source in &set.sources {
         line("source", &format!("{} <{}> (read: {})", source.citation, source.url, source.read))?;

@@ -2,9 +2,11 @@
 
 pub mod contact_problem;
 mod exit;
+mod input_file;
 mod json;
 pub mod keep;
 pub mod material;
+mod material_fit;
 pub mod materials;
 mod output_file;
 pub mod plan;
@@ -74,7 +76,7 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Export a recording to other formats: a FHIR bundle, tables.
     Export(report::ExportArgs),
-    /// Evaluate a constitutive law: energy and stresses at a point or along a path.
+    /// Evaluate a constitutive law: energy and stresses at a point or along a path; `fit` its parameters to curves.
     Material(material::MaterialArgs),
     /// List the named sets of material parameters that scenes can use, with their sources.
     Materials(materials::MaterialsArgs),

@@ -1,6 +1,6 @@
 //! `/energy`: the energy ledger.
 
-use super::proto::contuse::{BodyEnergy, Energy, PairEnergy};
+use super::proto::contuse::{BodyEnergy, BranchEnergy, Energy, PairEnergy};
 use crate::measure::Measures;
 use crate::plan::Plan;
 
@@ -12,7 +12,15 @@ pub const SCHEMA: &str = "contuse.v1.Energy";
 /// The message of the latest measured step.
 pub fn message(plan: &Plan, measures: &Measures) -> Energy {
     let ledger = &measures.energy;
-    let bodies = plan.bodies.iter().zip(&ledger.bodies).map(|(body, e)| BodyEnergy {
+    let branches_of = |index: usize| {
+        let of_body = ledger.branches.iter().filter(move |branch| branch.body == index);
+        of_body.map(|branch| BranchEnergy {
+            relaxation_time_s: branch.relaxation_time_s,
+            stored_j: branch.stored_j,
+            dissipated_j: branch.dissipated_j,
+        })
+    };
+    let bodies = plan.bodies.iter().zip(&ledger.bodies).enumerate().map(|(index, (body, e))| BodyEnergy {
         body: body.name.clone(),
         kinetic_j: e.kinetic_j,
         strain_j: e.strain_j,
@@ -24,6 +32,7 @@ pub fn message(plan: &Plan, measures: &Measures) -> Energy {
         projection_j: e.projection_j,
         hourglass_j: e.hourglass_j,
         algorithmic_j: e.algorithmic_j,
+        branches: branches_of(index).collect(),
     });
     let pairs = measures.pairs.iter().zip(&ledger.pairs).map(|(pair, e)| PairEnergy {
         pair: pair.name.clone(),

@@ -26,6 +26,7 @@ pub mod integrator_document;
 pub mod json;
 pub mod load;
 pub mod loads_document;
+pub mod material_fit;
 pub mod material_question;
 pub mod materials;
 pub mod measures_document;

@@ -13,7 +13,7 @@
 //! half step, `½ h̄ f_intᵀ (v_½ − v_0)`: zero for initially unstrained bodies, of second order in the step for others.
 //! It is no error of the motion, which starts from the exact position and velocity, but of evaluating at t_n quantities
 //! defined at half steps; it is therefore booked as external work.
-use super::energy::{BodyEnergy, Energy};
+use super::energy::{BodyEnergy, BranchEnergy, Energy};
 use super::ledger::Ledger;
 use super::motion::Motion;
 use super::state::State;
@@ -208,6 +208,15 @@ impl Ledger {
                 momentum_kg_m_per_s: own.into(),
             });
         }
+        energy.branches.clear();
+        energy.branches.extend(work.relaxation.list().iter().zip(&self.branches).map(|(branch, work)| {
+            BranchEnergy {
+                body: branch.body,
+                relaxation_time_s: branch.relaxation_time,
+                stored_j: branch.totals.stored,
+                dissipated_j: work - branch.totals.stored,
+            }
+        }));
         energy.momentum_kg_m_per_s = momentum.into();
         energy.angular_momentum_kg_m2_per_s = angular.into();
         self.close(work, energy);

@@ -1,5 +1,6 @@
 //! Energies and momenta of bodies and contact pairs at one time.
 
+use super::branches::Branches;
 use crate::plan::Plan;
 use serde::Serialize;
 
@@ -49,11 +50,26 @@ pub struct BodyEnergy {
     pub momentum_kg_m_per_s: [f64; 3],
 }
 
+/// Energy of a branch of the Prony series of a body at t_n; of all its parts that relax with this time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BranchEnergy {
+    /// Index of the body.
+    pub body: usize,
+    /// Relaxation time τ [s].
+    pub relaxation_time_s: f64,
+    /// Energy stored in the branch [J], part of [`BodyEnergy::branches_j`].
+    pub stored_j: f64,
+    /// Energy dissipated by it so far [J], part of [`BodyEnergy::viscous_j`]: work of its forces less what is stored.
+    pub dissipated_j: f64,
+}
+
 /// The ledger at t_n.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Energy {
     /// One entry for each body.
     pub bodies: Vec<BodyEnergy>,
+    /// One entry for each relaxation time of each body.
+    pub branches: Vec<BranchEnergy>,
     /// One entry for each contact pair.
     pub pairs: Vec<PairLedger>,
     /// Sum of kinetic and strain energy and of all dissipation: viscous, erosion, algorithmic, friction, impact,
@@ -83,14 +99,17 @@ impl Energy {
     pub fn with_capacity(plan: &Plan) -> Self {
         let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
         let (bodies, pairs) = (Vec::with_capacity(plan.bodies.len()), Vec::with_capacity(pairs));
-        Self { bodies, pairs, ..Self::default() }
+        let branches = Vec::with_capacity(Branches::of(plan).list().len());
+        Self { bodies, branches, pairs, ..Self::default() }
     }
     /// Copies `other` into the existing buffers.
     pub fn copy_from(&mut self, other: &Self) {
         let (mut bodies, mut pairs) = (std::mem::take(&mut self.bodies), std::mem::take(&mut self.pairs));
+        let mut branches = std::mem::take(&mut self.branches);
         bodies.clone_from(&other.bodies);
+        branches.clone_from(&other.branches);
         pairs.clone_from(&other.pairs);
-        *self = Self { bodies, pairs, ..*other };
+        *self = Self { bodies, branches, pairs, ..*other };
     }
     /// Kinetic + strain energy of a body, plus its dissipation by viscosity, erosion and the time integrator [J].
     pub fn of_body(&self, body: usize) -> f64 {

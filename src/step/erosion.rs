@@ -1,5 +1,6 @@
 //! Erosion of elements during a run, see [`Erosion`](crate::mechanics::force::Erosion).
 
+use super::branches::Branches;
 use super::contact::ContactStep;
 use super::ledger::Ledger;
 use super::state::State;
@@ -16,7 +17,7 @@ pub(super) fn erode(
     plan: &Plan,
     (forces, threads): (&mut ElementForces, &Threads),
     (state, ledger): (&mut State, &mut Ledger),
-    (h, v_after): (f64, &[Vec3]),
+    (h, v_after, branches): (f64, &[Vec3], &Branches),
 ) {
     if !plan.erodes() {
         return;
@@ -44,6 +45,11 @@ pub(super) fn erode(
         erosion.add(element, &plan.blocks);
         ledger.eroded[element.body] += element.energy;
         ledger.viscous[element.body] -= element.in_branches;
+        for (index, energies) in element.branches.iter().enumerate() {
+            if let Some(place) = branches.place(element.block, index) {
+                ledger.branches[place] -= energies.stored;
+            }
+        }
     }
     // Reset without them: their history is as if they had never moved.
     erosion.forget(&plan.blocks, &mut state.history);

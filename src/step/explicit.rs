@@ -11,6 +11,7 @@
 //! activated late (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same
 //! formula.
 
+use super::branches::Branches;
 use super::contact::ContactStep;
 use super::energy::Energy;
 use super::erosion::{erode, follow};
@@ -62,6 +63,8 @@ pub(super) struct ExplicitStepper<'p> {
     hourglass: Vec<f64>,
     /// Part of it in the branches of Prony series [J].
     branches: Vec<f64>,
+    /// The same, branch by branch.
+    relaxation: Branches,
     /// History of the elements for recorders; empty if no material relaxes.
     history: Vec<Vec<Row>>,
     /// Energy dissipated by bulk viscosity in the step to t_n, by body [J].
@@ -107,6 +110,7 @@ impl<'p> ExplicitStepper<'p> {
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             branches: vec![0.0; plan.bodies.len()],
+            relaxation: Branches::of(plan),
             history: plan.room_for_history(),
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
@@ -188,6 +192,7 @@ impl Stepper for ExplicitStepper<'_> {
             *sum += dissipated;
         }
         ledger.add_viscous(self.plan, state, &self.activity, &self.f_viscous);
+        ledger.add_branch_work(&self.relaxation, 0.5);
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         if state.last_step == 0.0 {
@@ -212,7 +217,8 @@ impl Stepper for ExplicitStepper<'_> {
         // Erode elements at t_n, before the displacement update.
         if let Phase::Running = phase {
             let forces = (&mut self.forces, &self.threads);
-            erode(self.plan, forces, (state, &mut self.ledger), (self.step, &self.v_after));
+            let step = (self.step, &self.v_after[..], &self.relaxation);
+            erode(self.plan, forces, (state, &mut self.ledger), step);
         }
         // Displacement update of the active nodes.
         let (h, activity) = (self.step, &self.activity);
@@ -315,6 +321,7 @@ impl ExplicitStepper<'_> {
             activity: &self.activity,
             hourglass: &self.hourglass,
             branches: &self.branches,
+            relaxation: &self.relaxation,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
@@ -329,6 +336,7 @@ impl ExplicitStepper<'_> {
         let input = state.force_input();
         self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
+        self.relaxation.evaluate(&self.forces);
         self.evaluated = self.forces.active_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Running sums of work, part of the state; `balance.rs` adds to them.
 
+use super::branches::Branches;
 use super::energy::PairLedger;
 use crate::plan::Plan;
 
@@ -14,6 +15,8 @@ const UNDONE: f64 = 1e-4;
 pub struct Ledger {
     /// Energy dissipated by bulk and shear viscosity in each body [J].
     pub viscous: Vec<f64>,
+    /// Work of the forces of each branch of relaxation [J], less what was stored in eroded elements; none without relaxation.
+    pub branches: Vec<f64>,
     /// Strain energy removed with the eroded elements of each body [J].
     pub eroded: Vec<f64>,
     /// Energy dissipated by the time integrator in each body [J]: implicit steps with θ > ½; negative if created. For
@@ -49,6 +52,7 @@ impl Ledger {
         let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
         Self {
             viscous: vec![0.0; bodies],
+            branches: vec![0.0; Branches::of(plan).list().len()],
             eroded: vec![0.0; bodies],
             algorithmic: vec![0.0; bodies],
             external: vec![0.0; bodies],
@@ -63,6 +67,7 @@ impl Ledger {
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self {
             viscous,
+            branches,
             eroded,
             algorithmic,
             external,
@@ -77,6 +82,7 @@ impl Ledger {
             peak_strain,
         } = self;
         viscous.clone_from(&other.viscous);
+        branches.clone_from(&other.branches);
         eroded.clone_from(&other.eroded);
         algorithmic.clone_from(&other.algorithmic);
         external.clone_from(&other.external);
@@ -85,6 +91,15 @@ impl Ledger {
         pairs.clone_from(&other.pairs);
         (*initial, *touched, *peak_strain) = (other.initial, other.touched, other.peak_strain);
         (*at_hand, *stirred, *available) = (other.at_hand, other.stirred, other.available);
+    }
+
+    /// Adds the work of the forces of the branches of relaxation in a step, those at its end with a share [-], those at its start with
+    /// the rest.
+    pub(super) fn add_branch_work(&mut self, branches: &Branches, share: f64) {
+        for (sum, branch) in self.branches.iter_mut().zip(branches.list()) {
+            let [start, end] = branch.totals.work;
+            *sum += share * end + (1.0 - share) * start;
+        }
     }
 
     pub(super) fn dissipated(&self) -> f64 {

@@ -4,6 +4,7 @@
 //! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
 
 mod balance;
+mod branches;
 mod contact;
 mod energy;
 mod erosion;
@@ -25,7 +26,7 @@ mod state;
 mod step_work;
 mod stepper;
 
-pub use energy::{BodyEnergy, Energy, PairLedger};
+pub use energy::{BodyEnergy, BranchEnergy, Energy, PairLedger};
 pub use failure::{ElementPlace, Failure, FailureCause};
 pub use frame::{Ending, Frame, Outcome, Recorder, RecorderError};
 pub use frame_copy::{FieldCopy, FrameCopy};

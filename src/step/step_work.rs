@@ -1,5 +1,6 @@
 //! Forces and motion of one step, from which its work is evaluated.
 
+use super::branches::Branches;
 use super::rigid::RigidWork;
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
@@ -35,6 +36,8 @@ pub(super) struct StepWork<'a> {
     pub hourglass: &'a [f64],
     /// Part of it in the branches of Prony series [J]; empty if there are none.
     pub branches: &'a [f64],
+    /// The same, branch by branch.
+    pub relaxation: &'a Branches,
     /// Nodes that move relative to their bodies' flight.
     pub activity: &'a Activity,
     /// Rigid bodies, if there are any.

@@ -6,6 +6,7 @@ pub mod coverage;
 pub mod error;
 mod error_bars;
 pub mod leave_out;
+pub mod material_fit;
 pub mod palette;
 #[cfg(feature = "png")]
 mod png;

@@ -6,9 +6,9 @@ use contuse::step::{Frame, State};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 
-const G: f64 = 1e4;
+pub const G: f64 = 1e4;
 /// Relative moduli [-] and relaxation times [s].
-const BRANCHES: [[f64; 2]; 2] = [[1.0, 0.02], [0.5, 0.2]];
+pub const BRANCHES: [[f64; 2]; 2] = [[1.0, 0.02], [0.5, 0.2]];
 
 /// A neo-Hookean part that relaxes.
 fn part(name: &str, formulation: &str) -> Value {
@@ -21,7 +21,7 @@ fn part(name: &str, formulation: &str) -> Value {
 }
 
 /// A cube of one element and of a metre, whose upper face is displaced by `way` times a table over time, the rest held.
-fn cube(formulation: &str, way: [f64; 3], table: &[[f64; 2]]) -> Value {
+pub fn cube(formulation: &str, way: [f64; 3], table: &[[f64; 2]]) -> Value {
     let (times, factors): (Vec<f64>, Vec<f64>) = table.iter().map(|[t, f]| (*t, *f)).unzip();
     json!({
         "name": "relaxing cube",

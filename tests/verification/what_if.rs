@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A rubber ball on a coarse limb.
-fn limb() -> Value {
+pub fn limb() -> Value {
     let part = |part: &str, density: f64, c10: f64| {
         json!({"part": part, "density_kg_per_m3": density,
                "material": {"law": "neo_hookean", "c10_pa": c10, "bulk_modulus_pa": 5e6}})
@@ -41,11 +41,11 @@ fn limb() -> Value {
     })
 }
 
-fn loaded(scene: &Value) -> Loaded {
+pub fn loaded(scene: &Value) -> Loaded {
     rig::loaded(scene, None)
 }
 
-fn question(question: Value) -> WhatIfDocument {
+pub fn question(question: Value) -> WhatIfDocument {
     serde_json::from_value(question).unwrap()
 }
 
@@ -70,7 +70,7 @@ fn ask(
     })
 }
 
-fn answer(base: &Loaded, asked: &WhatIfDocument) -> Answer {
+pub fn answer(base: &Loaded, asked: &WhatIfDocument) -> Answer {
     ask(base, asked, &Cache::default(), 2, true)
 }
 

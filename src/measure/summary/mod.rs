@@ -13,6 +13,7 @@ mod laws;
 mod listed;
 mod numerics;
 mod quantity;
+mod relaxation;
 mod results;
 mod run_state;
 mod softening;
@@ -44,6 +45,7 @@ use gates::{Withholding, gates, own_warnings, withholding};
 use injury::injury_measures;
 use laws::left_laws;
 use numerics::numerics;
+use relaxation::{RelaxationOfBody, relaxation};
 use serde::Serialize;
 use softening::{SofteningOfPart, softening};
 use words::plain_words;
@@ -81,6 +83,9 @@ pub struct Summary {
     /// Parts whose law was used beyond the range that it was fitted to, or usually is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
+    /// Energy of the branches of relaxation of each body.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub relaxation: Vec<RelaxationOfBody>,
     /// Parts whose stress softened.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub softening: Vec<SofteningOfPart>,
@@ -162,6 +167,7 @@ impl Summary {
             results,
             numerics,
             law_ranges,
+            relaxation: relaxation(&measures.energy, plan),
             softening,
             erosion,
             gates,

@@ -63,6 +63,9 @@ pub fn render_table(summary: &Summary) -> String {
     );
     table.row("numerical contact dissipation", &numerical, "");
     table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
+    for branch in &summary.relaxation {
+        table.row(&branch.title(), &branch.in_words(), "");
+    }
     if n.hourglass_energy_share > 0.0 {
         table.row("strain energy in the stabilisation", &percent(n.hourglass_energy_share), "");
     }

@@ -84,9 +84,14 @@ impl ElementBlock {
     }
 
     /// Rows of history of a batch: with bulk viscosity J̄ − 1 [-] and its pressure [Pa], ≥ 0 in compression; then for each point with a
-    /// memory the numbers that it remembers.
+    /// memory the numbers that it remembers; with branches of relaxation the displacements of the nodes [m], and the forces of each
+    /// branch on them [N].
     pub fn history_rows(&self) -> usize {
-        self.bulk_rows() + self.memory_points() * self.memory_rows()
+        let of_nodes = match self.branch_count() {
+            0 => 0,
+            branches => 3 * self.kind.node_count() * (1 + branches),
+        };
+        self.bulk_rows() + self.memory_points() * self.memory_rows() + of_nodes
     }
 
     /// Those of them that are of bulk viscosity.

@@ -4,9 +4,11 @@
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
 //! write to one place, and the bits do not depend on how many threads there are.
 
+use super::memory::BranchTotals;
 use super::parameters::BlockInput;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::lanes::{BATCH, Row};
+use crate::mechanics::material::MAX_BRANCHES;
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
@@ -99,6 +101,10 @@ pub struct ChunkForces {
     pub(super) batches: Vec<BatchTotals>,
     /// Of the whole chunk.
     pub(super) totals: BlockTotals,
+    /// Energies of the branches of relaxation of each batch in the last step, three rows a branch; empty without.
+    pub(super) branches: Vec<Row>,
+    /// Of the whole chunk, branch by branch.
+    pub(super) branch_totals: [BranchTotals; MAX_BRANCHES],
 }
 
 impl ChunkForces {

@@ -6,12 +6,14 @@
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
+use super::memory::BranchTotals;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::parameters::ErosionLimits;
 use super::rows::{clear, gather, keep_still};
 use super::{ElementForces, Threads};
 use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
+use crate::mechanics::material::MAX_BRANCHES;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor};
 use pulp::{Simd, WithSimd};
@@ -36,6 +38,10 @@ pub struct Eroding {
     pub energy: f64,
     /// What of it is in branches of Prony series [J].
     pub in_branches: f64,
+    /// Energies of each branch of relaxation.
+    pub branches: [BranchTotals; MAX_BRANCHES],
+    /// Block of the element.
+    pub block: usize,
     chunk: usize,
     batch: usize,
     lane: usize,
@@ -111,6 +117,7 @@ impl ElementForces {
         let mut found = Vec::new();
         for (number, chunk) in self.chunks.iter().enumerate() {
             let block = &blocks[chunk.block as usize];
+            let rows = block.branch_rows();
             for (batch, mask) in chunk.eroding.iter().enumerate().filter(|(_, mask)| **mask != 0) {
                 let first = (chunk.chunk as usize * Chunk::BATCHES + batch) * BATCH;
                 let totals = &chunk.batches[batch];
@@ -119,6 +126,8 @@ impl ElementForces {
                     body: block.body,
                     energy: totals.strain.0[lane] + totals.branches.0[lane],
                     in_branches: totals.branches.0[lane],
+                    branches: BranchTotals::of_lane(&chunk.branches[batch * rows..(batch + 1) * rows], lane),
+                    block: chunk.block as usize,
                     chunk: number,
                     batch,
                     lane,

@@ -3,6 +3,7 @@
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
 use super::internal::{Evaluation, ForceInput, GaussPoints};
+use super::memory::BranchTotals;
 use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};
@@ -10,7 +11,7 @@ use super::parameters::Formulation;
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
 use crate::mechanics::lanes::{BATCH, Row, dispatch_wide};
-use crate::mechanics::material::Law;
+use crate::mechanics::material::{Law, MAX_BRANCHES};
 use crate::mechanics::tensor::Vec3;
 
 /// What an internal force evaluation of all blocks writes, chunk by chunk.
@@ -58,6 +59,15 @@ impl ElementForces {
         let mut sum = BlockTotals::NONE;
         for chunk in self.chunks[first..].iter().take_while(|chunk| chunk.block as usize == block) {
             sum.add(&chunk.totals);
+        }
+        sum
+    }
+
+    /// Energies of a branch of relaxation of one block in the last step, after [`ElementForces::add_viscous`].
+    pub fn branch_totals(&self, block: usize, branch: usize) -> BranchTotals {
+        let mut sum = BranchTotals::default();
+        for chunk in self.chunks.iter().filter(|chunk| chunk.block as usize == block) {
+            sum.add(&chunk.branch_totals[branch]);
         }
         sum
     }
@@ -126,6 +136,7 @@ impl ElementForces {
                 + size_of_val(&chunk.dilatation[..])
                 + size_of_val(&chunk.nodal[..])
                 + size_of_val(&chunk.batches[..])
+                + size_of_val(&chunk.branches[..])
         };
         self.chunks.iter().map(of_chunk).sum::<usize>()
             + self.nodal.iter().map(NodalState::memory).sum::<usize>()
@@ -154,6 +165,8 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         eroding: Vec::new(),
         batches: vec![BatchTotals::default(); batches],
         totals: BlockTotals::NONE,
+        branches: vec![Row::default(); batches * block.branch_rows()],
+        branch_totals: [BranchTotals::default(); MAX_BRANCHES],
     }
 }
 

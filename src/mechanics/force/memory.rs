@@ -1,8 +1,10 @@
 //! Forces of stresses with a [`Memory`](crate::mechanics::material::Memory), after the evaluation, of any split law.
 //! Eight-point elements remember at each point, one-point elements at their one.
 
+mod branches;
 mod softening;
 
+pub use branches::BranchTotals;
 pub(super) use softening::Tension;
 
 use super::ForceInput;
@@ -17,11 +19,12 @@ use super::totals::BatchTotals;
 use crate::mechanics::dual::Dual;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{
-    ElasticPoint, History, Invariants, Kinematics, Law, MAX_FAMILIES, Material, MemorySteps,
+    ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MAX_FAMILIES, Material, MemorySteps,
     isochoric_stress, volume_change,
 };
 use crate::mechanics::real::{Outlined, Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Tensor;
+use branches::BranchSums;
 use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};
 
@@ -45,6 +48,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
+        let branch_rows = block.branch_rows();
         let none = [[Row::default(); N]; 3];
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
@@ -62,6 +66,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
                 size: if softens { sizes(&elements.batches[first + i].volume) } else { Row([1.0; BATCH]) },
                 before: before.map(|before| &before[range.clone()]),
                 after: &mut chunk.history[range],
+                branches: &mut chunk.branches[i * branch_rows..(i + 1) * branch_rows],
             };
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
@@ -94,6 +99,8 @@ struct BatchMemory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     before: Option<&'a [Row]>,
     /// History at t_n.
     after: &'a mut [Row],
+    /// Energies of the branches of relaxation in the step to t_n, see [`BranchTotals`].
+    branches: &'a mut [Row],
 }
 
 /// The history of one point, in lanes.
@@ -178,19 +185,22 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q>
         let mut lost = Aligned([Lost::none(zero); Q]);
         let (mut density, mut stiffness) = (Aligned([zero; Q]), zero);
         let fibres = load_fibres(simd, self.block.fibres_of(self.batch), part);
+        let mut branches = BranchSums::<S, E, N, Q>::none(zero);
         for q in 0..self.block.memory_points() {
             let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
-            let point = zero.outlined(PointInStep {
+            let (elastic, point) = zero.outlined(PointInStep {
                 block: self.block,
                 steps: self.steps,
                 k: &k,
                 fibres: &fibres,
-                tension: &tension,
+                tension: tension.energy(&k),
                 size: Lane::load(simd, &self.size, part),
                 history: self.history_of(simd, part, q),
             });
-            (P.0[q], density.0[q], lost.0[q]) = (point.P, point.stored, point.lost);
+            (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
             stiffness = stiffness.max(point.stiffness);
+            self.add_branches((simd, part, q), &elastic, &point, first_pass, &mut branches);
+            lost.0[q] = Lost::new(&elastic, &point, tension.pressure(&k));
         }
         if self.block.parameters.memory.softens() {
             let lost = LostAtPoints {
@@ -209,6 +219,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q>
             stored = w.0[q].mul_add(density.0[of], stored);
         }
         store_corners(&E::nodal_forces(&sums.0), &mut forces.relaxing, part);
+        self.finish_branches((simd, part), u, &branches);
         (stored * E::SCALE).store(&mut totals.branches, part);
         totals.shorten_step(simd, Lane::load(simd, &batch.frequency_bound, part) * stiffness, zero, part);
     }
@@ -224,43 +235,28 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q>
 }
 
 /// A point whose history is taken on to t_n.
-struct PointInStep<'a, S: Simd> {
+struct PointInStep<'a, 'k, S: Simd> {
     block: &'a ElementBlock,
     steps: &'a MemorySteps,
-    k: &'a Kinematics<Lane<S>>,
+    k: &'k Kinematics<Lane<S>>,
     fibres: &'a [[Lane<S>; 3]; MAX_FAMILIES],
-    tension: &'a Tension<Lane<S>>,
+    /// U(J) in tension [J/m³].
+    tension: Lane<S>,
     /// Edge of a cube of the volume of the element [m].
     size: Lane<S>,
     history: LaneHistory<'a, S>,
 }
 
-/// What its memories make of its stress.
-struct RememberedPoint<R> {
-    /// Stress that relaxes [Pa].
-    P: Tensor<R>,
-    /// Energy stored with it [J/m³].
-    stored: R,
-    /// Upper bound of the norm of its tangent [Pa].
-    stiffness: R,
-    lost: Lost<R>,
-}
-
-impl<S: Simd> Outlined for PointInStep<'_, S> {
-    type Output = RememberedPoint<Lane<S>>;
+impl<'k, S: Simd> Outlined for PointInStep<'_, 'k, S> {
+    type Output = (ElasticPoint<'k, Lane<S>>, Inelastic<Lane<S>>);
 
     #[inline(always)]
-    fn run(mut self) -> RememberedPoint<Lane<S>> {
-        let (parameters, k) = (&self.block.parameters, self.k);
+    fn run(mut self) -> Self::Output {
+        let parameters = &self.block.parameters;
         let fibres = &self.fibres[..parameters.material.family_count()];
-        let elastic = elastic_point(&parameters.material, k, fibres, (self.tension.energy(k), self.size));
-        let point = parameters.memory.update(self.steps, &elastic, &mut self.history);
-        RememberedPoint {
-            P: k.F.dot_sym(&point.S),
-            stored: point.stored,
-            stiffness: point.stiffness,
-            lost: Lost::new(&elastic, &point, self.tension.pressure(k)),
-        }
+        let elastic = elastic_point(&parameters.material, self.k, fibres, (self.tension, self.size));
+        let inelastic = parameters.memory.update(self.steps, &elastic, &mut self.history);
+        (elastic, inelastic)
     }
 }
 

@@ -39,6 +39,7 @@ pub use block::{ElementBlock, NodeList};
 pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;
 pub use internal::ForceInput;
+pub use memory::BranchTotals;
 pub use parameters::{BlockError, BlockInput, BlockParameters, ErosionLimits, Formulation};
 pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;

@@ -11,7 +11,7 @@
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
-use super::memory::Memory;
+use super::memory::{BranchTotals, Memory};
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
@@ -99,6 +99,7 @@ impl ElementBlock {
         }
         if !block.parameters.memory.is_empty() {
             with_elements!(&block.packed, elements => arch.dispatch(Memory { elements, block, input, chunk }));
+            chunk.branch_totals = BranchTotals::of_batches(block.branch_count(), &chunk.branches);
         }
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);

@@ -71,6 +71,21 @@ impl PronySeries {
     }
 }
 
+impl PronySeries {
+    /// Where H of a branch begins in the history of a point.
+    pub const fn place_of_branch(branch: usize) -> usize {
+        6 * (branch + 1)
+    }
+
+    /// What a branch with `H` [Pa] adds: second Piola–Kirchhoff stress [Pa] and stored energy [J/m³].
+    #[inline(always)]
+    pub fn of_branch<R: Real>(&self, branch: usize, elastic: &ElasticPoint<R>, H: &Sym<R>) -> (Sym<R>, R) {
+        let g = self.branches[branch].relative_modulus;
+        let S = deviator_at(elastic.k, H).scaled(elastic.psi.constant(g));
+        (S, H.norm_squared() * g * secant(elastic))
+    }
+}
+
 impl Memory for PronySeries {
     type Step = [BranchStep; MAX_BRANCHES];
     const NONE: Self =
@@ -106,7 +121,7 @@ impl Memory for PronySeries {
         history.set_tensor(0, S_iso);
         let (mut sum, mut squares, mut total_g) = (Sym([zero; 6]), zero, 0.0);
         for (b, step) in steps[..self.count].iter().enumerate() {
-            let place = 6 * (b + 1);
+            let place = Self::place_of_branch(b);
             let decayed = history.tensor_before(place, zero).scaled(zero.constant(step.decay));
             let H = decayed.plus_scaled(zero.constant(step.gain), &change);
             history.set_tensor(place, &H);
@@ -115,18 +130,20 @@ impl Memory for PronySeries {
             total_g += step.g;
         }
 
-        // ψ/|S|², at rest 1/(4 G).
-        let G = elastic.shear_modulus;
-        let square = S_iso.norm_squared();
-        let floor = square.constant(UNSTRAINED * G * G);
-        let secant =
-            (square - floor).select_positive(elastic.psi / square.max(floor), square.constant(0.25 / G));
-        to.stored += squares * secant;
+        to.stored += squares * secant(elastic);
         to.S = to.S.plus_scaled(one, &deviator_at(elastic.k, &sum));
         // δP = δF DEV H + F δ(DEV H): by |H| and the stretches; the law's own tangent by its bound.
         let geometric = sum.norm_squared().sqrt() * elastic.condition.scale_add(4.0 / 3.0, 1.0);
         to.stiffness += elastic.stiffness_bound * total_g + geometric;
     }
+}
+
+/// ψ/|S_iso|² [1/Pa], at rest 1/(4 G).
+#[inline(always)]
+fn secant<R: Real>(elastic: &ElasticPoint<R>) -> R {
+    let (G, square) = (elastic.shear_modulus, elastic.S_iso.norm_squared());
+    let floor = square.constant(UNSTRAINED * G * G);
+    (square - floor).select_positive(elastic.psi / square.max(floor), square.constant(0.25 / G))
 }
 
 /// S_iso [Pa], the second Piola–Kirchhoff stress of a response without the pressure: `cof C matrix / J + S_fibres`.

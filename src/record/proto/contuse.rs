@@ -164,6 +164,23 @@ pub struct BodyEnergy {
     /// Strain energy removed with eroded elements so far [J].
     #[prost(double, tag = "11")]
     pub eroded_j: f64,
+    /// Branches of the Prony series of its parts, one for each relaxation time.
+    #[prost(message, repeated, tag = "12")]
+    pub branches: Vec<BranchEnergy>,
+}
+
+/// Energy of a branch of relaxation of one body.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct BranchEnergy {
+    /// Relaxation time [s].
+    #[prost(double, tag = "1")]
+    pub relaxation_time_s: f64,
+    /// Energy stored in the branch [J].
+    #[prost(double, tag = "2")]
+    pub stored_j: f64,
+    /// Energy dissipated by the branch so far [J].
+    #[prost(double, tag = "3")]
+    pub dissipated_j: f64,
 }
 
 /// Energies of one contact pair, accumulated.

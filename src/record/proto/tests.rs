@@ -2,8 +2,8 @@
 //! all of it.
 
 use super::contuse::{
-    BodyEnergy, ContactForces, DepthAbove, Energy, NumberError, PackedArray, PairEnergy, PairForces,
-    ReferenceMesh, RigidPose, Stress, Summary,
+    BodyEnergy, BranchEnergy, ContactForces, DepthAbove, Energy, NumberError, PackedArray, PairEnergy,
+    PairForces, ReferenceMesh, RigidPose, Stress, Summary,
 };
 use super::foxglove::{
     Color, KeyValuePair, Level, Log, NumericType, PackedElementField, Point3, PointCloud, Pose, Quaternion,
@@ -115,6 +115,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         branches_j: 1.0,
         eroded_j: 1.0,
         algorithmic_j: 1.0,
+        branches: vec![BranchEnergy { relaxation_time_s: 1.0, stored_j: 1.0, dissipated_j: 1.0 }],
     };
     let pair_energy = PairEnergy {
         pair: "p".into(),

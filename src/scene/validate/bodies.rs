@@ -96,7 +96,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
     if let Some(series) = &part.prony_series {
-        prony::check(part, series, &here.key("prony_series"), out);
+        prony::check(&part.material, series, &here.key("prony_series"), out);
     }
     if let Some(softening) = &part.softening {
         softening::check(part, softening, &here.key("softening"), out);

@@ -2,16 +2,16 @@
 
 use super::Findings;
 use crate::mechanics::material::MAX_BRANCHES;
-use crate::scene::document::PartDocument;
+use crate::scene::materials::MaterialDocument;
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::prony_document::{Moduli, PronyDocument};
 
 /// Usual relaxation times in impacts [s].
 const USUAL_TIMES: [f64; 2] = [1e-6, 1e4];
 
-/// Checks the series of a part; `here` is its place in the document.
-pub(super) fn check(part: &PartDocument, prony: &PronyDocument, here: &Pointer, out: &mut Findings) {
-    out.require(part.material.is_split(), || {
+/// Checks the series of a part of a material; `here` is its place in the document.
+pub fn check(material: &MaterialDocument, prony: &PronyDocument, here: &Pointer, out: &mut Findings) {
+    out.require(material.is_split(), || {
         Problem::error(
             "coupled_law_with_prony_series",
             here,

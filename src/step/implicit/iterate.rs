@@ -4,6 +4,7 @@ use crate::mechanics::force::{ElementForces, ForceInput, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, LoadTime, Plan, Prescribed};
+use crate::step::branches::Branches;
 use crate::step::failure::Failure;
 use crate::step::failure::check_block;
 use crate::step::loads;
@@ -96,6 +97,8 @@ pub(super) struct Iterate {
     pub hourglass: Vec<f64>,
     /// Part of it in the branches of Prony series [J]; empty if nothing depends on time.
     pub branches: Vec<f64>,
+    /// The same, branch by branch.
+    pub relaxation: Branches,
     /// Smallest J − 1 [-].
     pub smallest_j: f64,
 }
@@ -119,6 +122,7 @@ impl Iterate {
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             branches: vec![0.0; if depends_on_time { plan.bodies.len() } else { 0 }],
+            relaxation: if depends_on_time { Branches::of(plan) } else { Branches::default() },
             smallest_j: f64::INFINITY,
         }
     }
@@ -200,6 +204,7 @@ impl Iterate {
             let inverse_step = if h > 0.0 { 1.0 / h } else { 0.0 };
             let input = ForceInput { u: &self.u, inverse_step, history };
             forces.add_viscous(threads, &plan.blocks, &input, self.velocities());
+            self.relaxation.evaluate(forces);
         }
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);

@@ -188,6 +188,7 @@ impl<'p> ImplicitStepper<'p> {
             activity: &self.activity,
             hourglass: &self.start.hourglass,
             branches: &self.start.branches,
+            relaxation: &self.start.relaxation,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
@@ -241,6 +242,7 @@ impl<'p> ImplicitStepper<'p> {
             ledger.algorithmic[body] += dissipated + driven - by_rate;
             ledger.external[body] += driven;
         }
+        ledger.add_branch_work(&self.newton.end.relaxation, share);
         let work = self.work(state, &self.newton.end.v);
         // In quasi-static steps the velocity is that of the whole step.
         let first = if self.options.statics.is_some() { Half::After } else { Half::Before };

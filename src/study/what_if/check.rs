@@ -6,6 +6,7 @@ use super::document::{Change, Distribution, LimitMeasure, ParameterDocument, Sam
 use super::misfit::Misfit;
 use super::sampling::MOST_SOBOL_DIMENSIONS;
 use super::short_number::short;
+use super::spread;
 use crate::measure::depth_profile::deepest_point;
 use crate::mesh::names::shortened;
 use crate::plan::compile;
@@ -38,8 +39,12 @@ pub fn check(
     let facts = BaseFacts::of(base, source, budget);
     for (index, parameter) in question.parameters.iter().enumerate() {
         check_parameter(&root.key("parameters").index(index), question, parameter, &mut out);
+        let here = root.key("parameters").index(index);
+        if let Some(Distribution::Library { set }) = &parameter.distribution {
+            spread::check(set, &parameter.change, &base.scene.document, &here.key("distribution"), &mut out);
+        }
         if let Err(misfit) = parameter.change.value_in(&base.scene.document, &facts) {
-            out.push(problem_of(&misfit, &root.key("parameters").index(index).key("change")));
+            out.push(problem_of(&misfit, &here.key("change")));
         }
     }
     check_names(question, &mut out);
@@ -127,8 +132,9 @@ fn check_parameter(
         });
     }
     let spread = here.key("distribution");
-    match parameter.distribution {
-        None => {}
+    match &parameter.distribution {
+        // Between sources: with the scene, see `spread`.
+        None | Some(Distribution::Library { .. }) => {}
         Some(Distribution::Normal { mean, standard_deviation }) => {
             out.require(mean.is_finite(), || {
                 Problem::error("not_finite", &spread.key("mean"), "the mean is not finite")
@@ -139,17 +145,17 @@ fn check_parameter(
             out.positive(
                 &spread.key("standard_deviation"),
                 "the standard deviation",
-                standard_deviation,
+                *standard_deviation,
                 remedy,
             );
         }
         Some(Distribution::LogNormal { median, coefficient_of_variation }) => {
-            out.positive(&spread.key("median"), "the median", median, "give it in the unit of the change");
+            out.positive(&spread.key("median"), "the median", *median, "give it in the unit of the change");
             let remedy = "0.3 is thirty per cent";
             out.positive(
                 &spread.key("coefficient_of_variation"),
                 "the variation",
-                coefficient_of_variation,
+                *coefficient_of_variation,
                 remedy,
             );
         }
@@ -165,6 +171,8 @@ fn check_parameter(
                 .limit(format!("> {}", short(low)))
                 .remedy("give `low` below `high`")
         }),
+        // A library that states none is reported with the scene.
+        None if parameter.distribution.is_some() => {}
         None => out.require(!needs_range, || {
             Problem::error("no_range", here, format!("{:?} has no range", parameter.name))
                 .limit("`low` and `high`, or a distribution")

@@ -1,6 +1,6 @@
 //! Quantiles: parameter values for fractions of a population.
 
-use super::document::{Distribution, ParameterDocument};
+use super::document::{Change, Distribution, ParameterDocument};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Fraction of the population below the default low end; the high end is symmetric.
@@ -9,14 +9,17 @@ const LOW_END: f64 = 0.05;
 impl ParameterDocument {
     /// Range of the parameter; `None` if neither its ends nor a distribution are given.
     pub fn range(&self) -> Option<[f64; 2]> {
-        let of = |share: f64| self.distribution.map(|distribution| distribution.quantile(share));
-        Some([self.low.or_else(|| of(LOW_END))?, self.high.or_else(|| of(1.0 - LOW_END))?])
+        // Between sources, the ends are theirs.
+        let low_end =
+            if matches!(self.distribution, Some(Distribution::Library { .. })) { 0.0 } else { LOW_END };
+        let of = |share: f64| self.distribution.as_ref()?.quantile(share, &self.change);
+        Some([self.low.or_else(|| of(low_end))?, self.high.or_else(|| of(1.0 - low_end))?])
     }
 
     /// Value below which a fraction of the population lies, 0 < share < 1; `None` without a range.
     pub fn quantile(&self, share: f64) -> Option<f64> {
-        if let Some(distribution) = self.distribution {
-            return Some(distribution.quantile(share));
+        if let Some(distribution) = &self.distribution {
+            return distribution.quantile(share, &self.change);
         }
         let [low, high] = self.range()?;
         Some(low + (high - low) * share)
@@ -24,14 +27,18 @@ impl ParameterDocument {
 }
 
 impl Distribution {
-    /// Value below which a fraction of the population lies, 0 < share < 1.
-    pub fn quantile(&self, share: f64) -> f64 {
-        match *self {
+    /// Value of a change below which a fraction of the population lies, 0 < share < 1; `None` where the library states none.
+    pub fn quantile(&self, share: f64, change: &Change) -> Option<f64> {
+        Some(match self {
             Self::Normal { mean, standard_deviation } => mean + standard_deviation * normal_quantile(share),
             Self::LogNormal { median, coefficient_of_variation } => {
-                median * (log_sigma(coefficient_of_variation) * normal_quantile(share)).exp()
+                median * (log_sigma(*coefficient_of_variation) * normal_quantile(share)).exp()
             }
-        }
+            Self::Library { set } => {
+                let [least, most] = change.spread_in(set)?;
+                least * (most / least).powf(share)
+            }
+        })
     }
 }
 
@@ -88,12 +95,31 @@ mod tests {
     #[test]
     fn log_normal_numbers_have_their_median_and_variation() {
         let distribution = Distribution::LogNormal { median: 3.0, coefficient_of_variation: 0.5 };
-        assert!((distribution.quantile(0.5) - 3.0).abs() < 1e-15);
+        let quantile =
+            |share: f64| distribution.quantile(share, &Change::Friction { between: None }).unwrap();
+        assert!((quantile(0.5) - 3.0).abs() < 1e-15);
         // Mean and standard deviation by the midpoint rule over quantiles.
         let n = 200_000;
-        let values = || (0..n).map(|i| distribution.quantile((f64::from(i) + 0.5) / f64::from(n)));
+        let values = || (0..n).map(|i| quantile((f64::from(i) + 0.5) / f64::from(n)));
         let mean = values().sum::<f64>() / f64::from(n);
         let variance = values().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(n);
         assert!((variance.sqrt() / mean - 0.5).abs() < 2e-3, "{}", variance.sqrt() / mean);
+    }
+
+    #[test]
+    fn between_sources_values_are_spread_evenly_in_their_logarithm() {
+        let fat = ParameterDocument {
+            name: "fat".into(),
+            change: Change::StiffnessFactor { body: "thigh".into(), part: "fat".into() },
+            low: None,
+            high: None,
+            distribution: Some(Distribution::Library { set: "fat/thigh_mre".into() }),
+        };
+        // 0.3 to 3.04 kPa, of which the set has 3.04.
+        let [low, high] = fat.range().unwrap();
+        assert!((low - 300.0 / 3040.0).abs() < 1e-15 && (high - 1.0).abs() < 1e-15);
+        assert!((fat.quantile(0.5).unwrap() - (300.0_f64 / 3040.0).sqrt()).abs() < 1e-15);
+        let other = ParameterDocument { change: Change::Friction { between: None }, ..fat };
+        assert_eq!(other.range(), None);
     }
 }

@@ -177,7 +177,7 @@ pub enum Layer {
 }
 
 /// Probability distribution of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Distribution {
@@ -194,6 +194,12 @@ pub enum Distribution {
         median: f64,
         /// Standard deviation over mean [-].
         coefficient_of_variation: f64,
+    },
+    /// Between the smallest and the largest value of the sources of a set of the library, evenly in the logarithm. Of
+    /// `stiffness_factor`, and of a `number` of the part whose spread the set states.
+    Library {
+        /// Name of the set, that of the part's material.
+        set: String,
     },
 }
 

@@ -27,6 +27,7 @@ mod rigid_motion;
 mod runner;
 pub mod sampling;
 mod short_number;
+mod spread;
 pub mod statistics;
 pub mod surrogate;
 

@@ -62,11 +62,33 @@ pub struct MaterialSet {
     pub derived: String,
     /// Where sources disagree.
     pub contradictions: Vec<String>,
+    /// By how much they disagree: the smallest and the largest value of a parameter among the sources that `contradictions` names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spread: Vec<SourceSpread>,
     /// Where it was read, the main source first.
     pub sources: Vec<SetSource>,
     /// The numbers that the constants were fitted to here, where they were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fit: Option<Fit>,
+}
+
+/// [`SourceSpread::parameter`] of the small-strain shear modulus of a set.
+pub const SHEAR_MODULUS: &str = "shear_modulus_pa";
+
+/// Range of a parameter between sources.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SourceSpread {
+    /// The parameter: `shear_modulus_pa`, or its place in a part, such as `shear_viscosity_pa_s` or
+    /// `prony_series/branches/0/relaxation_time_s`.
+    pub parameter: String,
+    /// Smallest value, in the unit of the parameter.
+    pub least: f64,
+    /// Largest value.
+    pub most: f64,
+    /// Whose values these are.
+    pub from: String,
 }
 
 /// A source of a set.

@@ -209,6 +209,27 @@ fn fits_come_out_of_their_points_again() {
 }
 
 #[test]
+fn spreads_contain_the_values_of_their_sets() {
+    let mut count = 0;
+    for set in sets() {
+        for spread in &set.spread {
+            let (SourceSpread { parameter, least, most, .. }, name) = (spread, &set.name);
+            let document = serde_json::to_value(set).unwrap();
+            let own = document.pointer(&format!("/{parameter}")).and_then(serde_json::Value::as_f64);
+            let own = own.unwrap_or_else(|| panic!("{name} has no {parameter}"));
+            assert!(*least > 0.0 && least < most, "{name}: {parameter}");
+            assert!(
+                *least <= own && own <= *most,
+                "{name}: {parameter} of {own} is not in {least} to {most}"
+            );
+            assert!(!set.contradictions.is_empty() && !spread.from.is_empty(), "{name}");
+            count += 1;
+        }
+    }
+    assert!(count > 10, "{count}");
+}
+
+#[test]
 fn unknown_names_are_answered_with_near_ones() {
     assert!(nearest_to("muscle/zhai_2019").contains("muscle/zhai_2019_ogden"));
     assert!(nearest_to("skin/leather").contains("skin/manschot_1986_across"));

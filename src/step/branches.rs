@@ -1,0 +1,68 @@
+//! Branches of Prony series as the ledger counts them: those of one body with the same relaxation time are one.
+
+use crate::mechanics::force::{BranchTotals, ElementForces};
+use crate::plan::Plan;
+
+/// The branches of a plan, with their energies in the last evaluation; none without relaxation.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Branches {
+    list: Vec<BranchOfBody>,
+    /// For each block and its branches in order, their index in the list.
+    places: Vec<(usize, usize, usize)>,
+}
+
+/// One branch of a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BranchOfBody {
+    /// Index of the body.
+    pub body: usize,
+    /// Relaxation time τ [s].
+    pub relaxation_time: f64,
+    /// Energies in the last evaluation.
+    pub totals: BranchTotals,
+}
+
+impl Branches {
+    /// The branches of a plan.
+    pub fn of(plan: &Plan) -> Self {
+        let mut branches = Self::default();
+        for (block_index, block) in plan.blocks.iter().enumerate() {
+            for (index, branch) in block.parameters.memory.prony.branches().iter().enumerate() {
+                let is_same = |known: &BranchOfBody| {
+                    known.body == block.body
+                        && known.relaxation_time.total_cmp(&branch.relaxation_time).is_eq()
+                };
+                let place = branches.list.iter().position(is_same).unwrap_or(branches.list.len());
+                if place == branches.list.len() {
+                    branches.list.push(BranchOfBody {
+                        body: block.body,
+                        relaxation_time: branch.relaxation_time,
+                        totals: BranchTotals::default(),
+                    });
+                }
+                branches.places.push((block_index, index, place));
+            }
+        }
+        branches
+    }
+
+    /// Takes the energies of an evaluation with memory.
+    pub fn evaluate(&mut self, forces: &ElementForces) {
+        for branch in &mut self.list {
+            branch.totals = BranchTotals::default();
+        }
+        for (block, index, place) in &self.places {
+            self.list[*place].totals.add(&forces.branch_totals(*block, *index));
+        }
+    }
+
+    /// The branches.
+    pub fn list(&self) -> &[BranchOfBody] {
+        &self.list
+    }
+
+    /// Index of a branch of a block in the list.
+    pub fn place(&self, block: usize, branch: usize) -> Option<usize> {
+        self.places.iter().find(|(b, index, _)| (*b, *index) == (block, branch)).map(|(_, _, place)| *place)
+    }
+}
