@@ -4,7 +4,7 @@ use super::json::write_json;
 use super::run::watch_for_ctrl_c;
 use super::{CliError, Exit};
 use crate::step::Interrupt;
-use crate::study::coverage::{CoverageStudy, Number, cases, study_coverage};
+use crate::study::coverage::{CoverageStudy, Number, cases, impacts, study_coverage, study_impacts};
 use clap::Args;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -14,6 +14,9 @@ use std::sync::atomic::Ordering;
 /// Arguments of `contuse study coverage`.
 #[derive(Args, Debug)]
 pub struct CoverageArgs {
+    /// Run impacts on layered tissue, compared with much finer meshes, instead of scenes with exact solutions.
+    #[arg(long)]
+    pub impacts: bool,
     /// Omit the finest meshes.
     #[arg(long)]
     pub short: bool,
@@ -22,18 +25,25 @@ pub struct CoverageArgs {
     pub json: bool,
 }
 
-/// Runs the scenes with exact solutions; prints Markdown by default.
+/// Most numbers beyond their error bars that are listed for impacts.
+const MOST_LISTED: usize = 20;
+
+/// Runs the scenes with exact solutions, or the impacts; prints Markdown by default.
 ///
 /// # Errors
 /// If the answer cannot be written.
 pub fn coverage(args: &CoverageArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
     let is_cancelled = || cancelled.load(Ordering::Relaxed);
-    let study = study_coverage(&cases(args.short), &|| is_cancelled().then_some(Interrupt::Cancel));
-    if args.json {
-        write_json(&study, out)?;
-    } else {
-        out.write_all(markdown(&study).as_bytes())?;
+    let interrupt = || is_cancelled().then_some(Interrupt::Cancel);
+    let study = match args.impacts {
+        true => study_impacts(&impacts(args.short), &interrupt),
+        false => study_coverage(&cases(args.short), &interrupt),
+    };
+    match (args.json, args.impacts) {
+        (true, _) => write_json(&study, out)?,
+        (false, true) => out.write_all(impacts_in_markdown(&study).as_bytes())?,
+        (false, false) => out.write_all(markdown(&study).as_bytes())?,
     }
     Ok(if is_cancelled() { Exit::Cancelled } else { Exit::Success })
 }
@@ -45,48 +55,89 @@ fn markdown(study: &CoverageStudy) -> String {
         study.runs,
         100.0 * share
     );
-    table(&mut text, study, "quantity", |number| number.quantity);
-    table(&mut text, study, "scenario", |number| number.scenario);
+    let all: Vec<&Number> = study.numbers.iter().collect();
+    table(&mut text, &all, "quantity", |number| &number.quantity);
+    table(&mut text, &all, "scenario", |number| number.scenario);
     let missed: Vec<&Number> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
-    if !missed.is_empty() {
-        text += "\n| not within its error bar | | exact | computed | error | error bar |\n|---|---|---|---|---|---|\n";
-    }
-    // Writing to a String cannot fail.
-    for n in missed {
-        let (error, bar) = (n.error(), n.error_bar);
-        let _ = writeln!(
-            text,
-            "| {}, {} | {} | {:.5e} | {:.5e} | {error:.1e} | {bar:.1e} |",
-            n.scenario, n.run, n.quantity, n.exact, n.value
-        );
-    }
-    for none in &study.without {
-        let _ = writeln!(text, "\n{}, {}: {}", none.scenario, none.run, none.reason);
-    }
+    list_missed(&mut text, &missed);
+    list_without(&mut text, study);
     text
 }
 
-/// Coverage of each group of numbers, with the median error and error bar.
-fn table(text: &mut String, study: &CoverageStudy, title: &str, group: fn(&Number) -> &'static str) {
-    let groups: BTreeSet<&str> = study.numbers.iter().map(group).collect();
-    let _ = write!(
-        text,
-        "\n| {title} | numbers | within | median error | median error bar |\n|---|---|---|---|---|\n"
-    );
-    for name in groups {
-        let (share, count) = study.share(|number| group(number) == name);
-        let of_group = || study.numbers.iter().filter(|n| group(n) == name && n.exact != 0.0);
-        let relative = |part: fn(&Number) -> f64| {
-            let mut parts: Vec<f64> = of_group().map(|n| part(n) / n.exact.abs()).collect();
-            parts.sort_by(f64::total_cmp);
-            parts.get(parts.len() / 2).map_or_else(|| "-".into(), |middle| format!("{middle:.1e}"))
-        };
+fn impacts_in_markdown(study: &CoverageStudy) -> String {
+    let mut text = String::new();
+    for bars in ["two levels", "three levels"] {
+        for (chosen_on, what) in [(false, "reported on"), (true, "constants were chosen on")] {
+            let picks = |number: &&Number| number.bars == bars && number.chosen_on == chosen_on;
+            let picked: Vec<&Number> = study.numbers.iter().filter(picks).collect();
+            let plain: Vec<&Number> = picked.iter().copied().filter(|number| number.resolved).collect();
+            let percent = |of: &[&Number]| 100.0 * of.iter().filter(|n| n.is_covered()).count() as f64 / of.len().max(1) as f64;
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                text,
+                "\n{bars}, impacts that {what}: {} numbers, {:.1} % within their error bars; {} of them resolved, {:.1} % within",
+                picked.len(), percent(&picked), plain.len(), percent(&plain)
+            );
+            if !chosen_on {
+                table(&mut text, &picked, "quantity", |number| &number.quantity);
+            }
+            table(&mut text, &picked, "impact", |number| number.scenario);
+        }
+    }
+    let excess = |number: &Number| number.error / number.error_bar;
+    let mut missed: Vec<&Number> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
+    missed.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
+    let _ = writeln!(text, "\nThe farthest {MOST_LISTED} of {} beyond their error bars:", missed.len());
+    missed.truncate(MOST_LISTED);
+    list_missed(&mut text, &missed);
+    list_without(&mut text, study);
+    text
+}
+
+fn list_missed(text: &mut String, missed: &[&Number]) {
+    if !missed.is_empty() {
+        *text += "\n| not within its error bar | | exact | computed | error | error bar |\n|---|---|---|---|---|---|\n";
+    }
+    for n in missed {
         let _ = writeln!(
             text,
-            "| {name} | {count} | {:.0} % | {} | {} |",
-            100.0 * share,
-            relative(Number::error),
-            relative(|n| n.error_bar)
+            "| {}, {} | {} | {:.5e} | {:.5e} | {:.1e} | {:.1e} |",
+            n.scenario, n.run, n.quantity, n.exact, n.value, n.error, n.error_bar
+        );
+    }
+}
+
+fn list_without(text: &mut String, study: &CoverageStudy) {
+    for none in &study.without {
+        let _ = writeln!(text, "\n{}, {}: {}", none.scenario, none.run, none.reason);
+    }
+}
+
+/// Coverage of each group of numbers, with the median error and error bar relative to the number, and the median of their ratio.
+fn table(text: &mut String, numbers: &[&Number], title: &str, group: fn(&Number) -> &str) {
+    let groups: BTreeSet<&str> = numbers.iter().map(|number| group(number)).collect();
+    let _ = write!(
+        text,
+        "\n| {title} | numbers | within | median error | median error bar | bar / error |\n|---|---|---|---|---|---|\n"
+    );
+    for name in groups {
+        let of_group: Vec<&Number> = numbers.iter().copied().filter(|n| group(n) == name).collect();
+        let covered = of_group.iter().filter(|number| number.is_covered()).count();
+        let median = |part: &dyn Fn(&Number) -> f64| {
+            let mut parts: Vec<f64> =
+                of_group.iter().map(|n| part(n)).filter(|part| part.is_finite()).collect();
+            parts.sort_by(f64::total_cmp);
+            parts.get(parts.len() / 2).copied()
+        };
+        let written = |part: Option<f64>| part.map_or_else(|| "-".into(), |middle| format!("{middle:.1e}"));
+        let _ = writeln!(
+            text,
+            "| {name} | {} | {:.0} % | {} | {} | {} |",
+            of_group.len(),
+            100.0 * covered as f64 / of_group.len().max(1) as f64,
+            written(median(&|n| n.error / n.exact.abs())),
+            written(median(&|n| n.error_bar / n.exact.abs())),
+            median(&|n| n.error_bar / n.error).map_or_else(|| "-".into(), |ratio| format!("{ratio:.1}"))
         );
     }
 }
