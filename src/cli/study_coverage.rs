@@ -67,31 +67,42 @@ fn markdown(study: &CoverageStudy) -> String {
 fn impacts_in_markdown(study: &CoverageStudy) -> String {
     let mut text = String::new();
     for bars in ["two levels", "three levels"] {
-        for (chosen_on, what) in [(false, "reported on"), (true, "constants were chosen on")] {
+        for (chosen_on, what) in [(false, "are reported on only"), (true, "constants may be chosen on")] {
             let picks = |number: &&Number| number.bars == bars && number.chosen_on == chosen_on;
             let picked: Vec<&Number> = study.numbers.iter().filter(picks).collect();
+            if picked.is_empty() {
+                continue;
+            }
             let plain: Vec<&Number> = picked.iter().copied().filter(|number| number.resolved).collect();
-            let percent = |of: &[&Number]| 100.0 * of.iter().filter(|n| n.is_covered()).count() as f64 / of.len().max(1) as f64;
+            let runs: BTreeSet<_> = picked.iter().map(|number| (number.scenario, &number.run)).collect();
             // Writing to a String cannot fail.
             let _ = writeln!(
                 text,
-                "\n{bars}, impacts that {what}: {} numbers, {:.1} % within their error bars; {} of them resolved, {:.1} % within",
-                picked.len(), percent(&picked), plain.len(), percent(&plain)
+                "\n{bars}, impacts that {what}, {} runs: {}; of these resolved: {}",
+                runs.len(),
+                in_words(&picked),
+                in_words(&plain)
             );
-            if !chosen_on {
-                table(&mut text, &picked, "quantity", |number| &number.quantity);
-            }
+            table(&mut text, &picked, "quantity", |number| &number.quantity);
             table(&mut text, &picked, "impact", |number| number.scenario);
         }
     }
     let excess = |number: &Number| number.error / number.error_bar;
     let mut missed: Vec<&Number> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
     missed.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
-    let _ = writeln!(text, "\nThe farthest {MOST_LISTED} of {} beyond their error bars:", missed.len());
+    let _ = writeln!(text, "\n{} numbers are not within their error bars; the farthest:", missed.len());
     missed.truncate(MOST_LISTED);
     list_missed(&mut text, &missed);
     list_without(&mut text, study);
     text
+}
+
+/// How many numbers there are, how many are within their error bars, and how wide these are.
+fn in_words(numbers: &[&Number]) -> String {
+    let covered = numbers.iter().filter(|number| number.is_covered()).count();
+    let share = 100.0 * covered as f64 / numbers.len().max(1) as f64;
+    let ratio = written(median(numbers, |n| n.error_bar / n.error), 1);
+    format!("{} numbers, {share:.1} % within, median of bar / error {ratio}", numbers.len())
 }
 
 fn list_missed(text: &mut String, missed: &[&Number]) {
@@ -123,21 +134,29 @@ fn table(text: &mut String, numbers: &[&Number], title: &str, group: fn(&Number)
     for name in groups {
         let of_group: Vec<&Number> = numbers.iter().copied().filter(|n| group(n) == name).collect();
         let covered = of_group.iter().filter(|number| number.is_covered()).count();
-        let median = |part: &dyn Fn(&Number) -> f64| {
-            let mut parts: Vec<f64> =
-                of_group.iter().map(|n| part(n)).filter(|part| part.is_finite()).collect();
-            parts.sort_by(f64::total_cmp);
-            parts.get(parts.len() / 2).copied()
+        let relative = |part: fn(&Number) -> f64| {
+            median(&of_group, |n| part(n) / n.exact.abs())
+                .map_or_else(|| "-".into(), |middle| format!("{middle:.1e}"))
         };
-        let written = |part: Option<f64>| part.map_or_else(|| "-".into(), |middle| format!("{middle:.1e}"));
         let _ = writeln!(
             text,
             "| {name} | {} | {:.0} % | {} | {} | {} |",
             of_group.len(),
             100.0 * covered as f64 / of_group.len().max(1) as f64,
-            written(median(&|n| n.error / n.exact.abs())),
-            written(median(&|n| n.error_bar / n.exact.abs())),
-            median(&|n| n.error_bar / n.error).map_or_else(|| "-".into(), |ratio| format!("{ratio:.1}"))
+            relative(|n| n.error),
+            relative(|n| n.error_bar),
+            written(median(&of_group, |n| n.error_bar / n.error), 1)
         );
     }
+}
+
+/// Median of the finite ones of a part of each number.
+fn median(numbers: &[&Number], part: impl Fn(&Number) -> f64) -> Option<f64> {
+    let mut parts: Vec<f64> = numbers.iter().map(|n| part(n)).filter(|part| part.is_finite()).collect();
+    parts.sort_by(f64::total_cmp);
+    parts.get(parts.len() / 2).copied()
+}
+
+fn written(number: Option<f64>, digits: usize) -> String {
+    number.map_or_else(|| "-".into(), |number| format!("{number:.digits$}"))
 }

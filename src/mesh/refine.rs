@@ -186,9 +186,9 @@ fn key(corners: &[u32]) -> [u32; 8] {
 #[cfg(test)]
 #[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
 mod tests {
+    use super::super::CellKind;
     use super::super::generate::block::Block;
     use super::super::generate::limb_segment::LimbSegment;
-    use super::super::CellKind;
     use super::super::quality::quality;
     use super::super::surface::topology_problems;
     use super::*;
@@ -219,7 +219,8 @@ mod tests {
     /// One hexahedron among tetrahedra: each of its inner faces lies on two triangles.
     #[test]
     fn cells_of_different_kinds_share_their_new_nodes_as_they_share_the_old_ones() {
-        let block = Block::uniform(Vec3::zeros(), Vec3::new(2.0, 2.0, 2.0), [2, 2, 2], "b").generate().unwrap();
+        let block =
+            Block::uniform(Vec3::zeros(), Vec3::new(2.0, 2.0, 2.0), [2, 2, 2], "b").generate().unwrap();
         let tetrahedra = block.split_to_tetrahedra();
         let mut mixed = Mesh { cells: Cells::default(), part_of: Vec::new(), ..block.clone() };
         // The first hexahedron stays, in place of its six tetrahedra.

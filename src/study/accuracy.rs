@@ -9,9 +9,7 @@ use super::progress::{Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
 use super::variant::{Variants, split};
-use crate::measure::{
-    AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink,
-};
+use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
 use crate::plan::Plan;
 use crate::scene::document::AccuracyDocument;
 use crate::scene::{Budget, NoFiles, Scene};

@@ -176,3 +176,42 @@ fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Compared
         }),
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+    use crate::scene::{FolderSource, load_parsed};
+    use serde_json::json;
+
+    /// A plate of 594 elements from a file, for a time [s].
+    fn plate(end_time_s: f64) -> Scene {
+        let part = |name: &str| {
+            json!({"part": name, "density_kg_per_m3": 1000,
+                   "material": {"law": "neo_hookean", "c10_pa": 1e4, "bulk_modulus_pa": 1e6}})
+        };
+        let document = json!({
+            "name": "plate", "end_time_s": end_time_s,
+            "bodies": [{"name": "plate", "mesh": {"file": {"name": "layered_plate.msh"}},
+                        "parts": [part("skin"), part("fat"), part("muscle")]}],
+            "record": {"fields": [], "field_times_s": []}
+        });
+        let folder = FolderSource::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes"));
+        load_parsed(&document.into(), &folder, &Budget::COMMAND_LINE).unwrap().scene
+    }
+
+    #[test]
+    fn splits_that_would_take_too_long_are_omitted_with_the_time_and_how_to_get_them() {
+        let elements =
+            |end_time_s: f64| affordable_split(&plate(end_time_s)).map(|split| split.element_count());
+        assert_eq!(elements(1e-3), Ok(8 * 594));
+        let own_s = compile(&plate(1.0)).unwrap().report.expected_run_time_s;
+        // Between the two limits the split mesh is made to be asked, beyond the second it is not.
+        for (times, words) in [(12.0, "would take about"), (4.0, "would take more than")] {
+            let why = elements(MOST_S / (times * own_s)).unwrap_err();
+            for words in [words, " s on one core", "`--accuracy 10% --within TIME`"] {
+                assert!(why.contains(words), "{why}");
+            }
+        }
+    }
+}

@@ -13,6 +13,10 @@ use super::results::{Impact, Results};
 /// Relative rounding error of sums of many numbers [-].
 const ROUNDING: f64 = 1e-12;
 
+/// Least mesh error of a number relative to it, in units of the median of all numbers [-]: where most numbers change by much from mesh
+/// to mesh, one that hardly does so may agree by chance.
+const LEAST_SHARE: f64 = 0.05;
+
 /// Source of the error bars.
 #[derive(Clone, Debug, Default)]
 pub enum ErrorBars {
@@ -131,7 +135,11 @@ impl ComparedRuns {
                 "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
             }
         };
-        let facets = if self.on_facets { "; splitting keeps the facets of a mesh, so how far they are from a round surface is not in the error bars" } else { "" };
+        let facets = if self.on_facets {
+            "; splitting keeps the facets of a mesh, so how far they are from a round surface is not in the error bars"
+        } else {
+            ""
+        };
         format!("estimated from {runs}: {rule}{facets}")
     }
 
@@ -147,9 +155,9 @@ impl ComparedRuns {
         self.all().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
         let of = |run: &Compared| run.von_mises_below_pa[index];
         let levels: Vec<f64> = self.levels.iter().map(|level| of(&level.run)).collect();
-        let [base, small_steps, loose_contact] =
-            [&self.base, &self.small_steps, &self.loose_contact].map(of);
-        let found = self.differences(own, own_steps, &Values { levels: &levels, base, small_steps, loose_contact });
+        let [base, small_steps, loose_contact] = [&self.base, &self.small_steps, &self.loose_contact].map(of);
+        let found =
+            self.differences(own, own_steps, &Values { levels: &levels, base, small_steps, loose_contact });
         let total = found.mesh + found.step + found.contact;
         total.is_finite().then_some(total)
     }
@@ -205,10 +213,8 @@ impl Results {
         if levels.iter().chain([&base, &small_steps, &loose_contact]).any(|run| run.len() != count) {
             return;
         }
-        for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
-            all_listed.iter_mut().enumerate()
-        {
-            // Contributions of mesh, step and contact tolerance, plus the resolution.
+        // Contributions of mesh, step and contact tolerance to each.
+        let differences = |(i, listed): (usize, &Listed)| {
             let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
             let values = Values {
                 levels: &of_levels,
@@ -216,8 +222,17 @@ impl Results {
                 small_steps: small_steps[i],
                 loose_contact: loose_contact[i],
             };
-            let Differences { mesh, step, contact } = runs.differences(quantity.value, own_steps, &values);
-            let mesh = mesh.max(*missing);
+            runs.differences(listed.quantity.value, own_steps, &values)
+        };
+        let all_differences: Vec<Differences> = all_listed.iter().enumerate().map(differences).collect();
+        let least = LEAST_SHARE * median_mesh_error(&all_listed, &all_differences);
+        for (
+            Listed { quantity, steps_known, spacing, missing, is_peak },
+            Differences { mesh, step, contact },
+        ) in all_listed.iter_mut().zip(all_differences)
+        {
+            let mesh = mesh.max(*missing).max(least * quantity.value.abs());
+            // The total, with the resolution.
             let resolution = f64::from(*steps_known) * own_step + *spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
@@ -229,6 +244,16 @@ impl Results {
             }
         }
     }
+}
+
+/// Median of the mesh errors of all numbers but peaks and zeros, relative to the number [-]; zero without any.
+fn median_mesh_error(listed: &[Listed], differences: &[Differences]) -> f64 {
+    let is_sum = |(listed, _): &(&Listed, &Differences)| !listed.is_peak && listed.quantity.value != 0.0;
+    let relative = listed.iter().zip(differences).filter(is_sum);
+    let relative = relative.map(|(listed, found)| found.mesh / listed.quantity.value.abs());
+    let mut relative: Vec<f64> = relative.filter(|error| error.is_finite()).collect();
+    relative.sort_by(f64::total_cmp);
+    relative.get(relative.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -313,7 +338,10 @@ mod tests {
         let error = estimate(&own.impacts[0].peak_force_n);
         assert!((error.mesh - 3.0).abs() < 1e-12 && (error.step - 0.6).abs() < 1e-9, "{error:?}");
         let words = ErrorBars::From(Box::new(runs)).to_string();
-        assert!(words.contains("element size × 0.50") && words.contains("round surface is not in"), "{words}");
+        assert!(
+            words.contains("element size × 0.50") && words.contains("round surface is not in"),
+            "{words}"
+        );
     }
 
     #[test]
@@ -328,8 +356,10 @@ mod tests {
     fn three_meshes_are_fitted_and_their_scatter_widens_the_bar() {
         // 10 + h at h = 4, 2, 1.
         let mut all = runs([14.0, 14.0, 14.0]);
-        all.levels =
-            vec![Level { size: 4.0, run: compared(14.0, 100) }, Level { size: 2.0, run: compared(12.0, 100) }];
+        all.levels = vec![
+            Level { size: 4.0, run: compared(14.0, 100) },
+            Level { size: 2.0, run: compared(12.0, 100) },
+        ];
         let mut own = results(11.0);
         own.estimate_errors(&all, 200, 1.0);
         let smooth = estimate(&own.impacts[0].impulse_n_s);
@@ -338,6 +368,17 @@ mod tests {
         own = results(13.0);
         own.estimate_errors(&all, 200, 1.0);
         assert!(estimate(&own.impacts[0].impulse_n_s).mesh > 2.0 * smooth.mesh);
+    }
+
+    #[test]
+    fn a_number_that_agrees_by_chance_has_a_share_of_the_error_of_the_others() {
+        let mut runs = runs([9.0; 3]);
+        runs.levels[0].run.results.impacts[0].impulse_n_s.value = 10.0;
+        let mut own = results(10.0);
+        own.estimate_errors(&runs, 100, 1.0);
+        let [force, impulse] = [&own.impacts[0].peak_force_n, &own.impacts[0].impulse_n_s].map(estimate);
+        assert!((force.mesh - 3.0).abs() < 1e-12, "{force:?}");
+        assert!((impulse.mesh - LEAST_SHARE * 3.0).abs() < 1e-12, "{impulse:?}");
     }
 
     #[test]

@@ -22,7 +22,10 @@ const BARS: [(&str, ErrorBarsDocument); 2] =
 type Run = Result<(SceneDocument, Value), String>;
 
 /// Runs all impacts on all of their meshes with both kinds of error bars, in parallel on all threads.
-pub fn study_impacts(impacts: &[Impact], interrupt: &(dyn Fn() -> Option<Interrupt> + Sync)) -> CoverageStudy {
+pub fn study_impacts(
+    impacts: &[Impact],
+    interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
+) -> CoverageStudy {
     // All runs, the long ones first: the references, and each mesh with each kind of error bars.
     let references = impacts.iter().map(|impact| (impact, impact.reference, None));
     let mut runs: Vec<_> = references.collect();
@@ -45,7 +48,11 @@ pub fn study_impacts(impacts: &[Impact], interrupt: &(dyn Fn() -> Option<Interru
         let reference = impacts.iter().position(|other| std::ptr::eq(other, *impact)).map(|i| &references[i]);
         let bars = bars.map_or("", |(name, _)| name);
         let label = format!("numbers of elements × {mesh:.2}, {bars}");
-        let no_claim = |reason: &str| NoClaim { scenario: impact.scenario, run: label.clone(), reason: reason.to_owned() };
+        let no_claim = |reason: &str| NoClaim {
+            scenario: impact.scenario,
+            run: label.clone(),
+            reason: reason.to_owned(),
+        };
         match (reference, run) {
             (Some(Ok(reference)), Ok(run)) => {
                 study.runs += 1;
@@ -67,7 +74,8 @@ fn run_on(
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
 ) -> Run {
     let problems = |problems: crate::scene::Problems| problems.to_string();
-    let own = load_parsed(&impact.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE).map_err(problems)?;
+    let own =
+        load_parsed(&impact.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE).map_err(problems)?;
     let setting = Setting { mesh_factor, ..Setting::OWN };
     let mut document = setting.apply(&own.scene.document).ok_or("there is no such mesh")?;
     document.solver.error_bars = bars;

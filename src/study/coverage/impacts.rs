@@ -1,11 +1,15 @@
 //! Impacts of the usual kind without a known answer: balls on layered tissue, to be compared with a much finer mesh.
 
 use serde_json::{Value, json};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-/// Numbers of elements of the meshes with error bars, in units of the coarsest [-].
-const MESHES: [f64; 3] = [1.0, std::f64::consts::SQRT_2, 2.0];
-/// Those of the mesh that they are compared with: none of the meshes behind an error bar, and half the finest element size.
-const REFERENCE: f64 = 4.0;
+/// Numbers of elements of the meshes with error bars, in units of those of the document [-]: three levels.
+const MESHES: [f64; 3] = [FRAC_1_SQRT_2, 1.0, SQRT_2];
+/// Those of the mesh that they are compared with, the fifth level: no error bar has seen it, and its elements have half the size of
+/// the finest of the three at most.
+const REFERENCE: f64 = 2.0 * SQRT_2;
+/// Mesh to compare with in the short list.
+const SHORT_REFERENCE: f64 = 2.0;
 
 /// An impact over meshes.
 #[derive(Clone, Debug)]
@@ -14,7 +18,7 @@ pub struct Impact {
     pub scenario: &'static str,
     /// Whether constants of the error bars were chosen on it; the others are for reporting only.
     pub chosen_on: bool,
-    /// Scene document on the coarsest mesh.
+    /// Scene document.
     pub document: Value,
     /// Factors on its numbers of elements, of the meshes that have error bars.
     pub meshes: Vec<f64>,
@@ -24,11 +28,15 @@ pub struct Impact {
 
 /// All impacts; the short list has two of them on the coarsest mesh, compared with one of 2√2 times its numbers of elements.
 pub fn impacts(short: bool) -> Vec<Impact> {
-    let ball = |radius_m: f64| json!({"rigid": {
-        "shape": {"kind": "ball", "radius_m": radius_m}, "center_m": at(radius_m), "density_kg_per_m3": 7850}});
-    let rubber = |generator: Value| json!({"mesh": {"generator": generator}, "parts": [
+    let ball = |radius_m: f64| {
+        json!({"rigid": {
+        "shape": {"kind": "ball", "radius_m": radius_m}, "center_m": at(radius_m), "density_kg_per_m3": 7850}})
+    };
+    let rubber = |generator: Value| {
+        json!({"mesh": {"generator": generator}, "parts": [
         {"part": "ball", "density_kg_per_m3": 1000,
-         "material": {"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 1e7}}]});
+         "material": {"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 1e7}}]})
+    };
     let solid = |radius_m: f64| {
         rubber(json!({"kind": "solid_ball", "center_m": at(radius_m), "radius_m": radius_m,
                       "elements_around": 4, "elements_through": 2}))
@@ -51,9 +59,11 @@ pub fn impacts(short: bool) -> Vec<Impact> {
         chosen_on,
         document: document(projectile, layers_mm, speed, end_s),
         meshes: if short { MESHES[..1].to_vec() } else { MESHES.to_vec() },
-        reference: if short { REFERENCE / std::f64::consts::SQRT_2 } else { REFERENCE },
+        reference: if short { SHORT_REFERENCE } else { REFERENCE },
     };
-    let is_listed = |scenario: &str| !short || ["steel ball of 20 mm, 3 m/s", "rubber ball of 30 mm, 10 m/s"].contains(&scenario);
+    let is_listed = |scenario: &str| {
+        !short || ["steel ball of 20 mm, 3 m/s", "rubber ball of 30 mm, 10 m/s"].contains(&scenario)
+    };
     all.into_iter().filter(|(scenario, ..)| is_listed(scenario)).map(impact).collect()
 }
 
@@ -69,8 +79,10 @@ fn document(projectile: Value, layers_mm: [f64; 3], speed: f64, end_s: f64) -> V
     ball["velocity_m_per_s"] = json!([0, 0, -speed]);
     let names = ["skin", "fat", "muscle"];
     let layer = |(i, elements): (usize, u32)| json!({"part": names[i], "thickness_m": 1e-3 * layers_mm[i], "elements": elements});
-    let part = |(i, c10_pa): (usize, f64)| json!({"part": names[i], "density_kg_per_m3": 1000,
-        "material": {"law": "neo_hookean", "c10_pa": c10_pa, "bulk_modulus_pa": 1e7}});
+    let part = |(i, c10_pa): (usize, f64)| {
+        json!({"part": names[i], "density_kg_per_m3": 1000,
+        "material": {"law": "neo_hookean", "c10_pa": c10_pa, "bulk_modulus_pa": 1e7}})
+    };
     let layers: Vec<Value> = [1, 2, 3].into_iter().enumerate().map(layer).collect();
     let parts: Vec<Value> = [2e5, 2e4, 4e4].into_iter().enumerate().map(part).collect();
     json!({

@@ -113,8 +113,7 @@ fn eval_case(
     let loaded = load_parsed(&case.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE)
         .map_err(|problems| no_claim(problems.to_string()))?;
     let summary = run_finished(&loaded.scene, interrupt).map_err(&no_claim)?;
-    let results =
-        serde_json::to_value(summary.values()).map_err(|error| no_claim(error.to_string()))?;
+    let results = serde_json::to_value(summary.values()).map_err(|error| no_claim(error.to_string()))?;
     // Compare each exact value with the number and its error bar.
     let number = |(pointer, exact): &(&'static str, f64)| {
         let Some(found) = WithBar::at(&results, pointer) else {

@@ -17,7 +17,9 @@ pub(super) struct WithBar {
 impl WithBar {
     /// Name of the quantity: its pointer without indices and without the lists that all summaries have.
     pub fn quantity(&self) -> String {
-        let is_part = |part: &&str| !part.is_empty() && part.parse::<usize>().is_err() && !["impacts", "tissue"].contains(part);
+        let is_part = |part: &&str| {
+            !part.is_empty() && part.parse::<usize>().is_err() && !["impacts", "tissue"].contains(part)
+        };
         self.pointer.split('/').filter(is_part).collect::<Vec<_>>().join("/")
     }
 
@@ -56,7 +58,10 @@ fn collect(results: &Value, here: &Value, pointer: &str, all: &mut Vec<WithBar>)
             members.iter().for_each(|(key, value)| collect(results, value, &format!("{pointer}/{key}"), all));
         }
         Value::Array(items) => {
-            items.iter().enumerate().for_each(|(i, item)| collect(results, item, &format!("{pointer}/{i}"), all));
+            items
+                .iter()
+                .enumerate()
+                .for_each(|(i, item)| collect(results, item, &format!("{pointer}/{i}"), all));
         }
         _ => {}
     }
