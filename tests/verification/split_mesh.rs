@@ -137,7 +137,7 @@ fn a_mesh_from_a_file_is_refined_around_the_impact_and_has_error_bars() {
     refined["bodies"][1]["refinement"] = json!([{"around": "impact", "within_m": 0.008, "size_m": 0.006}]);
     let Loaded { scene, .. } = check(&refined, &plate(), "refined around the impact");
     let [before, split] = scene.bodies[1].refined.unwrap();
-    assert!(before == 180 && split > 0 && scene.element_count() > before + 100, "{before} {split}");
+    assert!(before == 180 && split > 0 && scene.element_count() == before + 7 * split, "{before} {split}");
 }
 
 #[test]
