@@ -36,9 +36,10 @@ pub fn coverage(args: &CoverageArgs, out: &mut dyn Write) -> Result<Exit, CliErr
     let cancelled = watch_for_ctrl_c()?;
     let is_cancelled = || cancelled.load(Ordering::Relaxed);
     let interrupt = || is_cancelled().then_some(Interrupt::Cancel);
-    let study = match args.impacts {
-        true => study_impacts(&impacts(args.short), &interrupt),
-        false => study_coverage(&cases(args.short), &interrupt),
+    let study = if args.impacts {
+        study_impacts(&impacts(args.short), &interrupt)
+    } else {
+        study_coverage(&cases(args.short), &interrupt)
     };
     match (args.json, args.impacts) {
         (true, _) => write_json(&study, out)?,

@@ -82,12 +82,12 @@ fn affordable_split(scene: &Scene) -> Result<Scene, String> {
         Ok(plan) => Ok(plan.report.expected_run_time_s),
         Err(error) => Err(format!("no run with every element split: {error}")),
     };
-    let check = |how: &str, seconds: f64| match seconds > MOST_S {
-        false => Ok(()),
-        true => Err(format!(
+    let check = |how: &str, seconds: f64| {
+        let why = format!(
             "a mesh from a file cannot be coarsened, and the runs with every element split into eight would take {how} {seconds:.0} s \
              on one core; more than {MOST_S:.0} s are only spent on request: `--accuracy 10% --within TIME`"
-        )),
+        );
+        (seconds <= MOST_S).then_some(()).ok_or(why)
     };
     let own_s = expected_s(scene)?;
     // A mesh that is far too large is not even split.
