@@ -78,10 +78,11 @@ impl Reference {
     }
 }
 
-/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the
-/// ratio of their element sizes.
-pub fn assumed_error(coarse: f64, fine: f64, refinement: f64) -> f64 {
-    SAFETY_ASSUMED * (fine - coarse).abs() / (refinement.powf(ASSUMED_ORDER) - 1.0)
+/// Error of a value from another one at an assumed first order, with a factor of safety of three. `ratio` is the element
+/// size of the other in units of the own one: above one it is the coarser mesh, below one the finer, which gives the grid
+/// convergence index of a coarse mesh (Roache 1994).
+pub fn assumed_error(other: f64, own: f64, ratio: f64) -> f64 {
+    SAFETY_ASSUMED * (own - other).abs() / (ratio.powf(ASSUMED_ORDER) - 1.0).abs()
 }
 
 /// Time-step error of a run with `own` steps, from two others that differ only in their numbers of steps, at an assumed

@@ -5,7 +5,7 @@ use super::cells::{Cell, Cells};
 use super::surface::{boundary, boundary_nodes};
 use super::{HangingNodes, Mesh, MeshError};
 use crate::mechanics::tensor::Vec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Splits each element into eight at the middle of its edges, quadrilateral faces and volume.
 ///
@@ -13,12 +13,14 @@ use std::collections::{BTreeMap, HashMap};
 /// (generators with `refined` follow the true shape instead). Old nodes keep their numbers. Parts and material axes are
 /// inherited. A new node belongs to a node set if all corners of its edge, face or element do; if a set lies wholly on the
 /// boundary, the new node must lie there too, so that an edge through a plate one element thick does not join a set on both
-/// its sides.
+/// its sides. Where a quadrilateral face lies on two triangles, its middle is that of the diagonal between them, so that the
+/// children share their nodes as their parents do.
 ///
 /// # Errors
 /// `Unrefinable` if the mesh has a kind of cell that cannot be split.
 pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
     let mut split = Split::new(mesh);
+    split.join_diagonals(&mesh.cells);
     let mut cells = Cells::default();
     for cell in mesh.cells.iter() {
         split.add_children(cell, &mut cells)?;
@@ -58,6 +60,27 @@ impl Split {
     pub fn new(mesh: &Mesh) -> Self {
         let middles = mesh.hanging.each().map(|(node, corners)| (key(corners), node)).collect();
         Self { nodes: mesh.nodes.clone(), middles, parents: Vec::new() }
+    }
+
+    /// Makes the middle of each quadrilateral face that of a diagonal of it which is the edge of another cell.
+    fn join_diagonals(&mut self, cells: &Cells) {
+        if cells.counts().len() < 2 {
+            return;
+        }
+        let edges_of = |cell: Cell<'_>| {
+            let nodes = cell.nodes.to_vec();
+            cell.kind.table().edges.iter().map(move |edge| key(&edge.map(|i| nodes[i])))
+        };
+        let edges: HashSet<[u32; 8]> = cells.iter().flat_map(edges_of).collect();
+        for face in cells.iter().flat_map(edges_and_faces) {
+            let &[a, b, c, d] = &face[..] else { continue };
+            for diagonal in [key(&[a, c]), key(&[b, d])] {
+                if edges.contains(&diagonal) {
+                    let middle = self.middle(&face);
+                    self.middles.insert(diagonal, middle);
+                }
+            }
+        }
     }
 
     /// Hanging nodes: midpoints of an edge or face that one of these elements has unsplit.
@@ -163,6 +186,7 @@ fn key(corners: &[u32]) -> [u32; 8] {
 #[cfg(test)]
 #[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
 mod tests {
+    use super::super::CellKind;
     use super::super::generate::block::Block;
     use super::super::generate::limb_segment::LimbSegment;
     use super::super::quality::quality;
@@ -190,6 +214,26 @@ mod tests {
         let quality = quality(&split).unwrap();
         assert!((quality.min_scaled_jacobian - 1.0).abs() < 1e-12);
         assert!((quality.volume_m3 - 6.0).abs() < 1e-12);
+    }
+
+    /// One hexahedron among tetrahedra: each of its inner faces lies on two triangles.
+    #[test]
+    fn cells_of_different_kinds_share_their_new_nodes_as_they_share_the_old_ones() {
+        let block =
+            Block::uniform(Vec3::zeros(), Vec3::new(2.0, 2.0, 2.0), [2, 2, 2], "b").generate().unwrap();
+        let tetrahedra = block.split_to_tetrahedra();
+        let mut mixed = Mesh { cells: Cells::default(), part_of: Vec::new(), ..block.clone() };
+        // The first hexahedron stays, in place of its six tetrahedra.
+        mixed.cells.push(CellKind::Hex8, block.cells.get(0).nodes);
+        tetrahedra.cells.iter().skip(6).for_each(|cell| mixed.cells.push(cell.kind, cell.nodes));
+        mixed.part_of = vec![0; mixed.cells.len()];
+        let mut fine = mixed;
+        for n in [5, 9] {
+            fine = refined(&fine).unwrap();
+            // A node at every point of the grid of half the size, and no two at one point.
+            assert_eq!(fine.nodes.len(), n * n * n);
+            assert!((fine.volume_m3() - 8.0).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -144,7 +144,7 @@ fn complete(
         field_times: field_times(scene),
         fields: document.recorded_fields(),
         every_steps: document.record.every_steps.max(1),
-        has_cheaper_runs: document.solver.error_bars != ErrorBarsDocument::None && !document.has_mesh_file(),
+        has_error_bars: document.solver.error_bars != ErrorBarsDocument::None,
         report: PlanReport::default(),
     };
     // Quantities that need the plan itself.

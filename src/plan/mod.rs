@@ -106,8 +106,8 @@ pub struct Plan {
     pub fields: Vec<FieldName>,
     /// Contact and energy are recorded every so many steps.
     pub every_steps: u32,
-    /// Whether cheaper runs for the error bars precede the run.
-    pub has_cheaper_runs: bool,
+    /// Whether runs for its error bars precede the run.
+    pub has_error_bars: bool,
     /// Inputs of the measures.
     pub measures: MeasurePlan,
     /// What was kept, what was omitted, and why.

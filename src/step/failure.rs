@@ -105,14 +105,14 @@ impl Failure {
     pub(super) fn deadline(plan: &Plan, state: &State) -> Self {
         let message = format!("The wall-clock budget ran out at t = {:.4e} s.", state.time);
         let failure = Self::new(state, FailureCause::Deadline, message);
-        if plan.has_cheaper_runs {
+        if plan.has_error_bars {
             return Self { remedy: format!("{} {WITHOUT_ERROR_BARS}", failure.remedy), ..failure };
         }
         failure
     }
 }
 
-/// Additional remedy if cheaper runs come first.
+/// Additional remedy if runs for error bars come first.
 const WITHOUT_ERROR_BARS: &str = "Or do without error bars, which come from runs before it (`--no-error-bars`, or \
     `solver.error_bars` = \"none\").";
 

@@ -4,14 +4,12 @@
 //! and one with a looser contact tolerance on the coarsest of the three. Generated meshes get √2 times the numbers of
 //! elements from one level to the next; meshes from a file have every element split into eight.
 
-use super::error_bars::{relative_size, step_and_contact};
+use super::error_bars::{compared_runs, relative_size};
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
-use super::variant::Variants;
-use crate::measure::{
-    AskedAccuracy, Cheaper, CheaperRuns, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink,
-};
+use super::variant::{Variants, split};
+use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
 use crate::plan::Plan;
 use crate::scene::document::AccuracyDocument;
 use crate::scene::{Budget, NoFiles, Scene};
@@ -42,7 +40,7 @@ struct Meshes<'a> {
 struct Done {
     level: i32,
     scene: Scene,
-    run: Cheaper,
+    run: Compared,
 }
 
 /// Runs a scene to an accuracy. The result is that of the finest mesh whose run came to its end within the time, and it is the run
@@ -136,7 +134,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         };
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished {
-            let run = Cheaper::new(result.summary.values(), Vec::new(), result.outcome.steps);
+            let run = Compared::new(result.summary.values(), Vec::new(), result.outcome.steps);
             done.push(Done { level, scene: mesh, run });
             best = Some(result);
             has_result.store(true, Ordering::Relaxed);
@@ -230,20 +228,12 @@ impl Meshes<'_> {
         if level == 0 {
             return Ok(self.scene.clone());
         }
-        if !self.scene.document.has_mesh_file() {
-            let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
-            return self
-                .variants
-                .scene(&setting, None, None)
-                .map_err(|error| format!("no run on another mesh: {error}"));
+        if self.scene.document.has_mesh_file() {
+            return split(self.scene, level.unsigned_abs());
         }
-        let elements = self.scene.element_count() as f64 * self.factor(level).powi(3);
-        if elements > Budget::COMMAND_LINE.elements as f64 {
-            return Err(format!("{elements:.0} elements are too many"));
-        }
-        let mut scene = self.scene.clone();
-        (0..level).try_for_each(|_| scene.split_on_facets()).map_err(|error| error.to_string())?;
-        Ok(scene)
+        let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
+        let scene = self.variants.scene(&setting, None, None);
+        scene.map_err(|error| format!("no run on another mesh: {error}"))
     }
 
     /// Element size of a completed level relative to that of a finer one [-].
@@ -263,11 +253,8 @@ impl Meshes<'_> {
         };
         let of = |done: &Done| Level { size: self.size(done, mesh, level), run: done.run.clone() };
         let levels = used.iter().map(of).collect();
-        match step_and_contact(&self.variants, &coarsest.scene, coarsest.run.steps, &[]) {
-            Ok([small_steps, loose_contact]) => {
-                ErrorBars::From(Box::new(CheaperRuns { levels, small_steps, loose_contact }))
-            }
-            Err(why) => ErrorBars::Unknown(why),
-        }
+        let base = (&coarsest.scene, coarsest.run.clone());
+        compared_runs(&self.variants, base, levels, &[])
+            .map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
     }
 }

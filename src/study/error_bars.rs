@@ -1,10 +1,12 @@
-//! A run with its error bars, and the cheaper runs that these are estimated from.
+//! The runs that the error bars of a run are estimated from: on coarser meshes, or on a split one where the mesh cannot be
+//! coarsened.
 
 use super::setting::Setting;
 use super::single::{ending_name, is_stop};
-use super::variant::{NotRun, Variants};
+use super::variant::{NotRun, Variants, split};
 use crate::measure::depth_profile::DepthProfile;
-use crate::measure::{Cheaper, CheaperRuns, ErrorBars, Level, REFINEMENT};
+use crate::measure::{Compared, ComparedRuns, ErrorBars, Level, REFINEMENT};
+use crate::plan::compile;
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
@@ -15,8 +17,15 @@ use std::f64::consts::FRAC_1_SQRT_2;
 const COARSER: [[f64; 2]; 2] = [[0.5, FRAC_1_SQRT_2], [FRAC_1_SQRT_2, 0.840_896_415_253_714_6]];
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
+/// Longest time of the runs with a split mesh [s], by the table of costs, so that the same scenes have error bars on every
+/// machine: the time that an accuracy takes by default.
+const MOST_S: f64 = 60.0;
+/// Time of a run with every element split, in units of that of the run itself [-]: eight times the elements at least.
+const FEWEST_TIMES: f64 = 8.0;
+/// Time of the other runs in the same unit [-]: the run itself, with half its steps, and with a looser contact tolerance.
+const OWN_RUNS: f64 = 4.0;
 
-/// Runs the requested cheaper runs, or explains why there are no error bars. Includes the stresses below each of
+/// Makes the runs that error bars come from, or explains why there are no error bars. Includes the stresses below each of
 /// `depths` [m].
 pub(super) fn error_bars(
     scene: &Scene,
@@ -31,31 +40,61 @@ pub(super) fn error_bars(
     if !document.has_mesh() {
         return ErrorBars::Unknown(NotRun::NoMesh.to_string());
     }
-    if document.has_mesh_file() {
-        return ErrorBars::Unknown(
-            "a mesh from a file cannot be coarsened (`contuse study error` refines it, which takes longer)"
-                .into(),
-        );
-    }
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
-    // One or two coarser meshes; step and contact tolerance vary on the coarsest.
-    let runs = || {
-        let coarser = |[coarse, between]: [f64; 2]| Ok((scene_of(&variants, coarse)?, between));
-        let (mesh, between) =
-            coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
-        let coarse = results(&variants, &mesh, depths)?;
-        let [small_steps, loose_contact] = step_and_contact(&variants, &mesh, coarse.steps, depths)?;
-        let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
-            let between = scene_of(&variants, between)?;
-            let run = results(&variants, &between, depths)?;
-            let size = |coarser: &Scene| relative_size(document, &coarser.document);
-            vec![Level { size: size(&mesh), run: coarse }, Level { size: size(&between), run }]
-        } else {
-            vec![Level { size: least_relative_size(document, &mesh.document), run: coarse }]
-        };
-        Ok(CheaperRuns { levels, small_steps, loose_contact })
+    let runs = if document.has_mesh_file() {
+        with_split_mesh(&variants, scene, depths)
+    } else {
+        with_coarser_meshes(&variants, depths)
     };
-    runs().map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
+    runs.map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
+}
+
+/// Runs on one or two coarser meshes.
+fn with_coarser_meshes(variants: &Variants, depths: &[f64]) -> Result<ComparedRuns, String> {
+    let document = variants.document;
+    let coarser = |[coarse, between]: [f64; 2]| Ok((scene_of(variants, coarse)?, between));
+    let (mesh, between) = coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
+    let base = results(variants, &mesh, depths)?;
+    let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
+        let between = scene_of(variants, between)?;
+        let run = results(variants, &between, depths)?;
+        let size = |coarser: &Scene| relative_size(document, &coarser.document);
+        vec![Level { size: size(&mesh), run: base.clone() }, Level { size: size(&between), run }]
+    } else {
+        vec![Level { size: least_relative_size(document, &mesh.document), run: base.clone() }]
+    };
+    compared_runs(variants, (&mesh, base), levels, depths)
+}
+
+/// A run with every element split into eight, for meshes that cannot be coarsened. The scene itself is run once more in
+/// advance, for a twentieth of the time: step and contact tolerance are compared with it.
+fn with_split_mesh(variants: &Variants, scene: &Scene, depths: &[f64]) -> Result<ComparedRuns, String> {
+    let split = affordable_split(scene)?;
+    let base = results(variants, scene, depths)?;
+    let level = Level { size: 1.0 / REFINEMENT, run: results(variants, &split, depths)? };
+    compared_runs(variants, (scene, base), vec![level], depths)
+}
+
+/// The scene with every element split into eight, if the runs for its error bars are expected to take no longer than
+/// [`MOST_S`].
+fn affordable_split(scene: &Scene) -> Result<Scene, String> {
+    let expected_s = |scene: &Scene| match compile(scene) {
+        Ok(plan) => Ok(plan.report.expected_run_time_s),
+        Err(error) => Err(format!("no run with every element split: {error}")),
+    };
+    let check = |how: &str, seconds: f64| {
+        let why = format!(
+            "a mesh from a file cannot be coarsened, and the runs with every element split into eight would take {how} {seconds:.0} s \
+             on one core; more than {MOST_S:.0} s are only spent on request: `--accuracy 10% --within TIME`"
+        );
+        (seconds <= MOST_S).then_some(()).ok_or(why)
+    };
+    let own_s = expected_s(scene)?;
+    // A mesh that is far too large is not even split.
+    check("more than", FEWEST_TIMES * own_s)?;
+    let split = split(scene, 1)?;
+    check("about", expected_s(&split)? + OWN_RUNS * own_s)?;
+    Ok(split)
 }
 
 /// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are the same in both omitted.
@@ -89,18 +128,25 @@ fn least_relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
     ratios(fine, coarse).into_iter().reduce(f64::min).unwrap_or(REFINEMENT)
 }
 
-/// The same scene with at most half the time step, and with a looser contact tolerance.
-pub(super) fn step_and_contact(
+/// The runs on other meshes, with two more on the coarsest of all meshes, whose run is `base`: with at most half the time
+/// step, and with a looser contact tolerance.
+pub(super) fn compared_runs(
     variants: &Variants,
-    mesh: &Scene,
-    steps: u64,
+    (mesh, base): (&Scene, Compared),
+    levels: Vec<Level>,
     depths: &[f64],
-) -> Result<[Cheaper; 2], String> {
+) -> Result<ComparedRuns, String> {
     let (mut small_steps, mut loose) = (mesh.clone(), mesh.clone());
     // Half of the actual steps, whatever limited them: stability, strain, or field times.
-    small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * steps as f64));
+    small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * base.steps as f64));
     loose.document.contact.tolerance *= LOOSER;
-    Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
+    Ok(ComparedRuns {
+        levels,
+        on_facets: variants.document.has_mesh_file(),
+        base,
+        small_steps: results(variants, &small_steps, depths)?,
+        loose_contact: results(variants, &loose, depths)?,
+    })
 }
 
 /// The scene with its numbers of elements times a factor.
@@ -111,22 +157,61 @@ fn scene_of(variants: &Variants, mesh_factor: f64) -> Result<Scene, String> {
         .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))
 }
 
-/// A run on a coarser mesh; it must finish.
-fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
+/// A run that the run itself is compared with; it must finish.
+fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Compared, String> {
     let mut profile = DepthProfile::new(depths.to_vec());
     let result = variants
         .run_scene(mesh, Some(&mut profile))
-        .map_err(|error| format!("no run on the coarser mesh: {error}"))?;
+        .map_err(|error| format!("no run to compare with: {error}"))?;
     match &result.outcome.ending {
         Ending::Finished => {
-            Ok(Cheaper::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
+            Ok(Compared::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
         }
         ending => Err(match ending_name(ending) {
             stop if is_stop(&stop) => format!(
-                "the run was stopped ({stop}) during the cheaper ones that error bars come from; allow more time, or leave them out \
+                "the run was stopped ({stop}) during those before it that error bars come from; allow more time, or leave them out \
                  (`--no-error-bars`)"
             ),
-            name => format!("a run on the coarser mesh ended as {name}"),
+            name => format!("a run to compare with ended as {name}"),
         }),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+    use crate::scene::{FolderSource, load_parsed};
+    use serde_json::json;
+
+    /// A plate of 594 elements from a file, for a time [s].
+    fn plate(end_time_s: f64) -> Scene {
+        let part = |name: &str| {
+            json!({"part": name, "density_kg_per_m3": 1000,
+                   "material": {"law": "neo_hookean", "c10_pa": 1e4, "bulk_modulus_pa": 1e6}})
+        };
+        let document = json!({
+            "name": "plate", "end_time_s": end_time_s,
+            "bodies": [{"name": "plate", "mesh": {"file": {"name": "layered_plate.msh"}},
+                        "parts": [part("skin"), part("fat"), part("muscle")]}],
+            "record": {"fields": [], "field_times_s": []}
+        });
+        let folder = FolderSource::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes"));
+        load_parsed(&document.into(), &folder, &Budget::COMMAND_LINE).unwrap().scene
+    }
+
+    #[test]
+    fn splits_that_would_take_too_long_are_omitted_with_the_time_and_how_to_get_them() {
+        let elements =
+            |end_time_s: f64| affordable_split(&plate(end_time_s)).map(|split| split.element_count());
+        assert_eq!(elements(1e-3), Ok(8 * 594));
+        let own_s = compile(&plate(1.0)).unwrap().report.expected_run_time_s;
+        // Between the two limits the split mesh is made to be asked, beyond the second it is not.
+        for (times, words) in [(12.0, "would take about"), (4.0, "would take more than")] {
+            let why = elements(MOST_S / (times * own_s)).unwrap_err();
+            for words in [words, " s on one core", "`--accuracy 10% --within TIME`"] {
+                assert!(why.contains(words), "{why}");
+            }
+        }
     }
 }

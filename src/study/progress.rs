@@ -11,7 +11,7 @@ pub enum Phase {
     Waiting,
     /// Meshes are generated or read, and the scene is compiled.
     Loading,
-    /// Cheaper runs of the scene for the error bars.
+    /// Other runs of the scene, for the error bars.
     EstimatingErrors,
     /// Dynamic relaxation before the clock starts.
     Settling,

@@ -95,6 +95,17 @@ impl Variants<'_> {
     }
 }
 
+/// The scene with every element split into eight on its facets, `times` over, or the reason why there is none.
+pub(super) fn split(scene: &Scene, times: u32) -> Result<Scene, String> {
+    let elements = scene.element_count() as f64 * 8.0_f64.powf(f64::from(times));
+    if elements > Budget::COMMAND_LINE.elements as f64 {
+        return Err(format!("{elements:.0} elements are too many"));
+    }
+    let mut scene = scene.clone();
+    (0..times).try_for_each(|_| scene.split_on_facets()).map_err(|error| error.to_string())?;
+    Ok(scene)
+}
+
 /// Whether a mesh is generated with nodes on a surface that differs from its facets.
 fn is_curved(mesh: &MeshDocument) -> bool {
     let is_flat =

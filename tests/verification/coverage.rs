@@ -1,6 +1,7 @@
-//! Error bars contain the truth: in nine of ten numbers whose exact value is known, over meshes, speeds, steps and integrators.
+//! Error bars contain the truth: in nine of ten numbers whose exact value is known, over meshes, speeds, steps and integrators; and in
+//! nine of ten of all numbers of balls on layered tissue, against a much finer mesh.
 
-use contuse::study::coverage::{CoverageStudy, cases, study_coverage};
+use contuse::study::coverage::{CoverageStudy, cases, impacts, study_coverage, study_impacts};
 use std::sync::LazyLock;
 
 static STUDY: LazyLock<CoverageStudy> = LazyLock::new(|| study_coverage(&cases(true), &|| None));
@@ -27,4 +28,15 @@ fn error_bars_are_no_excuse() {
     let wide = |number: &&contuse::study::coverage::Number| number.error_bar > 0.5 * number.exact.abs();
     let wide = STUDY.numbers.iter().filter(|number| number.exact != 0.0).filter(wide).count();
     assert!(wide * 10 <= STUDY.numbers.len(), "{wide} of {}", STUDY.numbers.len());
+}
+
+#[test]
+fn nine_of_ten_numbers_of_impacts_on_tissue_are_within_their_error_bars() {
+    let study = study_impacts(&impacts(true), &|| None);
+    assert!(study.without.is_empty() && study.runs == 4, "{} runs, {:#?}", study.runs, study.without);
+    let missed: Vec<_> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
+    for bars in ["two levels", "three levels"] {
+        let (share, numbers) = study.share(|number| number.bars == bars);
+        assert!(numbers >= 60 && share >= 0.9, "{bars}: {share} of {numbers}; {missed:#?}");
+    }
 }

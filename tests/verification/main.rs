@@ -60,6 +60,7 @@ mod rigid_sweep;
 mod shock;
 mod softening;
 mod solid_sphere_breathing;
+mod split_mesh;
 mod stability;
 mod two_bars;
 mod viscosity;

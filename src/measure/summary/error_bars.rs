@@ -1,9 +1,9 @@
-//! Error bars: numerical errors of the results, estimated from cheaper runs of the same scene.
+//! Error bars: numerical errors of the results, estimated from other runs of the same scene.
 //!
-//! One or more runs use coarser meshes; on the coarsest of them one run halves the time step, and one loosens the
-//! contact tolerance. The meshes compared with the run itself give the mesh error, the other two compared with the
-//! first give the errors of step and solver. First order is assumed: with two meshes a factor of safety is applied;
-//! with more, a line is fitted, whose scatter widens the bar.
+//! One or more runs use other meshes: coarser ones, or a finer one where the mesh cannot be coarsened. On the coarsest of
+//! all meshes one run halves the time step, and one loosens the contact tolerance. The meshes compared with the run itself
+//! give the mesh error, the other two compared with a run on the same mesh give the errors of step and solver. First order
+//! is assumed: with two meshes a factor of safety is applied; with more, a curve is fitted, whose scatter widens the bar.
 
 use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
 use super::listed::Listed;
@@ -13,6 +13,10 @@ use super::results::{Impact, Results};
 /// Relative rounding error of sums of many numbers [-].
 const ROUNDING: f64 = 1e-12;
 
+/// Least mesh error of a number relative to it, in units of the median of all numbers [-]: where most numbers change by much from mesh
+/// to mesh, one that hardly does so may agree by chance.
+const LEAST_SHARE: f64 = 0.05;
+
 /// Source of the error bars.
 #[derive(Clone, Debug, Default)]
 pub enum ErrorBars {
@@ -21,8 +25,8 @@ pub enum ErrorBars {
     NotAsked,
     /// No error bars, with the reason.
     Unknown(String),
-    /// Cheaper runs of the same scene.
-    From(Box<CheaperRuns>),
+    /// Other runs of the same scene.
+    From(Box<ComparedRuns>),
 }
 
 impl std::fmt::Display for ErrorBars {
@@ -30,37 +34,23 @@ impl std::fmt::Display for ErrorBars {
         match self {
             Self::NotAsked => f.write_str("not estimated: error bars were not requested"),
             Self::Unknown(why) => write!(f, "not estimated: {why}"),
-            Self::From(runs) => {
-                let sizes: Vec<String> =
-                    runs.levels.iter().map(|level| format!("{:.2}", level.size)).collect();
-                let rule = match sizes.len() {
-                    1 => "first order assumed, factor of safety 3",
-                    _ => {
-                        "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
-                    }
-                };
-                write!(
-                    f,
-                    "estimated from runs on coarser meshes (element size × {}): {rule}",
-                    sizes.join(", ")
-                )
-            }
+            Self::From(runs) => f.write_str(&runs.in_words()),
         }
     }
 }
 
-/// Results of one cheaper run.
+/// Results of a run that the run itself is compared with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cheaper {
+pub struct Compared {
     /// Summary numbers of the run.
     results: Results,
-    /// Largest von Mises stress below each of the requested depths [Pa], see [`CheaperRuns::error_below`].
+    /// Largest von Mises stress below each of the requested depths [Pa], see [`ComparedRuns::error_below`].
     von_mises_below_pa: Vec<f64>,
     /// Number of its steps.
     pub steps: u64,
 }
 
-impl Cheaper {
+impl Compared {
     /// From the results of a run, and the stresses below the requested depths.
     pub fn new(results: &Results, von_mises_below_pa: Vec<f64>, steps: u64) -> Self {
         Self { results: results.clone(), von_mises_below_pa, steps }
@@ -89,73 +79,98 @@ impl Cheaper {
     }
 }
 
-/// A run on a coarser mesh.
+/// A run on another mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Element size relative to that of the run itself [-]; the minimum if it varies.
+    /// Element size relative to that of the run itself [-], not 1; the one closest to it if it varies.
     pub size: f64,
     /// Results on this mesh.
-    pub run: Cheaper,
+    pub run: Compared,
 }
 
-/// The cheaper runs that error bars are estimated from.
+/// The runs that error bars are estimated from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CheaperRuns {
-    /// Runs on coarser meshes, the coarsest first; at least one.
+pub struct ComparedRuns {
+    /// Runs on other meshes, the coarsest first; at least one.
     pub levels: Vec<Level>,
-    /// Run on the coarsest mesh with half the time step.
-    pub small_steps: Cheaper,
-    /// Run on the coarsest mesh with a looser contact tolerance.
-    pub loose_contact: Cheaper,
+    /// Whether the finer of all meshes are the coarser ones split on their facets, so that their surfaces are the same.
+    pub on_facets: bool,
+    /// Run on the coarsest of all meshes, which the next two are compared with.
+    pub base: Compared,
+    /// Run on that mesh with half the time step.
+    pub small_steps: Compared,
+    /// Run on that mesh with a looser contact tolerance.
+    pub loose_contact: Compared,
 }
 
-/// Values of one number in the cheaper runs.
+/// Values of one number in the compared runs.
 struct Values<'a> {
-    /// Values in the runs of [`CheaperRuns::levels`].
+    /// Values in the runs of [`ComparedRuns::levels`].
     levels: &'a [f64],
+    base: f64,
     small_steps: f64,
     loose_contact: f64,
 }
 
-/// Error contributions to one number, from the cheaper runs.
+/// Error contributions to one number, from the compared runs.
 struct Differences {
     mesh: f64,
     step: f64,
     contact: f64,
 }
 
-impl CheaperRuns {
-    /// All cheaper runs, in the order of their fields.
-    fn all(&self) -> impl Iterator<Item = &Cheaper> {
-        self.levels.iter().map(|level| &level.run).chain([&self.small_steps, &self.loose_contact])
+impl ComparedRuns {
+    /// Where the error bars come from, and what is not in them.
+    fn in_words(&self) -> String {
+        let sizes: Vec<String> = self.levels.iter().map(|level| format!("{:.2}", level.size)).collect();
+        let sizes = sizes.join(", ");
+        let runs = if self.levels.iter().all(|level| level.size < 1.0) {
+            format!("a run with every element split into eight (element size × {sizes})")
+        } else {
+            format!("runs on coarser meshes (element size × {sizes})")
+        };
+        let rule = match self.levels.len() {
+            1 => "first order assumed, factor of safety 3",
+            _ => {
+                "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
+            }
+        };
+        let facets = if self.on_facets {
+            "; splitting keeps the facets of a mesh, so how far they are from a round surface is not in the error bars"
+        } else {
+            ""
+        };
+        format!("estimated from {runs}: {rule}{facets}")
+    }
+
+    /// All runs, in the order of their fields.
+    fn all(&self) -> impl Iterator<Item = &Compared> {
+        let others = [&self.base, &self.small_steps, &self.loose_contact];
+        self.levels.iter().map(|level| &level.run).chain(others)
     }
 
     /// Error of the largest von Mises stress below a depth [Pa]: `own` is that of the requested depth with this index,
     /// in a run of `own_steps` steps. `None` if it is unknown.
     pub fn error_below(&self, index: usize, own: f64, own_steps: u64) -> Option<f64> {
         self.all().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
-        let of = |run: &Cheaper| run.von_mises_below_pa[index];
+        let of = |run: &Compared| run.von_mises_below_pa[index];
         let levels: Vec<f64> = self.levels.iter().map(|level| of(&level.run)).collect();
-        let values = Values {
-            levels: &levels,
-            small_steps: of(&self.small_steps),
-            loose_contact: of(&self.loose_contact),
-        };
-        let found = self.differences(own, own_steps, &values)?;
+        let [base, small_steps, loose_contact] = [&self.base, &self.small_steps, &self.loose_contact].map(of);
+        let found =
+            self.differences(own, own_steps, &Values { levels: &levels, base, small_steps, loose_contact });
         let total = found.mesh + found.step + found.contact;
         total.is_finite().then_some(total)
     }
 
-    /// Differences of the cheaper runs from a number of a run with that many steps; `None` without any.
-    fn differences(&self, own: f64, own_steps: u64, values: &Values) -> Option<Differences> {
-        let (coarsest, value) = (self.levels.first()?, *values.levels.first()?);
-        let steps = (coarsest.run.steps, self.small_steps.steps);
-        Some(Differences {
+    /// Differences of the compared runs from a number of a run with that many steps.
+    fn differences(&self, own: f64, own_steps: u64, values: &Values) -> Differences {
+        let steps = (self.base.steps, self.small_steps.steps);
+        Differences {
             mesh: self.mesh_error(own, values.levels),
-            step: assumed_step_error(own_steps, steps, (value, values.small_steps)),
+            step: assumed_step_error(own_steps, steps, (values.base, values.small_steps)),
             // The tolerance is loosened far more than twofold: the difference itself bounds the error.
-            contact: (values.loose_contact - value).abs(),
-        })
+            contact: (values.loose_contact - values.base).abs(),
+        }
     }
 
     /// Mesh error by the rule for the number of meshes.
@@ -185,32 +200,39 @@ impl Results {
         }
     }
 
-    /// Sets the error bars of all numbers of a run with that many steps [s]; numbers that a cheaper run lacks keep
+    /// Sets the error bars of all numbers of a run with that many steps [s]; numbers that a compared run lacks keep
     /// theirs.
-    pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
-        // The cheaper runs must have the same list of numbers.
+    pub(super) fn estimate_errors(&mut self, runs: &ComparedRuns, own_steps: u64, time_s: f64) {
+        // The compared runs must have the same list of numbers.
         let own_step = time_s / own_steps as f64;
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
-        let [small_steps, loose_contact] =
-            [&runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
+        let [base, small_steps, loose_contact] =
+            [&runs.base, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
         let mut all_listed = self.list_mut();
         let count = all_listed.len();
-        if levels.iter().chain([&small_steps, &loose_contact]).any(|run| run.len() != count) {
+        if levels.iter().chain([&base, &small_steps, &loose_contact]).any(|run| run.len() != count) {
             return;
         }
-        for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
-            all_listed.iter_mut().enumerate()
-        {
-            // Contributions of mesh, step and contact tolerance, plus the resolution.
+        // Contributions of mesh, step and contact tolerance to each.
+        let differences = |(i, listed): (usize, &Listed)| {
             let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
-            let values =
-                Values { levels: &of_levels, small_steps: small_steps[i], loose_contact: loose_contact[i] };
-            let Some(Differences { mesh, step, contact }) =
-                runs.differences(quantity.value, own_steps, &values)
-            else {
-                continue;
+            let values = Values {
+                levels: &of_levels,
+                base: base[i],
+                small_steps: small_steps[i],
+                loose_contact: loose_contact[i],
             };
-            let mesh = mesh.max(*missing);
+            runs.differences(listed.quantity.value, own_steps, &values)
+        };
+        let all_differences: Vec<Differences> = all_listed.iter().enumerate().map(differences).collect();
+        let least = LEAST_SHARE * median_mesh_error(&all_listed, &all_differences);
+        for (
+            Listed { quantity, steps_known, spacing, missing, is_peak },
+            Differences { mesh, step, contact },
+        ) in all_listed.iter_mut().zip(all_differences)
+        {
+            let mesh = mesh.max(*missing).max(least * quantity.value.abs());
+            // The total, with the resolution.
             let resolution = f64::from(*steps_known) * own_step + *spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
@@ -222,6 +244,16 @@ impl Results {
             }
         }
     }
+}
+
+/// Median of the mesh errors of all numbers but peaks and zeros, relative to the number [-]; zero without any.
+fn median_mesh_error(listed: &[Listed], differences: &[Differences]) -> f64 {
+    let is_sum = |(listed, _): &(&Listed, &Differences)| !listed.is_peak && listed.quantity.value != 0.0;
+    let relative = listed.iter().zip(differences).filter(is_sum);
+    let relative = relative.map(|(listed, found)| found.mesh / listed.quantity.value.abs());
+    let mut relative: Vec<f64> = relative.filter(|error| error.is_finite()).collect();
+    relative.sort_by(f64::total_cmp);
+    relative.get(relative.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -261,8 +293,8 @@ mod tests {
         Results { nothing_touched: false, impacts: vec![impact], tissue: None, headline: Headline::default() }
     }
 
-    fn cheaper(value: f64, steps: u64) -> Cheaper {
-        Cheaper::new(&results(value), vec![value], steps)
+    fn compared(value: f64, steps: u64) -> Compared {
+        Compared::new(&results(value), vec![value], steps)
     }
 
     fn estimate(quantity: &Quantity) -> Estimate {
@@ -270,12 +302,14 @@ mod tests {
         error
     }
 
-    fn runs(values: [f64; 3]) -> CheaperRuns {
+    fn runs(values: [f64; 3]) -> ComparedRuns {
         let [coarse, small_steps, loose] = values;
-        CheaperRuns {
-            levels: vec![Level { size: 2.0, run: cheaper(coarse, 100) }],
-            small_steps: cheaper(small_steps, 200),
-            loose_contact: cheaper(loose, 100),
+        ComparedRuns {
+            levels: vec![Level { size: 2.0, run: compared(coarse, 100) }],
+            on_facets: false,
+            base: compared(coarse, 100),
+            small_steps: compared(small_steps, 200),
+            loose_contact: compared(loose, 100),
         }
     }
 
@@ -295,6 +329,22 @@ mod tests {
     }
 
     #[test]
+    fn a_finer_mesh_gives_the_error_of_the_given_one_and_the_facets_are_named() {
+        // 10 + h at h = 1 and ½: the error of the run itself is twice that of the finer one.
+        let mut runs = runs([11.0, 11.1, 10.99]);
+        (runs.levels, runs.on_facets) = (vec![Level { size: 0.5, run: compared(10.5, 200) }], true);
+        let mut own = results(11.0);
+        own.estimate_errors(&runs, 100, 1.0);
+        let error = estimate(&own.impacts[0].peak_force_n);
+        assert!((error.mesh - 3.0).abs() < 1e-12 && (error.step - 0.6).abs() < 1e-9, "{error:?}");
+        let words = ErrorBars::From(Box::new(runs)).to_string();
+        assert!(
+            words.contains("element size × 0.50") && words.contains("round surface is not in"),
+            "{words}"
+        );
+    }
+
+    #[test]
     fn steps_as_long_as_on_the_coarser_mesh_have_twice_the_error() {
         let mut own = results(10.0);
         own.estimate_errors(&runs([10.0, 10.1, 10.0]), 100, 1.0);
@@ -306,8 +356,10 @@ mod tests {
     fn three_meshes_are_fitted_and_their_scatter_widens_the_bar() {
         // 10 + h at h = 4, 2, 1.
         let mut all = runs([14.0, 14.0, 14.0]);
-        all.levels =
-            vec![Level { size: 4.0, run: cheaper(14.0, 100) }, Level { size: 2.0, run: cheaper(12.0, 100) }];
+        all.levels = vec![
+            Level { size: 4.0, run: compared(14.0, 100) },
+            Level { size: 2.0, run: compared(12.0, 100) },
+        ];
         let mut own = results(11.0);
         own.estimate_errors(&all, 200, 1.0);
         let smooth = estimate(&own.impacts[0].impulse_n_s);
@@ -316,6 +368,17 @@ mod tests {
         own = results(13.0);
         own.estimate_errors(&all, 200, 1.0);
         assert!(estimate(&own.impacts[0].impulse_n_s).mesh > 2.0 * smooth.mesh);
+    }
+
+    #[test]
+    fn a_number_that_agrees_by_chance_has_a_share_of_the_error_of_the_others() {
+        let mut runs = runs([9.0; 3]);
+        runs.levels[0].run.results.impacts[0].impulse_n_s.value = 10.0;
+        let mut own = results(10.0);
+        own.estimate_errors(&runs, 100, 1.0);
+        let [force, impulse] = [&own.impacts[0].peak_force_n, &own.impacts[0].impulse_n_s].map(estimate);
+        assert!((force.mesh - 3.0).abs() < 1e-12, "{force:?}");
+        assert!((impulse.mesh - LEAST_SHARE * 3.0).abs() < 1e-12, "{impulse:?}");
     }
 
     #[test]

@@ -22,7 +22,7 @@ mod words;
 mod written;
 
 pub use accuracy::{Accuracy, AccuracyOf, AskedAccuracy};
-pub use error_bars::{Cheaper, CheaperRuns, ErrorBars, Level};
+pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
@@ -121,7 +121,7 @@ impl Summary {
         // Error bars.
         let mut error_bars = measures.error_bars.to_string();
         if let ErrorBars::From(runs) = &measures.error_bars {
-            // The cheaper runs were completed: an incomplete run has numbers of another time span.
+            // The compared runs were completed: an incomplete run has numbers of another time span.
             match outcome {
                 Some(outcome) if outcome.ending == Ending::Finished => {
                     values.estimate_errors(runs, outcome.steps, outcome.time_s);

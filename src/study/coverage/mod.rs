@@ -1,42 +1,54 @@
-//! Coverage of the error bars: scenes with exact solutions, over meshes, speeds, steps and integrators.
+//! Coverage of the error bars: scenes with exact solutions, over meshes, speeds, steps and integrators; and impacts on
+//! tissue, against much finer meshes.
 
 mod cases;
+mod converged;
+mod impacts;
+mod numbers;
 
 pub use cases::{Case, cases};
+pub use converged::study_impacts;
+pub use impacts::{Impact, impacts};
 
 use super::run::run_scene;
 use super::single::{RunRequest, ending_name};
-use crate::scene::{Budget, NoFiles, load_parsed};
+use crate::measure::Summary;
+use crate::scene::{Budget, NoFiles, Scene, load_parsed};
 use crate::step::{Ending, Interrupt};
+use numbers::WithBar;
 use rayon::prelude::*;
 use serde::Serialize;
-use serde_json::Value;
 
-/// A result of a run with a known exact value.
+/// A result of a run whose exact value, or that of a much finer mesh, is known.
 #[derive(Clone, Debug, Serialize)]
 pub struct Number {
     /// Name of the scenario.
     pub scenario: &'static str,
     /// Varied parameters of the run.
     pub run: String,
+    /// Kind of its error bars: `two levels` or `three levels`.
+    pub bars: &'static str,
+    /// Whether constants of the error bars were chosen on this scenario.
+    pub chosen_on: bool,
     /// Name of the number in the summary.
-    pub quantity: &'static str,
-    /// Exact value of the number.
+    pub quantity: String,
+    /// Exact value of the number, or that on a much finer mesh.
     pub exact: f64,
     /// Value computed by the run.
     pub value: f64,
+    /// Error: the deviation from the exact value; from that of a finer mesh, divided by the share of the error that it is at
+    /// first order.
+    pub error: f64,
     /// Half-width of the error bar.
     pub error_bar: f64,
+    /// Whether the summary prints it as a plain number.
+    pub resolved: bool,
 }
 
 impl Number {
     /// Whether the exact value lies within the error bar.
     pub fn is_covered(&self) -> bool {
-        self.error() <= self.error_bar
-    }
-    /// Deviation from the exact value.
-    pub fn error(&self) -> f64 {
-        (self.value - self.exact).abs()
+        self.error <= self.error_bar
     }
 }
 
@@ -100,32 +112,39 @@ fn eval_case(
     let no_claim = |reason: String| NoClaim { scenario: case.scenario, run: case.label.clone(), reason };
     let loaded = load_parsed(&case.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE)
         .map_err(|problems| no_claim(problems.to_string()))?;
-    // Run the case with its error bars.
-    let result = run_scene(RunRequest {
-        scene: &loaded.scene,
-        sinks: Vec::new(),
-        also: None,
-        threads: 1,
-        interrupt,
-        progress: &mut |_| {},
-    });
-    let result = result.map_err(|error| no_claim(error.to_string()))?;
-    if result.outcome.ending != Ending::Finished {
-        return Err(no_claim(format!("ended as {}", ending_name(&result.outcome.ending))));
-    }
-    let values =
-        serde_json::to_value(result.summary.values()).map_err(|error| no_claim(error.to_string()))?;
+    let summary = run_finished(&loaded.scene, interrupt).map_err(&no_claim)?;
+    let results = serde_json::to_value(summary.values()).map_err(|error| no_claim(error.to_string()))?;
     // Compare each exact value with the number and its error bar.
     let number = |(pointer, exact): &(&'static str, f64)| {
-        let quantity = pointer.rsplit('/').next().unwrap_or_default();
-        let found = values.pointer(pointer);
-        let part = |name: &str| found.and_then(|q| q.pointer(name)).and_then(Value::as_f64);
-        let (Some(value), Some(error_bar)) = (part("/value"), part("/error/total")) else {
-            let why = &result.summary.error_bars;
-            return Err(no_claim(format!("{quantity} has no error bar: {why}")));
+        let Some(found) = WithBar::at(&results, pointer) else {
+            return Err(no_claim(format!("{pointer} has no error bar: {}", summary.error_bars)));
         };
-        let (scenario, run) = (case.scenario, case.label.clone());
-        Ok(Number { scenario, run, quantity, exact: *exact, value, error_bar })
+        Ok(Number {
+            scenario: case.scenario,
+            run: case.label.clone(),
+            bars: "two levels",
+            chosen_on: false,
+            quantity: found.quantity(),
+            exact: *exact,
+            value: found.value,
+            error: (found.value - exact).abs(),
+            error_bar: found.error_bar,
+            resolved: found.resolved,
+        })
     };
     Ok(case.exact.iter().map(number).collect())
+}
+
+/// Summary of a run that must finish, with the error bars that the scene asks for.
+fn run_finished(
+    scene: &Scene,
+    interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
+) -> Result<Summary, String> {
+    let request =
+        RunRequest { scene, sinks: Vec::new(), also: None, threads: 1, interrupt, progress: &mut |_| {} };
+    let result = run_scene(request).map_err(|error| error.to_string())?;
+    match &result.outcome.ending {
+        Ending::Finished => Ok(result.summary),
+        ending => Err(format!("ended as {}", ending_name(ending))),
+    }
 }

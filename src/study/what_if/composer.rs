@@ -260,10 +260,10 @@ impl<'a> Composer<'a> {
     fn error_bars_in_words(&self) -> String {
         match self.question.error_bars {
             ErrorSource::None => "not estimated: error bars were not requested".into(),
-            ErrorSource::Full => "of each case, from runs of it on a coarser mesh: two levels, first order assumed, factor of safety 3".into(),
+            ErrorSource::Full => "of each case, from runs of it on another mesh: two levels, first order assumed, factor of safety 3".into(),
             ErrorSource::Base if self.cases.len() <= 1 && !self.has_all_cases() => "not estimated: stopped early".into(),
             ErrorSource::Base if self.relative_errors.is_empty() => "not estimated: the base has no error bars".into(),
-            ErrorSource::Base => "the relative errors of the base, applied to every case: from runs of the base on a coarser mesh \
+            ErrorSource::Base => "the relative errors of the base, applied to every case: from runs of the base on another mesh \
                  (two levels, first order assumed, factor of safety 3)"
                 .into(),
         }
