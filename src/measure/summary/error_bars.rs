@@ -75,17 +75,9 @@ impl Cheaper {
                 .into_iter()
                 .for_each(|w| impact.average_over(w));
         }
-        // A peak that only one of the runs has gets no error.
-        if let (Some(tissue), Some(own)) = (&mut results.tissue, &mut own.tissue.clone()) {
-            for (peak, own) in tissue.peaks.list_mut().into_iter().zip(own.peaks.list_mut()) {
-                let missing = own.take().map(|mut own| {
-                    own.quantity.value = f64::NAN;
-                    own
-                });
-                *peak = missing.map(|missing| peak.take().unwrap_or(missing));
-            }
-        }
-        results.list_mut().iter().map(|listed| listed.quantity.value).collect()
+        // A number that this run has not gives no error.
+        let value = |listed: Option<Listed>| listed.map_or(f64::NAN, |listed| listed.quantity.value);
+        results.list_mut().into_iter().map(value).collect()
     }
 }
 
@@ -181,6 +173,7 @@ impl Results {
         if nothing_touched {
             self.list_mut()
                 .into_iter()
+                .flatten()
                 .for_each(|listed| listed.quantity.error = ErrorEstimate::NothingTouched);
         }
     }
@@ -198,9 +191,8 @@ impl Results {
         if levels.iter().chain([&small_steps, &loose_contact]).any(|run| run.len() != count) {
             return;
         }
-        for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
-            all_listed.iter_mut().enumerate()
-        {
+        for (i, listed) in all_listed.iter_mut().enumerate() {
+            let Some(Listed { quantity, steps_known, spacing, missing, is_peak }) = listed else { continue };
             // Contributions of mesh, step and contact tolerance, plus the resolution.
             let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
             let values =
