@@ -13,7 +13,6 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::CellKind;
 use crate::mesh::distance::DepthField;
 use crate::scene::elements::element_of;
-use std::f64::consts::FRAC_1_SQRT_3;
 
 /// Most corners of an element.
 const MOST_CORNERS: usize = 8;
@@ -21,8 +20,8 @@ const MOST_CORNERS: usize = 8;
 /// Largest error of the field over the scatter of the points that it is fitted to [-].
 ///
 /// With curvature s'' on elements of size h, the value at a node is s''h²/24 too large and that in the middle of an edge
-/// by s''h²/8 more. Two Gauss points at (1 ∓ 1/√3) h/2 from the node scatter by s''h²/(8√3) about the line.
-const ERROR_OVER_SCATTER: f64 = 4.0 * FRAC_1_SQRT_3;
+/// by s''h²/8 more. Two Gauss points at (1 ∓ 1/√3) h/2 from the node scatter by s''h²/(8√3) about the line: the ratio is 4/√3.
+const ERROR_OVER_SCATTER: f64 = 2.309_401_076_758_503;
 
 /// Smallest variance of the depths around a node, over the square of its distance from their mean, for a slope to be
 /// fitted [-]: 1/3 at the boundary of a layer of hexahedra.
