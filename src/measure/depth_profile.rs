@@ -38,7 +38,12 @@ impl DepthProfile {
     pub fn peaks_from_each(&self) -> Vec<f64> {
         let deepest = self.tissue.as_ref().and_then(|(_, field)| field.deepest());
         let is_inside = |from: &f64| deepest.is_some_and(|deepest| *from <= deepest);
-        self.from.iter().zip(&self.peaks).take_while(|(from, _)| is_inside(from)).map(|(_, peak)| *peak).collect()
+        self.from
+            .iter()
+            .zip(&self.peaks)
+            .take_while(|(from, _)| is_inside(from))
+            .map(|(_, peak)| *peak)
+            .collect()
     }
 }
 
@@ -52,7 +57,9 @@ impl Recorder for DepthProfile {
     }
 
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        let Some((parts, field)) = self.tissue.as_mut().filter(|_| frame.is_field_time) else { return Ok(()) };
+        let Some((parts, field)) = self.tissue.as_mut().filter(|_| frame.is_field_time) else {
+            return Ok(());
+        };
         field.begin();
         for block in frame.plan.blocks.iter().filter(|block| parts.bodies.contains(&block.body)) {
             block.for_each_moved_batch(frame.points(), &mut |slots, points| {

@@ -246,9 +246,8 @@ impl LawRanges {
 
     /// Volume of some bodies beyond the limits of their laws, of one part or of all [m³]: the sum of the largest volumes so far.
     pub fn volume_beyond(&self, bodies: &[usize], part: Option<&str>) -> f64 {
-        let is_counted = |of: &&PartRange| {
-            bodies.contains(&of.in_body) && part.is_none_or(|part| part == of.part)
-        };
+        let is_counted =
+            |of: &&PartRange| bodies.contains(&of.in_body) && part.is_none_or(|part| part == of.part);
         self.parts.iter().filter(is_counted).map(|of| of.beyond.volume()).sum()
     }
 

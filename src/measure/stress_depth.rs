@@ -258,7 +258,9 @@ impl StressDepth {
 
     /// All values exceeded in volumes.
     fn exceeded_in_volumes(&mut self) -> impl Iterator<Item = &mut ExceededIn> {
-        [&mut self.strain_in_volume, &mut self.stress_in_volume].into_iter().chain(&mut self.strain_percentiles)
+        [&mut self.strain_in_volume, &mut self.stress_in_volume]
+            .into_iter()
+            .chain(&mut self.strain_percentiles)
     }
 
     /// Begins a pass over all points at a time [s], given the region that waves can have reached, if known.

@@ -1,10 +1,10 @@
 //! Composes the numbers of the summary from the measures.
 
 use super::super::absorbed_energy::Absorbed;
-use super::super::measures::Measures;
-use super::super::pair::PairMeasures;
 use super::super::exceeded::{Dose, ExceededIn};
 use super::super::law_range::LawRanges;
+use super::super::measures::Measures;
+use super::super::pair::PairMeasures;
 use super::super::stress_depth::{Exceedance, Layer, Peak, StressDepth};
 use super::quantity::{ErrorEstimate, GateResult, Quantity};
 use super::results::{

@@ -97,8 +97,8 @@ impl Results {
         all.push(t.projectile_loss_j.as_mut().map(Listed::sum));
         all.extend(t.peaks.list_mut().map(|peak| peak.as_mut().map(|peak| Listed::peak(&mut peak.quantity))));
         let exceeded = t.exceeded_in_volume.as_mut();
-        let [strain, stress] = exceeded
-            .map_or([None, None], |e| [Some(&mut e.principal_strain), Some(&mut e.von_mises_pa)]);
+        let [strain, stress] =
+            exceeded.map_or([None, None], |e| [Some(&mut e.principal_strain), Some(&mut e.von_mises_pa)]);
         let percentiles = t.percentiles.iter_mut().map(|of| of.mps95.as_mut());
         all.extend([strain, stress].into_iter().chain(percentiles).map(|of| of.map(Listed::exceeded)));
         for split in [&mut t.absorbed_split, &mut t.peak_absorbed_split] {
