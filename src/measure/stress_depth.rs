@@ -28,6 +28,8 @@ pub struct Exceedance {
     pub depth: f64,
     /// Time at which that depth was reached [s].
     pub depth_time: f64,
+    /// Extent in depth of the edge on which that depth was read [m].
+    edge: f64,
     /// The largest depth if every value of the field is lowered and raised by the bound of its error [m].
     depth_bounds: [f64; 2],
     /// Reference volume above the threshold at the latest field time [m³].
@@ -55,6 +57,7 @@ impl Exceedance {
             threshold,
             depth: 0.0,
             depth_time: 0.0,
+            edge: 0.0,
             depth_bounds: [0.0; 2],
             volume: 0.0,
             largest_volume: 0.0,
@@ -67,10 +70,12 @@ impl Exceedance {
         }
     }
 
-    /// How far the depth is known: its largest difference from its bounds [m].
+    /// How far the depth is known [m]: its largest difference from its bounds, but no more than the edge on which it was
+    /// read, at whose ends the stress is on both sides of the threshold.
     pub fn depth_resolution(&self) -> f64 {
         let [lower, upper] = self.depth_bounds;
-        (self.depth - lower).max(upper - self.depth)
+        let most = if self.depth > 0.0 { self.edge } else { f64::INFINITY };
+        (self.depth - lower).max(upper - self.depth).min(most)
     }
 
     fn begin(&mut self) {
@@ -103,7 +108,7 @@ impl Exceedance {
     /// Accumulates the region of the field above the threshold at a time [s].
     fn add_region(&mut self, region: &Region, time: f64) {
         if region.depth > self.depth {
-            (self.depth, self.depth_time) = (region.depth, time);
+            (self.depth, self.depth_time, self.edge) = (region.depth, time, region.edge);
         }
         for (bound, now) in self.depth_bounds.iter_mut().zip(region.bounds) {
             *bound = bound.max(now);

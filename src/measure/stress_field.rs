@@ -71,6 +71,8 @@ struct Corners {
 pub struct Region {
     /// Largest depth; 0 if the threshold is exceeded nowhere.
     pub depth: f64,
+    /// Extent in depth of the edge on which it is read; 0 if the threshold is exceeded nowhere.
+    pub edge: f64,
     /// The same with every value lowered and raised by the bound of its error.
     pub bounds: [f64; 2],
     /// Least and largest depth in each part; [`Region::NOWHERE`] in parts in which it is not exceeded.
@@ -190,7 +192,7 @@ impl StressField {
     /// The region in which the stress exceeds a threshold [Pa].
     pub fn region(&self, threshold: f64) -> Region {
         let mut layers = vec![Region::NOWHERE; self.part_count];
-        let mut bounds = [0.0_f64; 2];
+        let (mut depth, mut edge, mut bounds) = (0.0, 0.0, [0.0_f64; 2]);
         for ends in self.ends_of_edges() {
             let of = |shift: f64| above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold);
             // Where not even the raised stress exceeds the threshold, nothing does.
@@ -202,9 +204,12 @@ impl StressField {
             if let Some([from, to]) = of(0.0) {
                 let layer = &mut layers[ends[0].part];
                 *layer = [layer[0].min(from), layer[1].max(to)];
+                if to > depth {
+                    (depth, edge) = (to, (ends[0].depth - ends[1].depth).abs());
+                }
             }
         }
-        Region { depth: layers.iter().map(|[_, to]| *to).fold(0.0, f64::max), bounds, layers }
+        Region { depth, edge, bounds, layers }
     }
 
     /// Largest stress at or below a depth [m] [Pa]; 0 if the tissue ends above it.

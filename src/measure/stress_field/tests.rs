@@ -138,6 +138,9 @@ fn the_depth_is_continuous_in_the_stress() {
 #[test]
 fn what_is_nowhere_exceeded_has_no_depth() {
     let field = field_of((COLUMN, [1, 1, 4]), |X| X, 99.0, |_| 1.0);
-    assert_eq!(field.region(2.0), Region { depth: 0.0, bounds: [0.0; 2], layers: vec![Region::NOWHERE; 2] });
+    assert_eq!(
+        field.region(2.0),
+        Region { depth: 0.0, edge: 0.0, bounds: [0.0; 2], layers: vec![Region::NOWHERE; 2] }
+    );
     assert_eq!((field.deepest(), field.largest_below(10.5)), (Some(10.0), 0.0));
 }
