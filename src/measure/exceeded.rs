@@ -144,7 +144,9 @@ mod tests {
         let mut exceeded = ExceededIn::new(2.0);
         for (time, values) in [(1.0, [3.0, 5.0, 4.0]), (2.0, [9.0, 2.0, 1.0]), (3.0, [4.5, 6.0, 0.0])] {
             exceeded.begin();
-            values.into_iter().for_each(|value| exceeded.add(value, 1.0));
+            for value in values {
+                exceeded.add(value, 1.0);
+            }
             exceeded.end(time);
         }
         assert_eq!((exceeded.value, exceeded.time), (4.5, 3.0));
