@@ -244,6 +244,13 @@ impl LawRanges {
         }
     }
 
+    /// Volume of some bodies beyond the limits of their laws, of one part or of all [m³]: the sum of the largest volumes so far.
+    pub fn volume_beyond(&self, bodies: &[usize], part: Option<&str>) -> f64 {
+        let is_counted =
+            |of: &&PartRange| bodies.contains(&of.in_body) && part.is_none_or(|part| part == of.part);
+        self.parts.iter().filter(is_counted).map(|of| of.beyond.volume()).sum()
+    }
+
     /// The part with most strain energy beyond the limit of its law, if any; a part with inverted elements comes first.
     pub fn worst(&self) -> Option<&PartRange> {
         let beyond = self.parts.iter().filter(|part| part.beyond.since.is_some());

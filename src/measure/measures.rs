@@ -106,12 +106,7 @@ impl Measures {
                 if let Some(stress) = stress {
                     let position =
                         |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
-                    let body = &frame.plan.bodies[block.body];
-                    let nodes = |lane: usize| {
-                        let element = block.elements[slots.start + lane] - body.elements.start;
-                        body.cells.points(element as usize, &frame.plan.X)
-                    };
-                    stress.accumulate(block.body, among_all, points, position, nodes);
+                    stress.accumulate(block.body, among_all, points, position);
                 }
                 if let Some(fields) = fields {
                     fields.accumulate(&block.elements[slots], points);

@@ -2,7 +2,7 @@
 
 use super::{ForceAverage, MeasurePlan, PlanBody, TissueEnd};
 use crate::scene::Scene;
-use crate::scene::document::{BodyDocument, Generator, MeshDocument, Role, SceneDocument};
+use crate::scene::document::{BodyDocument, Generator, MeasuresDocument, MeshDocument, Role, SceneDocument};
 use crate::scene::exposed_faces::exposed_faces;
 use std::collections::BTreeSet;
 
@@ -55,6 +55,7 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
         stress_thresholds: ascending(&document.stress_thresholds_pa),
         energy_density_thresholds: ascending(&document.strain_energy_density_thresholds_j_per_m3),
         strain_thresholds: ascending(&document.principal_strain_thresholds),
+        exceeded_in_volume: document.exceeded_in_volume_m3.unwrap_or(MeasuresDocument::EXCEEDED_IN_VOLUME),
         person: document.person,
         force_average: match (document.force_filter, document.force_window_s) {
             (Some(filter), _) => ForceAverage::Filter(filter),

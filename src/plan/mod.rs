@@ -313,6 +313,8 @@ pub struct MeasurePlan {
     pub energy_density_thresholds: Vec<f64>,
     /// Thresholds of the largest principal strain [-], ascending.
     pub strain_thresholds: Vec<f64>,
+    /// Volume for which the strain and the stress exceeded in it are reported [m³].
+    pub exceeded_in_volume: f64,
     /// The person who is hit, and where.
     pub person: Option<PersonDocument>,
     /// Averaging of the peak force.

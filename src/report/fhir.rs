@@ -119,6 +119,22 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
     ] {
         add(code, text, unit, Some(&tissue[name]));
     }
+    let in_volume = &tissue["exceeded_in_volume"];
+    if let Some(volume) = in_volume["volume_mm3"].as_f64() {
+        let volume = number(volume);
+        for (code, text, unit, name) in [
+            ("principal-strain", "Principal Green-Lagrange strain", "1", "principal_strain"),
+            ("von-mises", "Von Mises stress", "Pa", "von_mises_pa"),
+        ] {
+            let text = format!("{text} exceeded in {volume} mm3");
+            add(&format!("{code}-exceeded-in-volume"), &text, unit, in_volume.get(name));
+        }
+    }
+    for of in tissue["percentiles"].as_array().into_iter().flatten() {
+        let part = of["part"].as_str().unwrap_or_default();
+        let text = format!("Principal Green-Lagrange strain of {part}, 95th percentile by volume (MPS95)");
+        add(&format!("mps95-{part}"), &text, "1", of.get("mps95"));
+    }
     for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
         let threshold = stress["threshold_pa"].as_f64().unwrap_or_default();
         let ends: Vec<&str> =

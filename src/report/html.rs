@@ -32,6 +32,7 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     }
     body += "</section>";
     stress_table(&mut body, summary);
+    strain_table(&mut body, summary);
     criteria_table(&mut body, summary);
     quality_table(&mut body, summary);
     list(&mut body, "To read before the numbers are used", &summary["warnings"]);
@@ -199,6 +200,31 @@ fn stress_table(out: &mut String, summary: &Value) {
         ]);
     }
     table(out, "Where in the tissue", &["threshold", "depth [mm]", "volume [mm³]", "parts"], &rows);
+}
+
+/// Strain and stress of the tissue: exceeded in volumes, which converge with the mesh, and at points, which need not.
+fn strain_table(out: &mut String, summary: &Value) {
+    if is_miss(summary) {
+        return;
+    }
+    let tissue = &summary["results"]["tissue"];
+    let mut rows = Vec::new();
+    let mut add = |name: String, unit: &str, quantity: &Value| {
+        if Shown::of(quantity).is_some() {
+            rows.push(vec![name, unit.to_owned(), with_error(quantity)]);
+        }
+    };
+    let in_volume = &tissue["exceeded_in_volume"];
+    let volume = format!("exceeded in {} mm³", number(in_volume["volume_mm3"].as_f64().unwrap_or_default()));
+    add(format!("principal strain {volume}"), "-", &in_volume["principal_strain"]);
+    add(format!("von Mises stress {volume}"), "Pa", &in_volume["von_mises_pa"]);
+    for of in tissue["percentiles"].as_array().into_iter().flatten() {
+        let part = escaped(of["part"].as_str().unwrap_or_default());
+        add(format!("principal strain of {part}, 95th percentile by volume (MPS95)"), "-", &of["mps95"]);
+    }
+    add("principal strain, largest at a point".into(), "-", &tissue["peak_principal_strain"]);
+    add("von Mises stress, largest at a point".into(), "Pa", &tissue["peak_von_mises_pa"]);
+    table(out, "Strain and stress of the tissue", &["quantity", "unit", "value"], &rows);
 }
 
 fn criteria_table(out: &mut String, summary: &Value) {

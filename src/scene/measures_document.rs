@@ -16,6 +16,10 @@ pub struct MeasuresDocument {
     /// Thresholds of the largest principal Green–Lagrange strain; the volume above each is reported [-].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub principal_strain_thresholds: Vec<f64>,
+    /// Volume of tissue for which the largest principal strain and the von Mises stress exceeded in it are reported [m³];
+    /// by default 1e-7, which is 100 mm³.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exceeded_in_volume_m3: Option<f64>,
     /// Window τ of the peak force, the maximum of ΔI/τ [s]; by default 1/50 of the duration of contact, but at least ten
     /// steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -111,12 +115,18 @@ fn default_thresholds() -> Vec<f64> {
     vec![10e3, 30e3, 100e3]
 }
 
+impl MeasuresDocument {
+    /// Default of [`Self::exceeded_in_volume_m3`]: 100 mm³.
+    pub const EXCEEDED_IN_VOLUME: f64 = 1e-7;
+}
+
 impl Default for MeasuresDocument {
     fn default() -> Self {
         Self {
             stress_thresholds_pa: default_thresholds(),
             strain_energy_density_thresholds_j_per_m3: Vec::new(),
             principal_strain_thresholds: Vec::new(),
+            exceeded_in_volume_m3: None,
             force_window_s: None,
             force_filter: None,
             skin_set: None,

@@ -17,7 +17,7 @@ export function allNumbers(summary) {
       rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : bracketed(value), ...parts]);
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {
-        const name = Array.isArray(value) ? inner?.pair ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;
+        const name = Array.isArray(value) ? inner?.pair ?? inner?.part ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;
         walk([...path, name], inner);
       }
     }

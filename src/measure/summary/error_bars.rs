@@ -65,17 +65,9 @@ impl Compared {
                 .into_iter()
                 .for_each(|w| impact.average_over(w));
         }
-        // A peak that only one of the runs has gets no error.
-        if let (Some(tissue), Some(own)) = (&mut results.tissue, &mut own.tissue.clone()) {
-            for (peak, own) in tissue.peaks.list_mut().into_iter().zip(own.peaks.list_mut()) {
-                let missing = own.take().map(|mut own| {
-                    own.quantity.value = f64::NAN;
-                    own
-                });
-                *peak = missing.map(|missing| peak.take().unwrap_or(missing));
-            }
-        }
-        results.list_mut().iter().map(|listed| listed.quantity.value).collect()
+        // A number that this run has not gives no error.
+        let value = |listed: Option<Listed>| listed.map_or(f64::NAN, |listed| listed.quantity.value);
+        results.list_mut().into_iter().map(value).collect()
     }
 }
 
@@ -196,6 +188,7 @@ impl Results {
         if nothing_touched {
             self.list_mut()
                 .into_iter()
+                .flatten()
                 .for_each(|listed| listed.quantity.error = ErrorEstimate::NothingTouched);
         }
     }
@@ -208,13 +201,15 @@ impl Results {
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
         let [base, small_steps, loose_contact] =
             [&runs.base, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
-        let mut all_listed = self.list_mut();
+        let all_listed = self.list_mut();
         let count = all_listed.len();
         if levels.iter().chain([&base, &small_steps, &loose_contact]).any(|run| run.len() != count) {
             return;
         }
         // Contributions of mesh, step and contact tolerance to each.
-        let differences = |(i, listed): (usize, &Listed)| {
+        let mut all_found = Vec::new();
+        for (i, listed) in all_listed.into_iter().enumerate() {
+            let Some(listed) = listed else { continue };
             let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
             let values = Values {
                 levels: &of_levels,
@@ -222,22 +217,19 @@ impl Results {
                 small_steps: small_steps[i],
                 loose_contact: loose_contact[i],
             };
-            runs.differences(listed.quantity.value, own_steps, &values)
-        };
-        let all_differences: Vec<Differences> = all_listed.iter().enumerate().map(differences).collect();
-        let least = LEAST_SHARE * median_mesh_error(&all_listed, &all_differences);
-        for (
-            Listed { quantity, steps_known, spacing, missing, is_peak },
-            Differences { mesh, step, contact },
-        ) in all_listed.iter_mut().zip(all_differences)
-        {
-            let mesh = mesh.max(*missing).max(least * quantity.value.abs());
+            let differences = runs.differences(listed.quantity.value, own_steps, &values);
+            all_found.push((listed, differences));
+        }
+        let least = LEAST_SHARE * median_mesh_error(&all_found);
+        for (Listed { quantity, steps_known, spacing, missing, is_peak }, found) in all_found {
+            let Differences { mesh, step, contact } = found;
+            let mesh = mesh.max(missing).max(least * quantity.value.abs());
             // The total, with the resolution.
-            let resolution = f64::from(*steps_known) * own_step + *spacing + ROUNDING * quantity.value.abs();
+            let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
                 // A pointwise peak may grow with every mesh: two meshes cannot show convergence.
-                let may_converge = !*is_peak || runs.levels.len() > 1;
+                let may_converge = !is_peak || runs.levels.len() > 1;
                 let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
                 let estimate = Estimate { total, mesh, step, contact, resolution, resolved };
                 quantity.error = ErrorEstimate::Estimated(estimate);
@@ -247,9 +239,9 @@ impl Results {
 }
 
 /// Median of the mesh errors of all numbers but peaks and zeros, relative to the number [-]; zero without any.
-fn median_mesh_error(listed: &[Listed], differences: &[Differences]) -> f64 {
-    let is_sum = |(listed, _): &(&Listed, &Differences)| !listed.is_peak && listed.quantity.value != 0.0;
-    let relative = listed.iter().zip(differences).filter(is_sum);
+fn median_mesh_error(found: &[(Listed, Differences)]) -> f64 {
+    let is_sum = |(listed, _): &&(Listed, Differences)| !listed.is_peak && listed.quantity.value != 0.0;
+    let relative = found.iter().filter(is_sum);
     let relative = relative.map(|(listed, found)| found.mesh / listed.quantity.value.abs());
     let mut relative: Vec<f64> = relative.filter(|error| error.is_finite()).collect();
     relative.sort_by(f64::total_cmp);

@@ -1,12 +1,15 @@
 //! Composes the numbers of the summary from the measures.
 
 use super::super::absorbed_energy::Absorbed;
+use super::super::exceeded::{Dose, ExceededIn};
+use super::super::law_range::LawRanges;
 use super::super::measures::Measures;
 use super::super::pair::PairMeasures;
-use super::super::stress_depth::{Dose, Exceedance, Layer, Peak, StressDepth};
+use super::super::stress_depth::{Exceedance, Layer, Peak, StressDepth};
 use super::quantity::{ErrorEstimate, GateResult, Quantity};
 use super::results::{
-    DoseVolume, Headline, Impact, Located, Peaks, Results, SignificantStress, Split, StressedLayer, Tissue,
+    DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles, Results,
+    SignificantStress, Split, StressedLayer, Tissue,
 };
 use super::run_state::RunState;
 use super::written::seconds;
@@ -25,6 +28,9 @@ impl Mint {
     fn located(self, scale: f64, peak: &Peak) -> Located {
         let position_m = peak.position.into();
         Located { quantity: self.quantity(scale * peak.value), position_m, time_s: peak.time }
+    }
+    fn exceeded(self, of: &ExceededIn) -> Exceeded {
+        Exceeded { quantity: self.quantity(of.value), time_s: of.time, resolution: of.resolution() }
     }
 }
 
@@ -112,11 +118,11 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
 /// The parts above a threshold, from the skin inwards.
 fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<StressedLayer> {
     let mut found: Vec<_> =
-        stress.parts.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.largest_volume > 0.0).collect();
+        stress.parts.names.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.is_reached()).collect();
     found.sort_by(|a, b| a.1.depth[0].total_cmp(&b.1.depth[0]));
     let of = |(part, layer): (&String, &Layer)| StressedLayer {
         part: part.clone(),
-        depth_mm: stress.has_skin().then(|| layer.depth.map(|depth| 1e3 * depth)),
+        depth_mm: layer.has_depth().then(|| layer.depth.map(|depth| 1e3 * depth)),
         volume_mm3: 1e9 * layer.largest_volume,
     };
     found.into_iter().map(of).collect()
@@ -150,6 +156,8 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
         looked_at_until_s: stress.time,
         significant_stress: if is_looked_at { significant_stress(stress, mint) } else { Vec::new() },
         dose_volumes: if is_looked_at { dose_volumes(stress, mint) } else { Vec::new() },
+        exceeded_in_volume: exceeded_in_volume(stress, &measures.laws, mint).filter(|_| is_looked_at),
+        percentiles: if is_looked_at { percentiles(stress, &measures.laws, mint) } else { Vec::new() },
         peaks: Peaks {
             peak_von_mises_pa: peak(&stress.von_mises),
             peak_principal_strain: peak(&stress.principal_strain),
@@ -164,7 +172,7 @@ fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress
     let of = |e: &Exceedance| SignificantStress {
         threshold_pa: e.threshold,
         depth_mm: stress.has_skin().then(|| mint.quantity(1e3 * e.depth)),
-        depth_gap_mm: stress.has_skin().then_some(1e3 * e.depth_gap),
+        depth_resolution_mm: stress.has_skin().then_some(1e3 * e.depth_resolution()),
         depth_time_s: e.depth_time,
         volume_mm3: mint.quantity(1e9 * e.largest_volume),
         volume_at_end_mm3: mint.quantity(1e9 * e.volume),
@@ -174,6 +182,32 @@ fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress
         layers: stressed_layers(stress, e),
     };
     stress.exceedances.iter().map(of).collect()
+}
+
+/// Strain and stress exceeded in a volume of the tissue, unless more than that is beyond the limits of the laws.
+fn exceeded_in_volume(stress: &StressDepth, laws: &LawRanges, mint: Mint) -> Option<ExceededInVolume> {
+    let (parts, volume) = (&stress.parts, stress.strain_in_volume.volume);
+    let is_large_enough = parts.volumes.iter().sum::<f64>() >= volume;
+    let is_valid = laws.volume_beyond(&parts.bodies, None) < volume;
+    (is_large_enough && is_valid).then(|| ExceededInVolume {
+        volume_mm3: 1e9 * volume,
+        principal_strain: mint.exceeded(&stress.strain_in_volume),
+        von_mises_pa: mint.exceeded(&stress.stress_in_volume),
+    })
+}
+
+/// Percentiles of each part, unless more than the tail is beyond the limit of its law.
+fn percentiles(stress: &StressDepth, laws: &LawRanges, mint: Mint) -> Vec<Percentiles> {
+    let parts = &stress.parts;
+    let of = |((part, volume), tail): ((&String, &f64), &ExceededIn)| {
+        let is_valid = laws.volume_beyond(&parts.bodies, Some(part)) < tail.volume;
+        Percentiles {
+            part: part.clone(),
+            volume_mm3: 1e9 * volume,
+            mps95: is_valid.then(|| mint.exceeded(tail)),
+        }
+    };
+    parts.names.iter().zip(&parts.volumes).zip(&stress.strain_percentiles).map(of).collect()
 }
 
 fn dose_volumes(stress: &StressDepth, mint: Mint) -> Vec<DoseVolume> {

@@ -236,7 +236,7 @@ pub(super) fn own_warnings(
         && samples < FEW_SAMPLES
     {
         warnings.push(format!(
-            "Peak stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
+            "Stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
              missed: a smaller `record.field_interval_s` samples more often."
         ));
     }

@@ -1,17 +1,17 @@
 //! All numbers of a summary that can have an error bar, with the known limits of their resolution.
 
+use super::super::exceeded::sampling_error;
 use super::quantity::Quantity;
-use super::results::{Impact, Results};
-use std::f64::consts::PI;
+use super::results::{Exceeded, Impact, Results};
 
 /// A number with the limits of its resolution.
 pub(super) struct Listed<'a> {
     pub quantity: &'a mut Quantity,
     /// Number of steps by which a time is uncertain: one for an instant, two for a duration.
     pub steps_known: u8,
-    /// Additional resolution, in the unit of the number: for a position the spacing of the evaluated points, for a
-    /// volume half of that all around it, for a peak force the effect of the position of its window relative to the
-    /// steps.
+    /// Additional resolution, in the unit of the number: for a depth and a value exceeded in a volume that of the measure,
+    /// for a volume half the spacing of its points all around it, for a peak force the effect of the position of its
+    /// window relative to the steps.
     pub spacing: f64,
     /// Known deficit, in the unit of the number: for an absorbed energy the numerical contact dissipation. The mesh
     /// error is at least this large.
@@ -27,14 +27,15 @@ impl<'a> Listed<'a> {
     fn time(quantity: &'a mut Quantity, steps_known: u8) -> Self {
         Self { steps_known, ..Self::sum(quantity) }
     }
-    fn place(quantity: &'a mut Quantity, spacing: Option<f64>) -> Self {
-        Self { spacing: spacing.unwrap_or(0.0), ..Self::sum(quantity) }
+    fn known_to(quantity: &'a mut Quantity, spacing: f64) -> Self {
+        Self { spacing, ..Self::sum(quantity) }
     }
-    /// Volume of points above a threshold, spaced this far apart [mm]: its surface is uncertain by half of that in both
-    /// directions. Its area is taken as that of a sphere, the minimum for the volume.
+    /// Volume of points above a threshold, spaced this far apart [mm].
     fn volume(quantity: &'a mut Quantity, point_spacing_mm: f64) -> Self {
-        let surface = (36.0 * PI * quantity.value.powi(2)).cbrt();
-        Self { spacing: 0.5 * point_spacing_mm * surface, ..Self::sum(quantity) }
+        Self { spacing: sampling_error(quantity.value, point_spacing_mm), ..Self::sum(quantity) }
+    }
+    fn exceeded(exceeded: &'a mut Exceeded) -> Self {
+        Self { spacing: exceeded.resolution, ..Self::sum(&mut exceeded.quantity) }
     }
     fn peak(quantity: &'a mut Quantity) -> Self {
         Self { is_peak: true, ..Self::sum(quantity) }
@@ -61,18 +62,18 @@ impl Impact {
 }
 
 impl Results {
-    /// All numbers, in a fixed order.
-    pub(super) fn list_mut(&mut self) -> Vec<Listed<'_>> {
+    /// All numbers, in a fixed order, with a gap for each that this run has not.
+    pub(super) fn list_mut(&mut self) -> Vec<Option<Listed<'_>>> {
         let mut all = Vec::new();
         let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);
         let lost: f64 = on_tissue.map(|i| i.numerical_contact_dissipation_j.value.abs()).sum();
         // Forces and patches of each contact.
         for i in &mut self.impacts {
-            all.push(Listed::place(&mut i.peak_force_n, Some(i.peak_force_placing_n)));
+            all.push(Some(Listed::known_to(&mut i.peak_force_n, i.peak_force_placing_n)));
             let touched = u8::from(i.contact_span_s.is_some());
             all.extend([
-                Listed::time(&mut i.peak_force_time_s, touched),
-                Listed::time(&mut i.contact_duration_s, 2 * touched),
+                Some(Listed::time(&mut i.peak_force_time_s, touched)),
+                Some(Listed::time(&mut i.contact_duration_s, 2 * touched)),
             ]);
             let sums = [
                 &mut i.impulse_n_s,
@@ -83,17 +84,23 @@ impl Results {
                 &mut i.friction_dissipation_j,
                 &mut i.numerical_contact_dissipation_j,
             ];
-            all.extend(sums.map(Listed::sum));
+            all.extend(sums.map(|sum| Some(Listed::sum(sum))));
         }
         let Some(t) = &mut self.tissue else { return all };
         // Energies and peaks of the tissue.
-        all.push(Listed::time(&mut t.peak_absorbed_energy_time_s, 1));
+        all.push(Some(Listed::time(&mut t.peak_absorbed_energy_time_s, 1)));
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
-        all.extend(absorbed.map(|energy| Listed { missing: lost, ..Listed::sum(energy) }));
+        all.extend(absorbed.map(|energy| Some(Listed { missing: lost, ..Listed::sum(energy) })));
         let sums = [&mut t.energy_given_j, &mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
-        all.extend(sums.into_iter().chain(&mut t.projectile_loss_j).map(Listed::sum));
-        all.extend(t.peaks.list_mut().into_iter().flatten().map(|peak| Listed::peak(&mut peak.quantity)));
+        all.extend(sums.map(|sum| Some(Listed::sum(sum))));
+        all.push(t.projectile_loss_j.as_mut().map(Listed::sum));
+        all.extend(t.peaks.list_mut().map(|peak| peak.as_mut().map(|peak| Listed::peak(&mut peak.quantity))));
+        let exceeded = t.exceeded_in_volume.as_mut();
+        let [strain, stress] =
+            exceeded.map_or([None, None], |e| [Some(&mut e.principal_strain), Some(&mut e.von_mises_pa)]);
+        let percentiles = t.percentiles.iter_mut().map(|of| of.mps95.as_mut());
+        all.extend([strain, stress].into_iter().chain(percentiles).map(|of| of.map(Listed::exceeded)));
         for split in [&mut t.absorbed_split, &mut t.peak_absorbed_split] {
             let parts = [
                 &mut split.strain_j,
@@ -102,51 +109,18 @@ impl Results {
                 &mut split.dissipated_j,
                 &mut split.not_from_contact_j,
             ];
-            all.extend(parts.map(Listed::sum));
+            all.extend(parts.map(|part| Some(Listed::sum(part))));
         }
         // Depths and volumes above thresholds.
         for stress in &mut t.significant_stress {
-            let (gap, spacing) = (stress.depth_gap_mm, stress.point_spacing_mm);
+            let (resolution, spacing) = (stress.depth_resolution_mm, stress.point_spacing_mm);
             let volumes = [&mut stress.volume_mm3, &mut stress.volume_at_end_mm3];
-            all.extend(volumes.map(|volume| Listed::volume(volume, spacing)));
-            all.extend(stress.depth_mm.iter_mut().map(|depth| Listed::place(depth, gap)));
+            all.extend(volumes.map(|volume| Some(Listed::volume(volume, spacing))));
+            let depth = stress.depth_mm.as_mut();
+            all.push(depth.zip(resolution).map(|(depth, known_to)| Listed::known_to(depth, known_to)));
         }
         let doses = t.dose_volumes.iter_mut();
-        all.extend(doses.map(|dose| Listed::volume(&mut dose.volume_mm3, dose.point_spacing_mm)));
+        all.extend(doses.map(|dose| Some(Listed::volume(&mut dose.volume_mm3, dose.point_spacing_mm))));
         all
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{ErrorEstimate, GateResult};
-    use super::*;
-
-    /// A sphere of radius 10 sampled by a grid of spacing 1: wherever it lies, the sum of the cell volumes has an error
-    /// of less than half a spacing times its surface.
-    #[test]
-    fn a_sampled_volume_is_known_to_half_a_spacing_all_around() {
-        let exact = 4.0 / 3.0 * PI * 1000.0;
-        for shift in [0.0, 0.1, 0.25, 0.4, 0.5] {
-            let line = || (-12..=12).map(|i| f64::from(i) + shift);
-            let inside = |x: f64, y: f64| line().filter(|z| x * x + y * y + z * z < 100.0).count();
-            let sampled: usize =
-                line().flat_map(|x| line().map(move |y| (x, y))).map(|(x, y)| inside(x, y)).sum();
-            let mut quantity = Quantity {
-                value: sampled as f64,
-                error: ErrorEstimate::NotEstimated,
-                gate: GateResult::Passed,
-            };
-            let resolution = Listed::volume(&mut quantity, 1.0).spacing;
-            assert!((sampled as f64 - exact).abs() < resolution, "{sampled} ± {resolution} of {exact}");
-            assert!((resolution / (0.5 * 4.0 * PI * 100.0) - 1.0).abs() < 0.02, "{resolution}");
-        }
-    }
-
-    #[test]
-    fn a_volume_of_nothing_has_no_surface() {
-        let mut nothing =
-            Quantity { value: 0.0, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
-        assert!(Listed::volume(&mut nothing, 1.0).spacing <= 0.0);
     }
 }

@@ -29,8 +29,8 @@ pub use laws::LawRange;
 pub use numerics::Numerics;
 pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
 pub use results::{
-    DoseVolume, Headline, Impact, Located, Peaks, Results, Shown, SignificantStress, Split, StressedLayer,
-    Tissue,
+    DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles, Results, Shown,
+    SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use run_state::RunState;
 pub use table::render_table;

@@ -67,7 +67,7 @@ pub struct Estimate {
     pub step: f64,
     /// Contribution of the contact solver's tolerance.
     pub contact: f64,
-    /// Limit of resolution: a time within its steps, a depth between two quadrature points, a sum within its rounding.
+    /// Limit of resolution: a time within its steps, a depth within the scatter of its stress, a sum within its rounding.
     pub resolution: f64,
     /// Whether the number exceeds its error, or both are zero. A pointwise peak is never resolved on two meshes, which
     /// cannot show convergence.

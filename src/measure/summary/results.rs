@@ -177,6 +177,12 @@ pub struct Tissue {
     /// Volumes in which the measures of the scene exceed its thresholds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dose_volumes: Vec<DoseVolume>,
+    /// Strain and stress exceeded in a volume; absent if the tissue is smaller, or if they would be those of points beyond
+    /// the limits of their laws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exceeded_in_volume: Option<ExceededInVolume>,
+    /// Percentiles of the strain in each part.
+    pub percentiles: Vec<Percentiles>,
     /// Peak values of the fields.
     #[serde(flatten)]
     pub peaks: Peaks,
@@ -227,13 +233,14 @@ pub struct Located {
 pub struct SignificantStress {
     /// Threshold of the von Mises stress [Pa].
     pub threshold_pa: f64,
-    /// Largest depth below the skin, in the reference configuration [mm]; absent if the tissue has no skin.
+    /// Largest depth below the skin, in the reference configuration, at which the stress exceeds the threshold: that of the
+    /// points around each node, linear between nodes [mm]; absent if the tissue has no skin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<Quantity>,
-    /// Distance from there to the next deeper quadrature point, which is below the threshold [mm]: part of the depth's
-    /// error.
+    /// Largest change of the depth if the stress that it is read from is shifted by the bound of its error, which follows
+    /// from the scatter of the quadrature points [mm]: part of the depth's error.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth_gap_mm: Option<f64>,
+    pub depth_resolution_mm: Option<f64>,
     /// Time at which that depth was reached [s].
     pub depth_time_s: f64,
     /// Largest reference volume above the threshold at any field time [mm³].
@@ -258,8 +265,8 @@ pub struct SignificantStress {
 pub struct StressedLayer {
     /// Name of the part.
     pub part: String,
-    /// Range of depths below the skin of its elements with a point above the threshold, over all field times [mm];
-    /// absent if the tissue has no skin.
+    /// Least and largest depth below the skin at which its stress exceeds the threshold, over all field times [mm]; absent
+    /// if the tissue has no skin, and if only single points exceed the threshold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<[f64; 2]>,
     /// Its largest volume above the threshold at any field time [mm³].
@@ -279,7 +286,44 @@ pub struct DoseVolume {
     pub point_spacing_mm: f64,
 }
 
-/// Largest values of the fields at quadrature points, at the field times.
+/// Strain and stress that are exceeded in a volume, maxima over the field times. Unlike peaks at points they converge.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExceededInVolume {
+    /// The reference volume [mm³].
+    pub volume_mm3: f64,
+    /// Largest principal Green–Lagrange strain exceeded in that volume [-].
+    pub principal_strain: Exceeded,
+    /// Von Mises stress exceeded in that volume [Pa].
+    pub von_mises_pa: Exceeded,
+}
+
+/// A value exceeded in a volume, with its time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Exceeded {
+    /// The value, with its error.
+    #[serde(flatten)]
+    pub quantity: Quantity,
+    /// Its time [s].
+    pub time_s: f64,
+    /// Its difference from the value exceeded in a volume with half a point spacing more all around, part of its error.
+    #[serde(skip)]
+    pub resolution: f64,
+}
+
+/// Percentiles by reference volume in a part of the tissue, maxima over the field times.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Percentiles {
+    /// Name of the part.
+    pub part: String,
+    /// Reference volume of the part [mm³].
+    pub volume_mm3: f64,
+    /// Largest principal Green–Lagrange strain below which 95 % of that volume lie (MPS95) [-]; absent if it would be that
+    /// of points beyond the limit of the law.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mps95: Option<Exceeded>,
+}
+
+/// Largest values of the fields at quadrature points, at the field times. They need not converge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Peaks {
     /// Largest von Mises stress [Pa].

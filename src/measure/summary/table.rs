@@ -3,7 +3,7 @@
 use super::Summary;
 use super::injury::InjuryMeasure;
 use super::quantity::{ErrorEstimate, Quantity};
-use super::results::{Impact, Located, Shown, Split, Tissue};
+use super::results::{Exceeded, Impact, Located, Shown, Split, Tissue};
 use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 use std::fmt::Write as _;
@@ -116,6 +116,11 @@ impl Table {
             None => self.row(name, "-", "not evaluated after the start, or beyond the limit of a law"),
         }
     }
+    fn exceeded(&mut self, name: &str, exceeded: &Exceeded, scale: f64, unit: &str) {
+        let error = error_of(&exceeded.quantity, scale, unit);
+        let remark = format!("at {}, {error}", seconds(exceeded.time_s));
+        self.row(name, &plain(&exceeded.quantity, scale, unit), &remark);
+    }
     fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {
         let error = error_of(&located.quantity, scale, unit);
         let remark = format!("at {}, {error}", seconds(located.time_s));
@@ -182,6 +187,24 @@ impl Table {
                 _ => format!("energy density above {} kJ/m³", number(1e-3 * dose.threshold)),
             };
             self.quantity(&format!("volume of {measure}"), &dose.volume_mm3, "mm³");
+        }
+        // Strain and stress: exceeded in volumes, and at points.
+        match &tissue.exceeded_in_volume {
+            Some(in_volume) => {
+                let volume = format!("exceeded in {} mm³", number(in_volume.volume_mm3));
+                self.exceeded(&format!("principal strain {volume}"), &in_volume.principal_strain, 1.0, "");
+                self.exceeded(&format!("von Mises {volume}"), &in_volume.von_mises_pa, 1e-3, "kPa");
+            }
+            None => self.row(
+                "principal strain exceeded in a volume",
+                "-",
+                "not evaluated after the start, beyond the limit of a law, or less tissue than that",
+            ),
+        }
+        for of in &tissue.percentiles {
+            if let Some(mps95) = &of.mps95 {
+                self.exceeded(&format!("MPS95 of {}", of.part), mps95, 1.0, "");
+            }
         }
         self.peak("peak von Mises stress", tissue.peaks.peak_von_mises_pa.as_ref(), 1e-3, "kPa");
         self.peak("peak principal strain", tissue.peaks.peak_principal_strain.as_ref(), 1.0, "");

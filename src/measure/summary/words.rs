@@ -2,7 +2,7 @@
 
 use super::laws::LawRange;
 use super::quantity::{ErrorEstimate, Quantity};
-use super::results::{Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
+use super::results::{ExceededInVolume, Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
 use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 
@@ -35,6 +35,7 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
     contact(results, &mut words);
     if let Some(tissue) = &results.tissue {
         stress(tissue, *state == RunState::Finished, &mut words);
+        words.extend(tissue.exceeded_in_volume.as_ref().map(strain));
         energy(tissue, &mut words);
     }
     words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
@@ -55,18 +56,20 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
     )
 }
 
-/// "123 N (± 4)"; a value that does not exceed its error is marked as uncertain.
+/// "123 N (± 4)", or "0.25 (± 0.01)" of a pure number, whose unit is empty; a value that does not exceed its error is marked
+/// as uncertain.
 fn value(quantity: &Quantity, unit: &str) -> String {
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
         ErrorEstimate::NotEstimated => {
-            format!("about {} {unit} (error not estimated)", rounded(quantity.value))
+            format!("about {}{unit} (error not estimated)", rounded(quantity.value))
         }
         ErrorEstimate::Estimated(error) if error.resolved => {
-            format!("{} {unit} (± {})", number(quantity.value), rounded(error.total))
+            format!("{}{unit} (± {})", number(quantity.value), rounded(error.total))
         }
         ErrorEstimate::Estimated(_) => {
-            format!("about {} {unit} (its numerical error exceeds the value)", rounded(quantity.value))
+            format!("about {}{unit} (its numerical error exceeds the value)", rounded(quantity.value))
         }
     }
 }
@@ -113,6 +116,15 @@ fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
     }
 }
 
+/// Sentence on the strain exceeded in a volume.
+fn strain(in_volume: &ExceededInVolume) -> String {
+    let volume = number(in_volume.volume_mm3);
+    format!(
+        "{volume} mm³ of the tissue were stretched by a principal strain (Green–Lagrange) of {} or more.",
+        value(&in_volume.principal_strain.quantity, "")
+    )
+}
+
 /// Sentence on the region of one part above the threshold.
 fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) -> String {
     let volume = layer.volume_mm3;
@@ -146,8 +158,7 @@ fn reach(stress: &SignificantStress, threshold: &str) -> String {
     let volume = value(&stress.volume_mm3, "mm³");
     match &stress.depth_mm {
         Some(depth) => format!(
-            "Overall, the stress of {threshold} kPa reaches {} deep, in a volume of {volume}; layer depths are resolved to whole \
-             elements.",
+            "Overall, the stress of {threshold} kPa reaches {} deep, in a volume of {volume}.",
             value(depth, "mm")
         ),
         None => format!("Overall, the stress of {threshold} kPa is exceeded in a volume of {volume}."),
@@ -197,7 +208,7 @@ mod tests {
                 .map(|&threshold_pa| SignificantStress {
                     threshold_pa,
                     depth_mm: None,
-                    depth_gap_mm: None,
+                    depth_resolution_mm: None,
                     depth_time_s: 0.0,
                     volume_mm3: zero(),
                     volume_at_end_mm3: zero(),
@@ -208,6 +219,8 @@ mod tests {
                 })
                 .collect(),
             dose_volumes: Vec::new(),
+            exceeded_in_volume: None,
+            percentiles: Vec::new(),
             peaks: Peaks::default(),
             deflection_mm: Located { quantity: zero(), position_m: [0.0; 3], time_s: 0.0 },
             viscous_response_m2_per_s: zero(),

@@ -213,6 +213,7 @@ fn contact() -> Vec<Break> {
         ("/planes/0/normal", json!([0, 0, 0]), "/planes/0/normal", "no_direction"),
         ("/measures/stress_thresholds_pa", json!([1e5, 1e4]), "/measures/stress_thresholds_pa/1", "not_ascending"),
         ("/measures/force_window_s", json!(0), "/measures/force_window_s", "not_positive"),
+        ("/measures/exceeded_in_volume_m3", json!(100), "/measures/exceeded_in_volume_m3", "out_of_range"),
     ]
 }
 

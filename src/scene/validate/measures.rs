@@ -6,6 +6,8 @@ use crate::scene::problem::{Pointer, Problem};
 
 /// Usual stress thresholds for soft tissue [Pa]; below, kPa were probably meant.
 const USUAL_STRESS: [f64; 2] = [100.0, 1e9];
+/// Admissible volumes for the values exceeded in them [m³], from a cube of 0.1 mm to one of 10 cm.
+const EXCEEDED_IN_VOLUME: [f64; 2] = [1e-12, 1e-3];
 /// Largest number of thresholds of one kind; each adds a number per quadrature point.
 const MAX_THRESHOLDS: usize = 32;
 
@@ -34,6 +36,11 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 );
             }
         }
+    }
+    if let Some(volume) = measures.exceeded_in_volume_m3 {
+        let place = here.key("exceeded_in_volume_m3");
+        let remedy = "give it in m³: 100 mm³ is 1e-7";
+        out.between(&place, "the volume", volume, EXCEEDED_IN_VOLUME, remedy);
     }
     check_force(document, &here, out);
     check_person(&here.key("person"), measures, out);

@@ -20,21 +20,24 @@ pub enum Quantity {
     PatchAreaMm2,
     /// Depth of von Mises stress above the first threshold [mm].
     StressDepthMm,
-    /// Largest principal Green–Lagrange strain [-].
+    /// Largest principal Green–Lagrange strain at a point [-].
     PrincipalStrain,
+    /// Principal Green–Lagrange strain exceeded in the volume that the scene sets [-].
+    PrincipalStrainInVolume,
     /// Largest displacement of a node of the tissue's skin [mm].
     DeflectionMm,
 }
 
 impl Quantity {
     /// All quantities of interest.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::PeakForceN,
         Self::ImpulseNS,
         Self::AbsorbedEnergyJ,
         Self::PatchAreaMm2,
         Self::StressDepthMm,
         Self::PrincipalStrain,
+        Self::PrincipalStrainInVolume,
         Self::DeflectionMm,
     ];
 
@@ -47,6 +50,7 @@ impl Quantity {
             Self::PatchAreaMm2 => "patch_area_mm2",
             Self::StressDepthMm => "stress_depth_mm",
             Self::PrincipalStrain => "principal_strain",
+            Self::PrincipalStrainInVolume => "principal_strain_in_volume",
             Self::DeflectionMm => "deflection_mm",
         }
     }
@@ -60,6 +64,7 @@ impl Quantity {
             Self::PatchAreaMm2 => ("contact patch", "mm²"),
             Self::StressDepthMm => ("depth of stress", "mm"),
             Self::PrincipalStrain => ("principal strain", "-"),
+            Self::PrincipalStrainInVolume => ("principal strain in volume", "-"),
             Self::DeflectionMm => ("deflection", "mm"),
         }
     }
@@ -90,6 +95,9 @@ impl Quantity {
             }),
             Self::PrincipalStrain => {
                 tissue.and_then(|t| Some(&t.peaks.peak_principal_strain.as_ref()?.quantity))
+            }
+            Self::PrincipalStrainInVolume => {
+                tissue.and_then(|t| Some(&t.exceeded_in_volume.as_ref()?.principal_strain.quantity))
             }
             Self::DeflectionMm => tissue.map(|t| &t.deflection_mm.quantity),
         }

@@ -7,7 +7,7 @@ use super::misfit::Misfit;
 use super::sampling::MOST_SOBOL_DIMENSIONS;
 use super::short_number::short;
 use super::spread;
-use crate::measure::depth_profile::deepest_point;
+use crate::measure::depth_profile::deepest_node;
 use crate::mesh::names::shortened;
 use crate::plan::compile;
 use crate::scene::problem::{Pointer, Problem, suggest};
@@ -360,15 +360,17 @@ fn try_cases(
 /// Checks that the tissue of the base is deep enough for the limits.
 fn try_depths(question: &WhatIfDocument, base: &Loaded, out: &mut Findings) {
     let depths = question.limits.iter().map(|limit| limit.measure.depth());
-    let Some(largest) = depths.clone().flatten().max_by(f64::total_cmp) else { return };
+    if depths.clone().all(|depth| depth.is_none()) {
+        return;
+    }
     // A base that cannot be compiled fails with its own message when it runs.
     let Ok(plan) = compile(&base.scene) else { return };
-    let deepest = deepest_point(&plan, largest);
+    let deepest = deepest_node(&plan);
     for (index, depth) in depths.enumerate().filter_map(|(index, depth)| Some((index, depth?))) {
         let here = Pointer::root().key("limits").index(index).key("measure");
         out.require(deepest.is_some_and(|deepest| depth <= deepest), || {
             let here = here.key("von_mises_pa_below_depth_m");
-            Problem::error("too_deep", &here, "no quadrature point of the base's tissue lies that deep")
+            Problem::error("too_deep", &here, "the base's tissue is not that deep")
                 .value(depth)
                 .limit(
                     deepest

@@ -386,7 +386,7 @@ fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result
     };
     let missing = match measure {
         LimitMeasure::Quantity(_) => "the scene has no such number",
-        LimitMeasure::VonMisesPaBelowDepthM(_) => "no quadrature point of the tissue lies that deep",
+        LimitMeasure::VonMisesPaBelowDepthM(_) => "the tissue is not that deep",
     };
     found.copied().ok_or_else(|| {
         let reason = numbers.reason.clone().unwrap_or_else(|| missing.into());

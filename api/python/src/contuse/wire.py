@@ -211,6 +211,18 @@ class Summary:
         return {depth["threshold_pa"]: Quantity.of(depth["depth_mm"], "mm") for depth in depths if depth.get("depth_mm")}
 
     @property
+    def principal_strain_in_volume(self) -> tuple[float, Quantity] | None:
+        """A volume [mm³] and the principal strain exceeded in it; none where the laws do not hold there, or there is less tissue."""
+        exceeded = self.tissue.get("exceeded_in_volume")
+        return exceeded and (exceeded["volume_mm3"], Quantity.of(exceeded["principal_strain"], "-"))
+
+    @property
+    def mps95(self) -> dict[str, Quantity]:
+        """95th percentile by volume of the principal strain of each part of the tissue."""
+        parts = self.tissue["percentiles"]
+        return {part["part"]: Quantity.of(part["mps95"], "-") for part in parts if part.get("mps95")}
+
+    @property
     def warnings(self) -> list[str]:
         warnings: list[str] = self.body["warnings"]
         return warnings

@@ -1,0 +1,107 @@
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact values
+
+use super::*;
+use crate::measure::stress_field::TissueElement;
+use crate::mechanics::element::POINTS;
+use crate::mesh::cell::CellKind;
+use crate::mesh::distance::DepthField;
+
+/// A column of cubes of 1 m³ in slots 0, 1, … of body 1, below a skin at z = 0.
+fn column(count: u32, thresholds: &[f64]) -> StressDepth {
+    let layer = |i: u32| {
+        let z = -f64::from(i);
+        [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Vec3::new(x, y, z))
+    };
+    let X: Vec<Vec3> = (0..=count).flat_map(layer).collect();
+    let skin = DepthField::new(&[[0, 1, 2, 3]], &X).unwrap();
+    let nodes: Vec<[u32; 8]> =
+        (0..count).map(|i| [4, 5, 6, 7, 0, 1, 2, 3].map(|local| 4 * i + local)).collect();
+    let elements = nodes.iter().enumerate().map(|(slot, nodes)| TissueElement {
+        slot,
+        part: 0,
+        cell: CellKind::Hex8,
+        nodes,
+        volumes: [0.125; POINTS],
+    });
+    let field = StressField::new(&skin, &X, (1, count as usize), elements);
+    let parts = TissueParts {
+        bodies: vec![1],
+        names: vec!["gel".into()],
+        volumes: vec![f64::from(count)],
+        of_slot: vec![0; count as usize],
+    };
+    StressDepth::of(Some(field), parts, thresholds)
+}
+
+/// An element in a slot, all of whose points have the same stress, strain and energy density.
+fn feed(measure: &mut StressDepth, body: usize, slot: usize, stress: f64) {
+    let mut points = PointBatch { count: POINTS, ..PointBatch::default() };
+    for q in 0..POINTS {
+        points.volume[q][0] = 0.125;
+        for field in [&mut points.von_mises, &mut points.psi, &mut points.principal_strain] {
+            field[q][0] = stress;
+        }
+    }
+    measure.accumulate(body, slot..slot + 1, &points, |_, _| Vec3::new(0.5, 0.5, -0.5 - slot as f64));
+}
+
+#[test]
+fn depths_and_volumes_are_maxima_over_time() {
+    let mut measure = column(4, &[1.0, 5.0]);
+    measure.strain_in_volume = ExceededIn::new(1.5);
+    measure.begin(1.0, None);
+    feed(&mut measure, 0, 0, 100.0); // another body
+    feed(&mut measure, 1, 0, 7.0);
+    feed(&mut measure, 1, 1, 2.0);
+    measure.end();
+    measure.begin(2.0, None);
+    feed(&mut measure, 1, 0, 3.0);
+    measure.end();
+    let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];
+    // At the nodes 7, 4.5, 1, 0: 5 is crossed at 0.8, and 1 is reached at 2.
+    assert!((low.depth - 2.0).abs() < 1e-12 && low.depth_time == 1.0, "{low:?}");
+    assert!((high.depth - 0.8).abs() < 1e-12 && high.layers[0].depth == [0.0, high.depth], "{high:?}");
+    // The truth, where the stress of one element ends, is within the resolution.
+    assert!(high.depth_resolution() > 0.2 && high.depth_resolution() < 1.0, "{high:?}");
+    assert_eq!((low.volume, low.largest_volume, high.volume, high.largest_volume), (1.0, 2.0, 0.0, 1.0));
+    assert_eq!((low.largest_point, high.largest_point), (0.125, 0.125));
+    assert_eq!((measure.von_mises.value, measure.von_mises.time), (7.0, 1.0));
+    assert_eq!(measure.energy_density.value, 7.0);
+    // 7 in 1 m³ and 2 in the next: 1.5 m³ exceed 2, and so do 5 % of the column's 4 m³ with 7.
+    assert_eq!((measure.strain_in_volume.value, measure.strain_percentiles[0].value), (2.0, 7.0));
+}
+
+#[test]
+fn what_no_wave_can_have_reached_counts_nowhere() {
+    use crate::measure::pair::Source;
+    let mut source = None;
+    Source::widen(&mut source, Vec3::new(0.5, 0.5, 0.0), 0.3);
+    let mut measure = column(3, &[1.0]);
+    measure.at_ends = vec![0, 0, 1];
+    // Elements of 1 m: stress within 0.3 m plus that is physical, stress beyond is a mesh artefact.
+    measure.begin(1.0, source.map(WaveReach::of));
+    feed(&mut measure, 1, 0, 2.0);
+    feed(&mut measure, 1, 2, 3.0);
+    measure.end();
+    let found = &measure.exceedances[0];
+    assert_eq!((found.largest_volume, found.largest_numerical, found.reached), (1.0, 1.0, 0));
+    assert_eq!((measure.von_mises.value, found.numerical_at), (2.0, (1.0, 0.3)));
+    assert!((found.depth - 1.0).abs() < 1e-12, "{found:?}");
+    // Without a known wave all points count, and regions at an end are reported as such.
+    measure.begin(2.0, None);
+    feed(&mut measure, 1, 2, 3.0);
+    measure.end();
+    assert_eq!((measure.exceedances[0].reached, measure.von_mises.value), (1, 3.0));
+    assert!((measure.exceedances[0].depth - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn without_a_skin_there_is_volume_but_no_depth() {
+    let mut measure = StressDepth { field: None, ..column(1, &[1.0]) };
+    measure.begin(0.0, None);
+    feed(&mut measure, 1, 0, 2.0);
+    measure.end();
+    let found = &measure.exceedances[0];
+    assert!(!measure.has_skin() && found.depth == 0.0 && found.volume == 1.0);
+    assert!(found.layers[0].is_reached() && !found.layers[0].has_depth());
+}

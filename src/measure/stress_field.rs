@@ -1,0 +1,270 @@
+//! Von Mises stress as a field over the depth below the skin, continuous in each part of the tissue.
+//!
+//! At a node the field of a part is the value of a straight line in depth, fitted by least squares to the stresses s_q at
+//! the quadrature points of the part's elements around the node, with weights w_q = V_q N². Along the edges of elements
+//! it is linear. Stress that is linear in depth is reproduced exactly on any mesh, up to the boundaries of the part; at an
+//! interface each part has a value of its own. The field, and the depths read from it, are continuous in the stresses.
+
+#[cfg(test)]
+mod tests;
+
+use crate::mechanics::element::POINTS;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::cell::CellKind;
+use crate::mesh::distance::DepthField;
+use crate::scene::elements::element_of;
+
+/// Most corners of an element.
+const MOST_CORNERS: usize = 8;
+
+/// Largest error of the field over the scatter of the points that it is fitted to [-].
+///
+/// With curvature s'' on elements of size h, the value at a node is s''h²/24 too large and that in the middle of an edge
+/// by s''h²/8 more. Two Gauss points at (1 ∓ 1/√3) h/2 from the node scatter by s''h²/(8√3) about the line: the ratio is 4/√3.
+const ERROR_OVER_SCATTER: f64 = 2.309_401_076_758_503;
+
+/// Smallest variance of the depths around a node, over the square of its distance from their mean, for a slope to be
+/// fitted [-]: 1/3 at the boundary of a layer of hexahedra.
+const LEAST_SPREAD: f64 = 0.1;
+
+/// An element of the tissue.
+pub struct TissueElement<'a> {
+    /// Its slot in the plan.
+    pub slot: usize,
+    /// Index of its part.
+    pub part: usize,
+    /// Its kind.
+    pub cell: CellKind,
+    /// Its nodes, global.
+    pub nodes: &'a [u32],
+    /// Reference volumes of its quadrature points [m³].
+    pub volumes: [f64; POINTS],
+}
+
+/// A node of a part.
+struct Vertex {
+    part: usize,
+    /// Its reference depth [m].
+    depth: f64,
+    /// Σ w, Σ w δ, Σ w δ² of the points around it, δ their depths relative to its own.
+    moments: [f64; 3],
+    /// Σ w s, Σ w s δ, Σ w s² of the current pass.
+    sums: [f64; 3],
+    /// Stress [Pa].
+    stress: f64,
+    /// Bound of its error, from the scatter of the points about the line [Pa].
+    error: f64,
+}
+
+/// Corners and point depths of the element in a slot; no corners in slots of other bodies.
+#[derive(Clone, Copy, Default)]
+struct Corners {
+    cell: CellKind,
+    count: usize,
+    vertices: [u32; MOST_CORNERS],
+    /// Depths of its quadrature points [m].
+    depths: [f64; POINTS],
+}
+
+/// Depths between which the stress exceeds a threshold [m].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// Largest depth; 0 if the threshold is exceeded nowhere.
+    pub depth: f64,
+    /// Extent in depth of the edge on which it is read; 0 if the threshold is exceeded nowhere.
+    pub edge: f64,
+    /// The same with every value lowered and raised by the bound of its error.
+    pub bounds: [f64; 2],
+    /// Least and largest depth in each part; [`Region::NOWHERE`] in parts in which it is not exceeded.
+    pub layers: Vec<[f64; 2]>,
+}
+
+impl Region {
+    /// Depths of an empty region.
+    pub const NOWHERE: [f64; 2] = [f64::INFINITY, 0.0];
+}
+
+/// The field at the latest pass.
+pub struct StressField {
+    vertices: Vec<Vertex>,
+    /// By slot.
+    elements: Vec<Corners>,
+    /// Edges of elements, each once.
+    edges: Vec<[u32; 2]>,
+    part_count: usize,
+}
+
+impl StressField {
+    /// A field without stress, below a skin, with nodes at `X` [m]. `part_count` and `slot_count` are those of the plan.
+    pub fn new<'a>(
+        skin: &DepthField,
+        X: &[Vec3],
+        (part_count, slot_count): (usize, usize),
+        tissue: impl Iterator<Item = TissueElement<'a>>,
+    ) -> Self {
+        let mut field = Self {
+            vertices: Vec::new(),
+            elements: vec![Corners::default(); slot_count],
+            edges: Vec::new(),
+            part_count,
+        };
+        let mut numbers = vec![u32::MAX; part_count * X.len()];
+        let mut depths = vec![f64::NAN; X.len()];
+        for element in tissue {
+            // Depths of the nodes, each evaluated once.
+            for node in element.nodes.iter().map(|node| *node as usize) {
+                if depths[node].is_nan() {
+                    depths[node] = skin.depth(&X[node]);
+                }
+            }
+            let depth_of = |local: usize| depths[element.nodes[local] as usize];
+            let number = |local: usize| element.part * X.len() + element.nodes[local] as usize;
+            for local in 0..element.cell.table().corners {
+                let known = &mut numbers[number(local)];
+                if *known == u32::MAX {
+                    *known = field.vertices.len() as u32;
+                    field.vertices.push(Vertex::new(element.part, depth_of(local)));
+                }
+            }
+            field.insert(&element, |local| numbers[number(local)], depth_of);
+        }
+        field.edges.sort_unstable();
+        field.edges.dedup();
+        field
+    }
+
+    /// Inserts an element, given the vertex of each corner and the depth of each node [m].
+    fn insert(
+        &mut self,
+        element: &TissueElement,
+        vertex: impl Fn(usize) -> u32,
+        depth: impl Fn(usize) -> f64,
+    ) {
+        let (kind, table) = (element_of(element.cell), element.cell.table());
+        let mut corners = Corners { cell: element.cell, count: table.corners, ..Corners::default() };
+        for (local, to) in corners.vertices.iter_mut().enumerate().take(table.corners) {
+            *to = vertex(local);
+        }
+        for (q, volume) in element.volumes.iter().enumerate().take(kind.point_count()) {
+            let shapes = kind.shapes_at(q);
+            corners.depths[q] = shapes.iter().enumerate().map(|(local, N)| N * depth(local)).sum();
+            for (vertex, N) in corners.vertices.iter().zip(shapes).take(corners.count) {
+                let vertex = &mut self.vertices[*vertex as usize];
+                add_moments(&mut vertex.moments, volume * N * N, 1.0, corners.depths[q] - vertex.depth);
+            }
+        }
+        let ends = |[a, b]: &[usize; 2]| {
+            let [a, b] = [corners.vertices[*a], corners.vertices[*b]];
+            [a.min(b), a.max(b)]
+        };
+        self.edges.extend(table.edges.iter().map(ends));
+        self.elements[element.slot] = corners;
+    }
+
+    /// Largest depth of a node [m]; `None` without tissue.
+    pub fn deepest(&self) -> Option<f64> {
+        self.vertices.iter().map(|vertex| vertex.depth).reduce(f64::max)
+    }
+
+    /// Begins a pass over all points. Points that are not added have no stress.
+    pub fn begin(&mut self) {
+        self.vertices.iter_mut().for_each(|vertex| vertex.sums = [0.0; 3]);
+    }
+
+    /// Adds a stress [Pa] at a quadrature point of the element in a slot, with its reference volume [m³].
+    pub fn add(&mut self, slot: usize, q: usize, (stress, volume): (f64, f64)) {
+        let Corners { cell, count, vertices, depths } = &self.elements[slot];
+        for (vertex, N) in vertices.iter().zip(element_of(*cell).shapes_at(q)).take(*count) {
+            let vertex = &mut self.vertices[*vertex as usize];
+            let (weight, delta) = (volume * N * N, depths[q] - vertex.depth);
+            let weighted = weight * stress;
+            for (sum, x) in vertex.sums.iter_mut().zip([1.0, delta, stress]) {
+                *sum += weighted * x;
+            }
+        }
+    }
+
+    /// Ends the pass: fits the lines.
+    pub fn end(&mut self) {
+        self.vertices.iter_mut().for_each(Vertex::fit);
+    }
+
+    /// The region in which the stress exceeds a threshold [Pa].
+    pub fn region(&self, threshold: f64) -> Region {
+        let mut layers = vec![Region::NOWHERE; self.part_count];
+        let (mut depth, mut edge, mut bounds) = (0.0, 0.0, [0.0_f64; 2]);
+        for ends in self.ends_of_edges() {
+            let of = |shift: f64| above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold);
+            // Where not even the raised stress exceeds the threshold, nothing does.
+            let Some([_, upper]) = of(1.0) else { continue };
+            bounds[1] = bounds[1].max(upper);
+            if let Some([_, lower]) = of(-1.0) {
+                bounds[0] = bounds[0].max(lower);
+            }
+            if let Some([from, to]) = of(0.0) {
+                let layer = &mut layers[ends[0].part];
+                *layer = [layer[0].min(from), layer[1].max(to)];
+                if to > depth {
+                    (depth, edge) = (to, (ends[0].depth - ends[1].depth).abs());
+                }
+            }
+        }
+        Region { depth, edge, bounds, layers }
+    }
+
+    /// Largest stress at or below a depth [m] [Pa]; 0 if the tissue ends above it.
+    pub fn largest_below(&self, depth: f64) -> f64 {
+        let on_edge = |[a, b]: [&Vertex; 2]| {
+            let [upper, lower] = if a.depth > b.depth { [b, a] } else { [a, b] };
+            let at_top = if upper.depth >= depth {
+                upper.stress
+            } else {
+                let share = (depth - upper.depth) / (lower.depth - upper.depth);
+                upper.stress + share * (lower.stress - upper.stress)
+            };
+            (lower.depth >= depth).then_some(at_top.max(lower.stress))
+        };
+        self.ends_of_edges().filter_map(on_edge).fold(0.0, f64::max)
+    }
+
+    fn ends_of_edges(&self) -> impl Iterator<Item = [&Vertex; 2]> {
+        self.edges.iter().map(|ends| ends.map(|end| &self.vertices[end as usize]))
+    }
+}
+
+impl Vertex {
+    fn new(part: usize, depth: f64) -> Self {
+        Self { part, depth, moments: [0.0; 3], sums: [0.0; 3], stress: 0.0, error: 0.0 }
+    }
+
+    /// Fits s = a + b δ: its value is a, and its residual variance (Σ w s² − a Σ w s − b Σ w s δ) / Σ w.
+    fn fit(&mut self) {
+        let ([m0, m1, m2], [s0, s1, squares]) = (self.moments, self.sums);
+        let determinant = m0 * m2 - m1 * m1;
+        let [a, b] = if determinant > LEAST_SPREAD * m1 * m1 {
+            [(m2 * s0 - m1 * s1) / determinant, (m0 * s1 - m1 * s0) / determinant]
+        } else {
+            [s0 / m0.max(f64::MIN_POSITIVE), 0.0]
+        };
+        let variance = (squares - a * s0 - b * s1) / m0.max(f64::MIN_POSITIVE);
+        (self.stress, self.error) = (a, ERROR_OVER_SCATTER * variance.max(0.0).sqrt());
+    }
+}
+
+fn add_moments(moments: &mut [f64; 3], weight: f64, value: f64, delta: f64) {
+    for (moment, x) in moments.iter_mut().zip([1.0, delta, delta * delta]) {
+        *moment += weight * value * x;
+    }
+}
+
+/// Depths between which a stress that is linear between two (depth, stress) exceeds a threshold; `None` if nowhere.
+fn above([a, b]: [(f64, f64); 2], threshold: f64) -> Option<[f64; 2]> {
+    if a.1 < b.1 {
+        return above([b, a], threshold);
+    }
+    if a.1 <= threshold {
+        return None;
+    }
+    let end = if b.1 >= threshold { b.0 } else { a.0 + (b.0 - a.0) * (a.1 - threshold) / (a.1 - b.1) };
+    Some([a.0.min(end), a.0.max(end)])
+}

@@ -1,0 +1,75 @@
+//! The tissue of a plan, part by part.
+
+use super::stress_field::{StressField, TissueElement};
+use crate::mesh::MeshError;
+use crate::mesh::distance::DepthField;
+use crate::plan::Plan;
+use crate::scene::document::Role;
+
+/// Parts of the tissue; parts of the same name in several bodies are one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TissueParts {
+    /// Indices of the bodies that are tissue.
+    pub bodies: Vec<usize>,
+    /// Names of the parts.
+    pub names: Vec<String>,
+    /// Reference volume of each part [m³].
+    pub volumes: Vec<f64>,
+    /// For each slot of the plan the index of its part; 0 in other bodies, where it is unused.
+    pub of_slot: Vec<u32>,
+}
+
+impl TissueParts {
+    /// The parts of a plan's tissue.
+    pub fn new(plan: &Plan) -> Self {
+        let is_tissue = |body: &usize| plan.bodies[*body].role == Role::Tissue;
+        let bodies = (0..plan.bodies.len()).filter(is_tissue).collect();
+        let mut parts = Self { bodies, of_slot: vec![0; plan.slot_count()], ..Self::default() };
+        for block in plan.blocks.iter().filter(|block| is_tissue(&block.body)) {
+            let body = &plan.bodies[block.body];
+            for (slot, element) in block.elements.iter().enumerate() {
+                let name = &body.parts[body.part_of[(element - body.elements.start) as usize] as usize];
+                let part = parts.index_of(name);
+                parts.volumes[part] += block.point_volumes(slot).iter().sum::<f64>();
+                parts.of_slot[block.first_slot + slot] = part as u32;
+            }
+        }
+        parts
+    }
+
+    /// Index of the part of a name, which is added if it is new.
+    fn index_of(&mut self, name: &str) -> usize {
+        self.names.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.names.push(name.to_owned());
+            self.volumes.push(0.0);
+            self.names.len() - 1
+        })
+    }
+
+    /// The stress field over the depth below the skin; `None` without a skin.
+    ///
+    /// # Errors
+    /// If no distance can be taken to the skin.
+    pub fn stress_field(&self, plan: &Plan) -> Result<Option<StressField>, MeshError> {
+        if plan.measures.tissue_skin.is_empty() {
+            return Ok(None);
+        }
+        let skin = DepthField::new(&plan.measures.tissue_skin, &plan.X)?;
+        let blocks = plan.blocks.iter().filter(|block| self.bodies.contains(&block.body));
+        let elements = blocks.flat_map(|block| {
+            let body = &plan.bodies[block.body];
+            block.elements.iter().enumerate().map(move |(slot, element)| {
+                let cell = body.cells.get((element - body.elements.start) as usize);
+                TissueElement {
+                    slot: block.first_slot + slot,
+                    part: self.of_slot[block.first_slot + slot] as usize,
+                    cell: cell.kind,
+                    nodes: cell.nodes,
+                    volumes: block.point_volumes(slot),
+                }
+            })
+        });
+        let counts = (self.names.len(), plan.slot_count());
+        Ok(Some(StressField::new(&skin, &plan.X, counts, elements)))
+    }
+}
