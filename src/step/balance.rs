@@ -198,8 +198,8 @@ impl Ledger {
                 kinetic_j: 0.5 * kinetic,
                 strain_j: work.strain[b],
                 hourglass_j: work.hourglass[b],
-                branches_j: work.branches_of(b),
-                viscous_j: self.viscous[b] - work.branches_of(b),
+                branches_j: work.branches.of_body(b),
+                viscous_j: self.viscous[b] - work.branches.of_body(b),
                 eroded_j: self.eroded[b],
                 algorithmic_j: self.algorithmic[b],
                 contact_work_j: self.contact_work[b],
@@ -209,7 +209,7 @@ impl Ledger {
             });
         }
         energy.branches.clear();
-        energy.branches.extend(work.relaxation.list().iter().zip(&self.branches).map(|(branch, work)| {
+        energy.branches.extend(work.branches.list().iter().zip(&self.branches).map(|(branch, work)| {
             BranchEnergy {
                 body: branch.body,
                 relaxation_time_s: branch.relaxation_time,
@@ -229,7 +229,7 @@ impl Ledger {
         self.peak_strain = self.peak_strain.max(strain);
         self.note_at_hand(kinetic - common_motion(work, energy) + strain, kinetic);
         let initial = *self.initial.get_or_insert(kinetic + strain);
-        let viscous: f64 = self.viscous.iter().sum::<f64>() - work.branches.iter().sum::<f64>();
+        let viscous: f64 = self.viscous.iter().sum::<f64>() - work.branches.of_bodies().iter().sum::<f64>();
         let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
         let impact: f64 = self.pairs.iter().map(|p| p.impact_j).sum();

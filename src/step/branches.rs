@@ -9,6 +9,8 @@ pub(super) struct Branches {
     list: Vec<BranchOfBody>,
     /// For each block and its branches in order, their index in the list.
     places: Vec<(usize, usize, usize)>,
+    /// Energy in all branches of each body in the last evaluation, less what is lost by softening [J].
+    of_bodies: Vec<f64>,
 }
 
 /// One branch of a body.
@@ -25,7 +27,7 @@ pub(super) struct BranchOfBody {
 impl Branches {
     /// The branches of a plan.
     pub fn of(plan: &Plan) -> Self {
-        let mut branches = Self::default();
+        let mut branches = Self { of_bodies: vec![0.0; plan.bodies.len()], ..Self::default() };
         for (block_index, block) in plan.blocks.iter().enumerate() {
             for (index, branch) in block.parameters.memory.prony.branches().iter().enumerate() {
                 let is_same = |known: &BranchOfBody| {
@@ -47,13 +49,27 @@ impl Branches {
     }
 
     /// Takes the energies of an evaluation with memory.
-    pub fn evaluate(&mut self, forces: &ElementForces) {
+    pub fn evaluate(&mut self, plan: &Plan, forces: &ElementForces) {
+        self.of_bodies.fill(0.0);
+        for (index, block) in plan.blocks.iter().enumerate() {
+            self.of_bodies[block.body] += forces.totals(index).branches;
+        }
         for branch in &mut self.list {
             branch.totals = BranchTotals::default();
         }
         for (block, index, place) in &self.places {
             self.list[*place].totals.add(&forces.branch_totals(*block, *index));
         }
+    }
+
+    /// Energy in all branches of each body, less what is lost by softening [J]; empty if nothing depends on time.
+    pub fn of_bodies(&self) -> &[f64] {
+        &self.of_bodies
+    }
+
+    /// That of one body [J].
+    pub fn of_body(&self, body: usize) -> f64 {
+        self.of_bodies.get(body).copied().unwrap_or_default()
     }
 
     /// The branches.

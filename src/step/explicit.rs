@@ -61,10 +61,8 @@ pub(super) struct ExplicitStepper<'p> {
     evaluated: u64,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
-    /// Part of it in the branches of Prony series [J].
-    branches: Vec<f64>,
-    /// The same, branch by branch.
-    relaxation: Branches,
+    /// Part of it in the branches of Prony series.
+    branches: Branches,
     /// History of the elements for recorders; empty if no material relaxes.
     history: Vec<Vec<Row>>,
     /// Energy dissipated by bulk viscosity in the step to t_n, by body [J].
@@ -109,8 +107,7 @@ impl<'p> ExplicitStepper<'p> {
             evaluated: 0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
-            branches: vec![0.0; plan.bodies.len()],
-            relaxation: Branches::of(plan),
+            branches: Branches::of(plan),
             history: plan.room_for_history(),
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
@@ -192,7 +189,7 @@ impl Stepper for ExplicitStepper<'_> {
             *sum += dissipated;
         }
         ledger.add_viscous(self.plan, state, &self.activity, &self.f_viscous);
-        ledger.add_branch_work(&self.relaxation, 0.5);
+        ledger.add_branch_work(&self.branches, 0.5);
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         if state.last_step == 0.0 {
@@ -217,7 +214,7 @@ impl Stepper for ExplicitStepper<'_> {
         // Erode elements at t_n, before the displacement update.
         if let Phase::Running = phase {
             let forces = (&mut self.forces, &self.threads);
-            let step = (self.step, &self.v_after[..], &self.relaxation);
+            let step = (self.step, &self.v_after[..], &self.branches);
             erode(self.plan, forces, (state, &mut self.ledger), step);
         }
         // Displacement update of the active nodes.
@@ -321,7 +318,6 @@ impl ExplicitStepper<'_> {
             activity: &self.activity,
             hourglass: &self.hourglass,
             branches: &self.branches,
-            relaxation: &self.relaxation,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
@@ -331,12 +327,11 @@ impl ExplicitStepper<'_> {
     fn evaluate(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
-        self.branches.fill(0.0);
         self.viscous.fill(0.0);
         let input = state.force_input();
         self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
-        self.relaxation.evaluate(&self.forces);
+        self.branches.evaluate(self.plan, &self.forces);
         self.evaluated = self.forces.active_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
@@ -345,7 +340,6 @@ impl ExplicitStepper<'_> {
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain + totals.branches;
             self.hourglass[block.body] += totals.hourglass;
-            self.branches[block.body] += totals.branches;
             self.viscous[block.body] += totals.viscous;
             let (step, slot) = totals.stable_step;
             if step < stable.0 {

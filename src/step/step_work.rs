@@ -34,10 +34,8 @@ pub(super) struct StepWork<'a> {
     pub strain: &'a [f64],
     /// Part of it in the stabilisation [J].
     pub hourglass: &'a [f64],
-    /// Part of it in the branches of Prony series [J]; empty if there are none.
-    pub branches: &'a [f64],
-    /// The same, branch by branch.
-    pub relaxation: &'a Branches,
+    /// Part of it in the branches of Prony series.
+    pub branches: &'a Branches,
     /// Nodes that move relative to their bodies' flight.
     pub activity: &'a Activity,
     /// Rigid bodies, if there are any.
@@ -45,10 +43,6 @@ pub(super) struct StepWork<'a> {
 }
 
 impl StepWork<'_> {
-    /// Part of a body's strain energy in the branches of Prony series [J].
-    pub fn branches_of(&self, body: usize) -> f64 {
-        self.branches.get(body).copied().unwrap_or_default()
-    }
     /// The same before any work is done: the initial velocities stand on both sides.
     pub fn at_the_start(&self) -> Self {
         Self { v_after: &self.state.v, step_change: 0.0, ..*self }

@@ -2,9 +2,10 @@
 
 use crate::relaxation::{BRANCHES, G, cube};
 use crate::rig::{assert_at_most, assert_close, plan, run, run_on};
-use contuse::step::{BranchEnergy, State};
+use contuse::step::{BranchEnergy, Interrupt, RunOptions, State, run_from};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Steps of the last of the cases below, one for each way of stepping.
 fn integrators(step: f64) -> [(&'static str, Value); 3] {
@@ -96,10 +97,7 @@ fn branches_add_up_to_the_totals() {
 #[test]
 fn a_copy_of_the_state_and_more_threads_give_the_same_branches() {
     let table = [[0.0, 0.0], [0.02, 0.2], [0.04, -0.1]];
-    let mut scene = cube("mean_dilatation", [1.0, 0.0, 0.0], &table);
-    // Steps that end where the copy is taken.
-    scene["integrator"] = integrators(1e-3)[1].1.clone();
-    let whole = plan(&scene);
+    let whole = plan(&cube("mean_dilatation", [1.0, 0.0, 0.0], &table));
     let branches = |threads: usize| {
         let mut last = Vec::new();
         run_on(&whole, State::new(&whole), threads, |frame| last.clone_from(&frame.energy.branches));
@@ -107,10 +105,12 @@ fn a_copy_of_the_state_and_more_threads_give_the_same_branches() {
     };
     let straight = branches(1);
     assert!(straight == branches(2) && straight.iter().all(|b| b.dissipated_j > 0.0), "{straight:?}");
-    let mut half = scene;
-    half["end_time_s"] = json!(0.02);
-    let half = plan(&half);
-    let (_, middle) = run_on(&half, State::new(&half), 1, |_| {});
+    // Stopped after a hundred steps, and resumed.
+    let asked = AtomicUsize::new(0);
+    let after_hundred = || (asked.fetch_add(1, Ordering::Relaxed) >= 100).then_some(Interrupt::Cancel);
+    let options = RunOptions { threads: 1, interrupt: &after_hundred };
+    let (_, middle) = run_from(&whole, State::new(&whole), &options, &mut []);
+    assert!(middle.step == 100 && middle.time < 0.04);
     let mut last = Vec::new();
     run_on(&whole, middle, 1, |frame| last.clone_from(&frame.energy.branches));
     assert!(last == straight, "{last:?} {straight:?}");

@@ -1,5 +1,6 @@
 //! A block of elements: one body, one law, one formulation.
 
+use super::branch_totals::ENERGIES;
 use super::chunk::Chunk;
 use super::nodal_volumes::NodalVolumes;
 use super::packed::{Elements, with_elements};
@@ -107,6 +108,16 @@ impl ElementBlock {
     /// Rows of history of a point.
     pub(super) fn memory_rows(&self) -> usize {
         self.parameters.memory.history_len()
+    }
+
+    /// Branches of relaxation.
+    pub fn branch_count(&self) -> usize {
+        self.parameters.memory.prony.branches().len()
+    }
+
+    /// Rows of the energies of the branches of a batch.
+    pub(super) fn branch_rows(&self) -> usize {
+        ENERGIES * self.branch_count()
     }
 
     /// Number of a chunk of this block among those of all blocks.

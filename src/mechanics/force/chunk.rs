@@ -4,7 +4,7 @@
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
 //! write to one place, and the bits do not depend on how many threads there are.
 
-use super::memory::BranchTotals;
+use super::branch_totals::BranchTotals;
 use super::parameters::BlockInput;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::lanes::{BATCH, Row};

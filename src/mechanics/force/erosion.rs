@@ -5,8 +5,8 @@
 //! evaluated as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
 
 use super::block::ElementBlock;
+use super::branch_totals::BranchTotals;
 use super::chunk::{Chunk, ChunkForces};
-use super::memory::BranchTotals;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::parameters::ErosionLimits;
 use super::rows::{clear, gather, keep_still};

@@ -1,9 +1,9 @@
 //! The internal forces of all blocks: chunks evaluated one by one or on several threads, with the same bits.
 
 use super::block::ElementBlock;
+use super::branch_totals::BranchTotals;
 use super::chunk::{Chunk, ChunkForces};
 use super::internal::{Evaluation, ForceInput, GaussPoints};
-use super::memory::BranchTotals;
 use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};

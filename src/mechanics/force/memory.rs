@@ -4,7 +4,6 @@
 mod branches;
 mod softening;
 
-pub use branches::BranchTotals;
 pub(super) use softening::Tension;
 
 use super::ForceInput;
@@ -24,7 +23,7 @@ use crate::mechanics::material::{
 };
 use crate::mechanics::real::{Outlined, Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Tensor;
-use branches::BranchSums;
+use branches::{BranchRows, BranchSums};
 use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};
 
@@ -99,7 +98,7 @@ struct BatchMemory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     before: Option<&'a [Row]>,
     /// History at t_n.
     after: &'a mut [Row],
-    /// Energies of the branches of relaxation in the step to t_n, see [`BranchTotals`].
+    /// Energies of the branches of relaxation in the step to t_n, see [`BranchTotals`](super::BranchTotals).
     branches: &'a mut [Row],
 }
 
@@ -199,7 +198,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q>
             });
             (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
             stiffness = stiffness.max(point.stiffness);
-            self.add_branches((simd, part, q), &elastic, &point, first_pass, &mut branches);
+            branches.add((simd, part, q), (self.block, self.after), (&elastic, &point), first_pass);
             lost.0[q] = Lost::new(&elastic, &point, tension.pressure(&k));
         }
         if self.block.parameters.memory.softens() {
@@ -219,7 +218,8 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q>
             stored = w.0[q].mul_add(density.0[of], stored);
         }
         store_corners(&E::nodal_forces(&sums.0), &mut forces.relaxing, part);
-        self.finish_branches((simd, part), u, &branches);
+        let mut rows = BranchRows { before: self.before, after: self.after, energies: self.branches };
+        branches.finish((simd, part), self.block, u, &mut rows);
         (stored * E::SCALE).store(&mut totals.branches, part);
         totals.shorten_step(simd, Lane::load(simd, &batch.frequency_bound, part) * stiffness, zero, part);
     }

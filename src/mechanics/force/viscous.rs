@@ -9,9 +9,10 @@
 //! stress stays objective and dissipates, whatever J.
 
 use super::block::ElementBlock;
+use super::branch_totals::BranchTotals;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
-use super::memory::{BranchTotals, Memory};
+use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};

@@ -1,6 +1,7 @@
 //! Checks of the question of a fit.
 
-use super::{Errors, FitQuestion, Parameter, TestDocument, TestKind};
+use super::document::{Errors, FitQuestion, TestDocument, TestKind};
+use super::parameter::Parameter;
 use crate::scene::problem::{Pointer, Problem, suggest};
 use crate::scene::validate::Findings;
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! Measured curves in CSV files: a header with the names of the two columns, then numbers. Lines that begin with `#` are comments.
 
-use super::{TestDocument, TestKind};
+use super::document::{TestDocument, TestKind};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::validate::Findings;
 use std::io;

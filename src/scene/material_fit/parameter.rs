@@ -1,6 +1,6 @@
 //! A free parameter of a fit: a number of the constants, by its JSON pointer.
 
-use super::Constants;
+use super::document::{Constants, FitQuestion};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::validate::{Findings, prony};
 use serde_json::{Number, Value};
@@ -16,6 +16,14 @@ pub struct Parameter {
     pub has_fixed_sign: bool,
     /// A change that matters, of a parameter that may have either sign.
     pub scale: f64,
+}
+
+impl FitQuestion {
+    /// The free parameters.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let constants = self.constants();
+        self.free.iter().filter_map(|pointer| Parameter::of(&constants, pointer, self.largest_pa())).collect()
+    }
 }
 
 impl Parameter {

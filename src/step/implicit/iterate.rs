@@ -95,10 +95,8 @@ pub(super) struct Iterate {
     /// Strain energy of each body, and its part in the stabilisation [J].
     pub strain: Vec<f64>,
     pub hourglass: Vec<f64>,
-    /// Part of it in the branches of Prony series [J]; empty if nothing depends on time.
-    pub branches: Vec<f64>,
-    /// The same, branch by branch.
-    pub relaxation: Branches,
+    /// Part of it in the branches of Prony series; none if nothing depends on time.
+    pub branches: Branches,
     /// Smallest J − 1 [-].
     pub smallest_j: f64,
 }
@@ -121,8 +119,7 @@ impl Iterate {
             scale: 0.0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
-            branches: vec![0.0; if depends_on_time { plan.bodies.len() } else { 0 }],
-            relaxation: if depends_on_time { Branches::of(plan) } else { Branches::default() },
+            branches: if depends_on_time { Branches::of(plan) } else { Branches::default() },
             smallest_j: f64::INFINITY,
         }
     }
@@ -204,11 +201,10 @@ impl Iterate {
             let inverse_step = if h > 0.0 { 1.0 / h } else { 0.0 };
             let input = ForceInput { u: &self.u, inverse_step, history };
             forces.add_viscous(threads, &plan.blocks, &input, self.velocities());
-            self.relaxation.evaluate(forces);
+            self.branches.evaluate(plan, forces);
         }
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
-        self.branches.fill(0.0);
         self.smallest_j = f64::INFINITY;
         for (index, block) in plan.blocks.iter().enumerate() {
             let totals = forces.totals(index);
@@ -216,8 +212,7 @@ impl Iterate {
             self.smallest_j = self.smallest_j.min(totals.smallest_j.0);
             self.strain[block.body] += totals.strain;
             self.hourglass[block.body] += totals.hourglass;
-            if let Some(branches) = self.branches.get_mut(block.body) {
-                *branches += totals.branches;
+            if !self.f_rate.is_empty() {
                 self.strain[block.body] += totals.branches;
             }
         }
@@ -294,7 +289,7 @@ impl Iterate {
 
     /// Strain energy of a body without that in the branches of Prony series [J].
     pub fn elastic(&self, body: usize) -> f64 {
-        self.strain[body] - self.branches.get(body).copied().unwrap_or_default()
+        self.strain[body] - self.branches.of_body(body)
     }
 
     /// Work of the forces of viscosity and memory on the displacement of the step of a body [J]: by the mean force as in the momentum

@@ -188,7 +188,6 @@ impl<'p> ImplicitStepper<'p> {
             activity: &self.activity,
             hourglass: &self.start.hourglass,
             branches: &self.start.branches,
-            relaxation: &self.start.relaxation,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
@@ -242,7 +241,7 @@ impl<'p> ImplicitStepper<'p> {
             ledger.algorithmic[body] += dissipated + driven - by_rate;
             ledger.external[body] += driven;
         }
-        ledger.add_branch_work(&self.newton.end.relaxation, share);
+        ledger.add_branch_work(&self.newton.end.branches, share);
         let work = self.work(state, &self.newton.end.v);
         // In quasi-static steps the velocity is that of the whole step.
         let first = if self.options.statics.is_some() { Half::After } else { Half::Before };
@@ -331,7 +330,7 @@ impl Stepper for ImplicitStepper<'_> {
         if !state.projected.is_empty() {
             // Counterpart of the subtraction when this time was reached.
             ledger.add_strain_of_projection(&self.start.strain, 1.0);
-            ledger.add_strain_of_projection(&self.start.branches, -1.0);
+            ledger.add_strain_of_projection(self.start.branches.of_bodies(), -1.0);
         }
         // Positions and velocities refer to one time here: all work up to t_n has been counted.
         let mut motion = std::mem::take(&mut self.motion);
@@ -392,7 +391,7 @@ impl Stepper for ImplicitStepper<'_> {
             self.plan.assembly.followers().follow(&mut state.u);
             if !state.projected.is_empty() {
                 state.ledger.add_strain_of_projection(&self.newton.end.strain, -1.0);
-                state.ledger.add_strain_of_projection(&self.newton.end.branches, 1.0);
+                state.ledger.add_strain_of_projection(self.newton.end.branches.of_bodies(), 1.0);
             }
         }
     }
