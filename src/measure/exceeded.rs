@@ -50,6 +50,9 @@ pub fn sampling_error(volume: f64, point_spacing: f64) -> f64 {
     0.5 * point_spacing * (36.0 * PI * volume.powi(2)).cbrt()
 }
 
+/// Points that a volume must have for its value to be no peak at a few of them: those of eight hexahedra.
+const ENOUGH_POINTS: f64 = 64.0;
+
 /// The largest value reached by points that together represent a given volume, maximum over the field times.
 ///
 /// At one time, with the points in descending order, it is the value at which the sum of their reference volumes reaches
@@ -62,6 +65,8 @@ pub struct ExceededIn {
     pub value: f64,
     /// Its time [s].
     pub time: f64,
+    /// Largest volume represented by one of the points at that time [m³].
+    largest_point: f64,
     /// The same in a volume that is larger by its [`sampling_error`].
     outer: f64,
     /// Values above `outer` in the current pass, with their volumes: no others can raise it.
@@ -77,6 +82,11 @@ impl ExceededIn {
     /// How far the value is known: its difference from that in a volume larger by the sampling error.
     pub fn resolution(&self) -> f64 {
         self.value - self.outer
+    }
+
+    /// Whether only a few points represent the volume: then the value is no better than a peak at a point.
+    pub fn is_peak(&self) -> bool {
+        ENOUGH_POINTS * self.largest_point > self.volume
     }
 
     /// Begins a pass over all points.
@@ -101,7 +111,7 @@ impl ExceededIn {
             if wanted <= self.volume && sum >= wanted {
                 // The volume itself is reached.
                 if value > self.value {
-                    (self.value, self.time) = (value, time);
+                    (self.value, self.time, self.largest_point) = (value, time, largest_point);
                 }
                 wanted += sampling_error(self.volume, largest_point.cbrt());
             }
@@ -136,6 +146,7 @@ mod tests {
             let found = sampled(count, |x| x.powf(-0.5));
             let error = (found.value - 10_f64.sqrt()).abs();
             assert!(error < 20.0 / f64::from(count) && error < found.resolution(), "{count}: {found:?}");
+            assert_eq!(found.is_peak(), count < 640, "{count} points, a tenth of them in the volume");
         }
     }
 

@@ -30,7 +30,12 @@ impl Mint {
         Located { quantity: self.quantity(scale * peak.value), position_m, time_s: peak.time }
     }
     fn exceeded(self, of: &ExceededIn) -> Exceeded {
-        Exceeded { quantity: self.quantity(of.value), time_s: of.time, resolution: of.resolution() }
+        Exceeded {
+            quantity: self.quantity(of.value),
+            time_s: of.time,
+            resolution: of.resolution(),
+            is_peak: of.is_peak(),
+        }
     }
 }
 

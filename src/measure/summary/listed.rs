@@ -16,7 +16,7 @@ pub(super) struct Listed<'a> {
     /// Known deficit, in the unit of the number: for an absorbed energy the numerical contact dissipation. The mesh
     /// error is at least this large.
     pub missing: f64,
-    /// Whether it is a pointwise maximum of a field, which may grow with every mesh.
+    /// Whether it is a maximum of a field at one or a few points, which may grow with every mesh.
     pub is_peak: bool,
 }
 
@@ -35,7 +35,8 @@ impl<'a> Listed<'a> {
         Self { spacing: sampling_error(quantity.value, point_spacing_mm), ..Self::sum(quantity) }
     }
     fn exceeded(exceeded: &'a mut Exceeded) -> Self {
-        Self { spacing: exceeded.resolution, ..Self::sum(&mut exceeded.quantity) }
+        let Exceeded { quantity, resolution, is_peak, .. } = exceeded;
+        Self { spacing: *resolution, is_peak: *is_peak, ..Self::sum(quantity) }
     }
     fn peak(quantity: &'a mut Quantity) -> Self {
         Self { is_peak: true, ..Self::sum(quantity) }

@@ -308,6 +308,9 @@ pub struct Exceeded {
     /// Its difference from the value exceeded in a volume with half a point spacing more all around, part of its error.
     #[serde(skip)]
     pub resolution: f64,
+    /// Whether fewer than 64 points, or eight hexahedra, represent the volume: then it is treated as a peak at a point.
+    #[serde(skip)]
+    pub is_peak: bool,
 }
 
 /// Percentiles by reference volume in a part of the tissue, maxima over the field times.

@@ -68,8 +68,14 @@ fn value(quantity: &Quantity, unit: &str) -> String {
         ErrorEstimate::Estimated(error) if error.resolved => {
             format!("{}{unit} (± {})", number(quantity.value), rounded(error.total))
         }
-        ErrorEstimate::Estimated(_) => {
-            format!("about {}{unit} (its numerical error exceeds the value)", rounded(quantity.value))
+        ErrorEstimate::Estimated(error) => {
+            let is_small = error.total < quantity.value.abs();
+            let doubt = if is_small {
+                "two meshes cannot tell whether it converges"
+            } else {
+                "its numerical error exceeds the value"
+            };
+            format!("about {}{unit} ({doubt})", rounded(quantity.value))
         }
     }
 }
@@ -225,6 +231,24 @@ mod tests {
             deflection_mm: Located { quantity: zero(), position_m: [0.0; 3], time_s: 0.0 },
             viscous_response_m2_per_s: zero(),
         }
+    }
+
+    #[test]
+    fn a_doubt_is_the_right_one() {
+        let said = |total: f64| {
+            let error = super::super::Estimate {
+                total,
+                mesh: total,
+                step: 0.0,
+                contact: 0.0,
+                resolution: 0.0,
+                resolved: false,
+            };
+            let error = ErrorEstimate::Estimated(error);
+            value(&Quantity { value: 0.24, error, gate: super::super::GateResult::Passed }, "")
+        };
+        assert_eq!(said(0.02), "about 0.24 (two meshes cannot tell whether it converges)");
+        assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
     }
 
     #[test]
