@@ -188,8 +188,7 @@ impl Stepper for ExplicitStepper<'_> {
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
             *sum += dissipated;
         }
-        ledger.add_viscous(self.plan, state, &self.activity, &self.f_viscous);
-        ledger.add_branch_work(&self.branches, 0.5);
+        ledger.add_viscous(self.plan, state, &self.activity, (&self.f_viscous, &self.branches));
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         if state.last_step == 0.0 {
@@ -214,8 +213,7 @@ impl Stepper for ExplicitStepper<'_> {
         // Erode elements at t_n, before the displacement update.
         if let Phase::Running = phase {
             let forces = (&mut self.forces, &self.threads);
-            let step = (self.step, &self.v_after[..], &self.branches);
-            erode(self.plan, forces, (state, &mut self.ledger), step);
+            erode(self.plan, forces, (state, &mut self.ledger, &self.branches), (self.step, &self.v_after));
         }
         // Displacement update of the active nodes.
         let (h, activity) = (self.step, &self.activity);
