@@ -13,6 +13,7 @@
 //! half step, `½ h̄ f_intᵀ (v_½ − v_0)`: zero for initially unstrained bodies, of second order in the step for others.
 //! It is no error of the motion, which starts from the exact position and velocity, but of evaluating at t_n quantities
 //! defined at half steps; it is therefore booked as external work.
+use super::branches::Branches;
 use super::energy::{BodyEnergy, BranchEnergy, Energy};
 use super::ledger::Ledger;
 use super::motion::Motion;
@@ -78,10 +79,18 @@ impl Ledger {
 
     /// Adds the work of viscous and memory forces in the step to t_n: the mean of the forces [N] at both ends, those at
     /// t_n in `now` (nodes × 3, empty without viscosity), times the displacement, shifts included.
-    pub(super) fn add_viscous(&mut self, plan: &Plan, state: &State, activity: &Activity, now: &[Vec3]) {
+    /// The same of each branch of relaxation.
+    pub(super) fn add_viscous(
+        &mut self,
+        plan: &Plan,
+        state: &State,
+        activity: &Activity,
+        (now, branches): (&[Vec3], &Branches),
+    ) {
         if now.is_empty() {
             return;
         }
+        self.add_branch_work(branches, 0.5);
         let mean = |node: usize| (state.viscous_force[node] + now[node]) * 0.5;
         for (sum, body) in self.viscous.iter_mut().zip(&plan.bodies) {
             let power = |node: usize| mean(node).dot(&state.v[node]);

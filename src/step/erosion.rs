@@ -16,8 +16,8 @@ use std::sync::Arc;
 pub(super) fn erode(
     plan: &Plan,
     (forces, threads): (&mut ElementForces, &Threads),
-    (state, ledger): (&mut State, &mut Ledger),
-    (h, v_after, branches): (f64, &[Vec3], &Branches),
+    (state, ledger, branches): (&mut State, &mut Ledger, &Branches),
+    (h, v_after): (f64, &[Vec3]),
 ) {
     if !plan.erodes() {
         return;

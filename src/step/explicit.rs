@@ -185,9 +185,10 @@ impl Stepper for ExplicitStepper<'_> {
         let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         let mut motion = std::mem::take(&mut self.motion);
         ledger.copy_from(&state.ledger);
-        ledger.viscous.iter_mut().zip(&self.viscous).for_each(|(sum, dissipated)| *sum += dissipated);
-        ledger.add_viscous(self.plan, state, &self.activity, &self.f_viscous);
-        ledger.add_branch_work(&self.branches, 0.5);
+        for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
+            *sum += dissipated;
+        }
+        ledger.add_viscous(self.plan, state, &self.activity, (&self.f_viscous, &self.branches));
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         if state.last_step == 0.0 {
@@ -211,8 +212,8 @@ impl Stepper for ExplicitStepper<'_> {
     fn advance(&mut self, state: &mut State, phase: Phase) {
         // Erode elements at t_n, before the displacement update.
         if let Phase::Running = phase {
-            let step = (self.step, &self.v_after[..], &self.branches);
-            erode(self.plan, (&mut self.forces, &self.threads), (state, &mut self.ledger), step);
+            let forces = (&mut self.forces, &self.threads);
+            erode(self.plan, forces, (state, &mut self.ledger, &self.branches), (self.step, &self.v_after));
         }
         // Displacement update of the active nodes.
         let (h, activity) = (self.step, &self.activity);
