@@ -1,7 +1,8 @@
 //! Dual numbers `value + ε slope`, ε² = 0: the exact derivative of any law along one direction.
 //!
 //! They give `A : dF = dP/dε` of `P(F + ε dF)`, exact to rounding, without a second copy of the law.
-// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register. Laws are called
+// (`Real::outlined`), which are large beside that cost.
 
 use super::real::{Outlined, Real};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

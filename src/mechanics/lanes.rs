@@ -1,7 +1,8 @@
 //! SIMD lanes as a [`Real`]: the same laws and kernels, several elements at once.
 //!
 //! `pulp` picks the instruction set at run time (AVX-512, AVX2 + FMA, or plain `f64`), so one binary serves all.
-//! Everything here must be inlined into the dispatched function, or it would be compiled without the instruction set.
+//! Everything here is inlined into the dispatched function, which has the instruction set; [`Real::outlined`] alone is a call, and enters
+//! the instruction set again.
 
 use super::real::{Outlined, Real, seed_inverse_cbrt};
 use pulp::{Simd, WithSimd};

@@ -98,7 +98,7 @@ pub trait Real:
 pub trait Outlined {
     /// What it computes.
     type Output;
-    /// Computes it; to be inlined.
+    /// Computes it; must be `#[inline(always)]`, else it is compiled without the instruction set.
     fn run(self) -> Self::Output;
 }
 

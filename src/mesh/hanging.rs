@@ -64,7 +64,7 @@ impl HangingNodes {
         self.between = self.between.iter().filter_map(renumbered).collect();
     }
 
-    /// The skin of elements with these hanging nodes, of the `faces` that belong to one element only: without those between coarse and
+    /// The boundary surface of elements with these hanging nodes, of the `faces` that belong to one element only: without those between coarse and
     /// fine elements, and with coarse faces that have hanging nodes on their edges cut into triangles (the last node repeated), so that
     /// each edge has a face on either side.
     pub fn boundary(&self, faces: Vec<[u32; 4]>) -> Vec<[u32; 4]> {

@@ -1,7 +1,7 @@
 //! Meshes: reading, writing, generation, boundary surface, quality, refinement.
 //!
 //! A [`Mesh`] is plain data in metres: nodes, and [`Cells`] of the kinds in `cell`. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
-//! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin,
+//! extracts its boundary surface; `quality` checks its elements; `refine` splits it; `distance` says how deep a point lies below its surface,
 //! and `triangulated_surface` with `walk` where a ray meets it and where one gets to over it.
 
 pub mod cell;

@@ -20,7 +20,7 @@ pub struct Boundary {
 }
 
 impl Boundary {
-    /// The skin of these elements. Faces used more than once are inside; what else may be wrong with them,
+    /// The boundary surface of these elements. Faces used more than once are inside; what else may be wrong with them,
     /// [`topology_problems`] says.
     pub fn of(cells: &Cells) -> Self {
         let mut outer: Vec<(u32, u8)> = face_groups(&sorted_faces(cells))

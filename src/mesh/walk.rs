@@ -35,14 +35,14 @@ struct Cut {
 }
 
 impl TriangulatedSurface {
-    /// The point that lies `length` [m] (≥ 0) over the skin from another one, straight ahead in a direction (of any length, not
+    /// The point that lies `length` [m] (≥ 0) over the surface from another one, straight ahead in a direction (of any length, not
     /// along the normal).
     ///
     /// The path is the section of the surface with the plane of normal and direction: a straight line on a plane, a great
     /// circle on a ball. Its length is measured on the facets.
     ///
     /// # Errors
-    /// What ends the way before: a border, an edge where the skin turns by more than 60°, or the beginning.
+    /// What ends the way before: a border, an edge where the surface turns by more than 60°, or the beginning.
     pub fn walk(&self, from: &SurfacePoint, direction: &Vec3, length: f64) -> Result<SurfacePoint, WalkEnd> {
         let left = from.normal.cross(direction).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
         let cut = Cut { point: from.place, left };

@@ -5,7 +5,7 @@ use crate::mechanics::contact::Master;
 use crate::mechanics::force::ElementBlock;
 use crate::scene::cost::{FactorSize, StepLoad, element_s};
 
-/// Element-steps per second and core of a block in a plan whose sweep goes through so many bytes.
+/// Element-steps per second and core of a block in a plan whose evaluation goes through so many bytes.
 pub(super) fn element_steps_per_s(block: &ElementBlock, evaluated_bytes: usize) -> f64 {
     let parameters = &block.parameters;
     1.0 / element_s(
@@ -16,7 +16,7 @@ pub(super) fn element_steps_per_s(block: &ElementBlock, evaluated_bytes: usize) 
     )
 }
 
-/// Run time on one core [s] if every element is swept in every step, without recording.
+/// Run time on one core [s] if every element is evaluated in every step, without recording.
 pub(super) fn run_time_s(plan: &Plan, steps: u64, evaluated_bytes: usize) -> f64 {
     let evaluate =
         |block: &ElementBlock| block.elements.len() as f64 / element_steps_per_s(block, evaluated_bytes);

@@ -76,7 +76,7 @@ pub struct Plan {
     pub contact: Option<ContactPlan>,
     /// Requested pairs that cannot meet before the end; they are not in `contact`.
     pub distant_pairs: Vec<DistantPair>,
-    /// Whether elements that nothing has reached yet are left out of a step.
+    /// Whether elements that nothing has reached yet are not evaluated in a step.
     pub skip_inactive_elements: bool,
     /// Acceleration of gravity [m/s²].
     pub gravity: Option<Vec3>,

@@ -42,7 +42,7 @@ pub const HEX8_EDGES: [(usize, usize); 12] =
 /// The 4 body diagonals.
 pub const HEX8_DIAGONALS: [(usize, usize); 4] = [(0, 6), (1, 7), (2, 4), (3, 5)];
 
-/// Both.
+/// Edges and body diagonals.
 const HEX8_LENGTHS: [(usize, usize); 16] = {
     let mut all = [(0, 0); 16];
     let mut i = 0;

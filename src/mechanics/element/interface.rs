@@ -25,7 +25,7 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     const CORNERS: &'static [[usize; 3]] = &[];
     /// Triple product of those edges over the volume of the element, where opposite sides are parallel [-].
     const CORNER_DETERMINANT: f64 = 1.0;
-    /// Whether each law has kernels of its own for it, where it has for any; else one kernel serves all laws, matched at every point: for
+    /// Whether each law has kernels of internal forces of its own for it, where it has for any; else one kernel serves all laws, matched at every point: for
     /// an element whose speed matters less than the size of the program.
     const KERNELS_OF_LAWS: bool = true;
     /// Local gradients of a nodal field at all points; or local stresses, work-conjugate to them.

@@ -1,4 +1,4 @@
-//! Quiet elements: what nothing has reached yet is left out, exactly.
+//! Inactive elements: not evaluated until something reaches them, with identical results.
 //!
 //! In an explicit step news travels one element. An element whose nodes have u = 0 and v = 0 bit by bit, without load, has
 //! no force, so it need not be evaluated until one of its nodes moves; the bits are those of an evaluation over everything. What is

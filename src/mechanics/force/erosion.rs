@@ -144,20 +144,20 @@ impl ElementBlock {
     fn find_eroding(&self, chunk: &mut ChunkForces) {
         let block = self;
         if let Some(limits) = block.parameters.erosion {
-            with_elements!(&block.packed, elements => dispatch_rare(Judge { elements, block, limits, chunk }));
+            with_elements!(&block.packed, elements => dispatch_rare(ErosionCheck { elements, block, limits, chunk }));
         }
     }
 }
 
-/// Looks at the elements of a chunk that are active and not gone, at the displacements of its last evaluation.
-struct Judge<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+/// Checks the elements of a chunk that are active and not gone, at the displacements of its last evaluation.
+struct ErosionCheck<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
     limits: ErosionLimits,
     chunk: &'a mut ChunkForces,
 }
 
-impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Judge<'_, E, N, Q> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for ErosionCheck<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]

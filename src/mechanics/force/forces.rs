@@ -35,7 +35,7 @@ impl ElementForces {
         }
     }
 
-    /// Sweeps every batch that is active.
+    /// Evaluates every batch that is active.
     pub fn evaluate(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &ForceInput) {
         self.respond_at_nodes(threads, blocks, input.u);
         let nodal = &self.nodal;
@@ -170,7 +170,7 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
     }
 }
 
-/// Sweeps the batches of a chunk that are active: element forces, energies, critical time steps.
+/// Evaluates the batches of a chunk that are active: element forces, energies, critical time steps.
 fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
     law: L,
     elements: &Packed<E, N, Q>,
@@ -206,7 +206,7 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
     } else if const { Formulation::Reduced.is_of(E::KIND) } && formulation == Formulation::Reduced {
         evaluate!(law, OnePoint);
     } else {
-        // Coupled laws have no kernels of their own, and for others this formulation locks.
+        // One kernel for all laws: coupled ones have none of their own, and others run in mean dilatation unless a scene says otherwise.
         evaluate!(block.parameters.material, GaussPoints::<false, false>);
     }
 }

@@ -86,7 +86,7 @@ struct MemoryForces<const N: usize> {
     lost: [[Row; N]; 3],
 }
 
-/// One batch.
+/// A batch in a step, with its history.
 struct BatchMemory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,

@@ -69,7 +69,7 @@ impl ElementBlock {
     }
 }
 
-/// One batch.
+/// A batch at the end of an implicit step.
 struct RateStiffness<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     block: &'a ElementBlock,
     elements: &'a Packed<E, N, Q>,

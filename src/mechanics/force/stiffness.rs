@@ -63,7 +63,7 @@ impl ElementBlock {
     }
 }
 
-/// One batch.
+/// A batch at one displacement.
 struct Stiffness<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: &'a Material,
     mean_dilatation: bool,

@@ -69,8 +69,8 @@ macro_rules! laws {
         $(pub use $own_file::$Own;)*
         $(pub use $file::$Shared;)*
 
-        /// Any of the laws, by value, as named in a scene and stored in a plan. Matched once per chunk of elements, outside the
-        /// loops; as a law itself, at every point.
+        /// Any of the laws, by value, as named in a scene and stored in a plan. Laws with kernels of their own are matched once
+        /// a chunk for the internal forces of hexahedra; all else matches at every point.
         #[allow(clippy::large_enum_variant)] // one a block of elements, read in its loops
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Material {

@@ -12,7 +12,7 @@
 //! H_i⁺ = e^(−h/τ_i) H_i + (1 − e^(−h/τ_i)) τ_i/h (S_iso⁺ − S_iso)
 //! ```
 //!
-//! What is stored in a branch is told by the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any
+//! What is stored in a branch follows from the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any
 //! law where loading is sudden. The rest of the forces' work is dissipated.
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
