@@ -1,6 +1,9 @@
 //! Elements crushed, sheared and folded at random: the force is the gradient of the energy, the tangent that of the force, and the
 //! critical time step below that of the true highest frequency.
 
+use super::internal::{Evaluation, GaussPoints};
+use super::one_point::OnePoint;
+use super::packed::Elements;
 use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
@@ -66,6 +69,31 @@ impl Element {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
+        self.evaluated(&forces)
+    }
+
+    /// The same as on a machine without wide registers.
+    fn evaluate_in_plain_numbers(&self, u: &U) -> Evaluated {
+        let input = &ForceInput { u, inverse_step: 0.0, history: &[] };
+        let mut all = ElementForces::new(&self.blocks);
+        let (block, forces) = (&self.blocks[0], &mut all.chunks[0]);
+        let Elements::Hex8(elements) = &block.packed else { panic!("a hexahedron") };
+        let law = block.parameters.material;
+        macro_rules! evaluate {
+            ($formulation:expr) => {
+                Evaluation { law, formulation: $formulation, elements, block, input, forces }
+                    .without_wide_registers()
+            };
+        }
+        match (block.parameters.formulation, law.volumetric()) {
+            (Formulation::Reduced, _) => evaluate!(OnePoint),
+            (Formulation::MeanDilatation, Some(_)) => evaluate!(GaussPoints::<true, false>),
+            _ => evaluate!(GaussPoints::<false, false>),
+        }
+        self.evaluated(&all)
+    }
+
+    fn evaluated(&self, forces: &ElementForces) -> Evaluated {
         let totals = forces.totals(0);
         let assembly = Assembly::new(8, &self.blocks);
         Evaluated {
@@ -168,6 +196,28 @@ fn check_derivatives(element: &Element, u: &U, random: &mut Random, what: &str) 
     let slope = (high.force - low.force) / (2.0 * h);
     let error = (slope - K * along).norm() / (K.norm() * along.norm());
     assert!(error < 1e-5, "{what}: {error}, J = {}", evaluated.j + 1.0);
+}
+
+#[test]
+fn machines_without_wide_registers_compute_the_same() {
+    let mut random = Random(7);
+    for (X, law) in shapes().iter().flat_map(|X| laws().map(|law| (X, law))) {
+        for formulation in FORMULATIONS {
+            let element = Element::new(*X, law, formulation);
+            let u = deformed(X, 0.1, &mut random);
+            let (wide, plain) = (element.evaluate(&u), element.evaluate_in_plain_numbers(&u));
+            let difference = (wide.force - plain.force).norm() / wide.force.norm();
+            assert!(wide.force.norm() > 0.0 && difference < 1e-10, "{law:?}, {formulation:?}: {difference}");
+            for (wide, plain) in
+                [(wide.strain, plain.strain), (wide.stable_step, plain.stable_step), (wide.j, plain.j)]
+            {
+                assert!(
+                    (wide - plain).abs() <= 1e-10 * wide.abs(),
+                    "{law:?}, {formulation:?}: {wide}, {plain}"
+                );
+            }
+        }
+    }
 }
 
 #[test]
