@@ -150,7 +150,7 @@ impl StressField {
             corners.depths[q] = shapes.iter().enumerate().map(|(local, N)| N * depth(local)).sum();
             for (vertex, N) in corners.vertices.iter().zip(shapes).take(corners.count) {
                 let vertex = &mut self.vertices[*vertex as usize];
-                add_moments(&mut vertex.moments, volume * N * N, 1.0, corners.depths[q] - vertex.depth);
+                vertex.add_moments(volume * N * N, corners.depths[q] - vertex.depth);
             }
         }
         let ends = |[a, b]: &[usize; 2]| {
@@ -237,6 +237,13 @@ impl Vertex {
         Self { part, depth, moments: [0.0; 3], sums: [0.0; 3], stress: 0.0, error: 0.0 }
     }
 
+    /// Adds a point with weight w at the relative depth δ [m].
+    fn add_moments(&mut self, weight: f64, delta: f64) {
+        for (moment, x) in self.moments.iter_mut().zip([1.0, delta, delta * delta]) {
+            *moment += weight * x;
+        }
+    }
+
     /// Fits s = a + b δ: its value is a, and its residual variance (Σ w s² − a Σ w s − b Σ w s δ) / Σ w.
     fn fit(&mut self) {
         let ([m0, m1, m2], [s0, s1, squares]) = (self.moments, self.sums);
@@ -248,12 +255,6 @@ impl Vertex {
         };
         let variance = (squares - a * s0 - b * s1) / m0.max(f64::MIN_POSITIVE);
         (self.stress, self.error) = (a, ERROR_OVER_SCATTER * variance.max(0.0).sqrt());
-    }
-}
-
-fn add_moments(moments: &mut [f64; 3], weight: f64, value: f64, delta: f64) {
-    for (moment, x) in moments.iter_mut().zip([1.0, delta, delta * delta]) {
-        *moment += weight * value * x;
     }
 }
 

@@ -6,8 +6,8 @@ use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocum
 use super::elements;
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
+use super::read::read;
 use super::source::{FolderSource, MeshSource};
-use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap, softening};
@@ -59,21 +59,7 @@ pub fn load_parsed(
     source: &dyn MeshSource,
     budget: &Budget,
 ) -> Result<Loaded, Problems> {
-    let mut checked = structure::check(&parsed.value, &schema::SCENE);
-    checked.problems.splice(0..0, parsed.problems.iter().cloned());
-
-    if checked.is_cut_short {
-        return Err(Problems(checked.problems));
-    }
-    named_materials::resolve_scene(&mut checked);
-    let mended = std::mem::take(&mut checked.mended);
-    let document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
-        Ok(document) => document,
-        Err(error) => {
-            checked.problems.push(Problem::refused_by_serde(&error, &mended));
-            return Err(Problems(checked.problems));
-        }
-    };
+    let (document, checked) = read::<SceneDocument>(parsed, &schema::SCENE, named_materials::resolve_scene)?;
     let whole = checked.placeholders.is_empty();
     let (found, parts) = examine(&document, whole, source, budget);
     complete(document, checked.merged_with(found), parts)

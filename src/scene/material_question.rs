@@ -3,7 +3,7 @@
 use super::document::MaterialDocument;
 use super::named_materials::WrittenMaterial;
 use super::problem::{Pointer, Problem, Problems};
-use super::structure;
+use super::read::{accept, read};
 use super::validate::Findings;
 use super::{json, named_materials, schema};
 use crate::mechanics::material::PointStress;
@@ -82,31 +82,14 @@ impl MaterialQuestions {
     /// All problems at once.
     pub fn read(bytes: &[u8]) -> Result<(Self, Vec<Problem>), Problems> {
         let parsed = json::parse(bytes)?;
-        let mut checked = structure::check(&parsed.value, &QUESTIONS);
-        checked.problems.splice(0..0, parsed.problems);
-        if checked.is_cut_short {
-            return Err(Problems(checked.problems));
-        }
-        named_materials::resolve_questions(&mut checked);
-        let questions: Self = match serde_path_to_error::deserialize(&checked.mended) {
-            Ok(questions) => questions,
-            Err(error) => {
-                checked.problems.push(Problem::refused_by_serde(&error, &checked.mended));
-                return Err(Problems(checked.problems));
-            }
-        };
+        let (questions, checked) = read::<Self>(&parsed, &QUESTIONS, named_materials::resolve_questions)?;
         let mut found = Findings::default();
         for (pointer, question) in questions.each() {
             question.material.check(&pointer.key("material"), &mut found);
         }
         // No time steps are taken here, so a stiff volume costs nothing.
         found.0.retain(|problem| problem.code != "stiff_volume");
-        let problems = checked.merged_with(found);
-        if problems.iter().any(Problem::is_error) {
-            Err(Problems(problems))
-        } else {
-            Ok((questions, problems))
-        }
+        accept(questions, checked.merged_with(found))
     }
 
     /// Each question, with its pointer in the input.

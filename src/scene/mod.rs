@@ -37,6 +37,7 @@ pub mod named_materials;
 pub mod part_document;
 pub mod problem;
 pub mod prony_document;
+mod read;
 pub mod recipe;
 pub mod refinement;
 pub mod refinement_document;

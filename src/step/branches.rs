@@ -50,6 +50,9 @@ impl Branches {
 
     /// Takes the energies of an evaluation with memory.
     pub fn evaluate(&mut self, plan: &Plan, forces: &ElementForces) {
+        if self.list.is_empty() {
+            return;
+        }
         self.of_bodies.fill(0.0);
         for (index, block) in plan.blocks.iter().enumerate() {
             self.of_bodies[block.body] += forces.totals(index).branches;

@@ -38,8 +38,8 @@ pub fn check(
     amounts(question, &mut out);
     let facts = BaseFacts::of(base, source, budget);
     for (index, parameter) in question.parameters.iter().enumerate() {
-        check_parameter(&root.key("parameters").index(index), question, parameter, &mut out);
         let here = root.key("parameters").index(index);
+        check_parameter(&here, question, parameter, &mut out);
         if let Some(Distribution::Library { set }) = &parameter.distribution {
             spread::check(set, &parameter.change, &base.scene.document, &here.key("distribution"), &mut out);
         }
