@@ -16,10 +16,13 @@ use std::path::Path;
 const GROUPS: i32 = 5;
 
 fn main() {
-    for (scenario, end_time) in
-        [("flashball_thigh", None), ("flashball_thigh", Some(2e-3)), ("ball_on_block", None)]
-    {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario).join("scene.json");
+    for (scenario, end_time) in [
+        ("flashball_thigh/scene_elastic", None),
+        ("flashball_thigh/scene_elastic", Some(2e-3)),
+        ("ball_on_block/scene", None),
+    ] {
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario).with_extension("json");
         let Ok(mut loaded) = load_file(&path, &Budget::COMMAND_LINE) else { continue };
         if let Some(end_time) = end_time {
             let document = &mut loaded.scene.document;

@@ -41,7 +41,7 @@ impl fmt::Display for Case {
 }
 
 fn cases() -> impl Iterator<Item = Case> {
-    let scenes = [("ball_on_block", "scene.json"), ("flashball_thigh", "scene.json")];
+    let scenes = [("ball_on_block", "scene.json"), ("flashball_thigh", "scene_elastic.json")];
     scenes
         .into_iter()
         .flat_map(|(scenario, document)| [false, true].map(|recorded| Case { scenario, document, recorded }))

@@ -39,7 +39,7 @@ fn a_job_loads_its_scene_once() {
     tracing_subscriber::registry().with(counter.clone()).init();
     let server = Server::simulating();
     let client = server.client();
-    let scene = std::fs::read_to_string("scenarios/flashball_thigh/scene.json").unwrap();
+    let scene = std::fs::read_to_string("scenarios/flashball_thigh/scene_elastic.json").unwrap();
     let mut scene: Value = serde_json::from_str(&scene).unwrap();
 
     // Error bars come from three runs on one coarser mesh; that of half the elements is refused, the next one is not.

@@ -49,10 +49,10 @@ pub struct RunArgs {
     /// such as 5%.
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true, conflicts_with = "no_error_bars")]
     pub accuracy: Option<f64>,
-    /// Time limit of all meshes of `--accuracy` together, such as 30s or 2min [default: 60s].
+    /// Time limit of all meshes together, such as 30s or 2min [default: 60s; without `--accuracy`: 45s].
     #[arg(long, value_name = "TIME", value_parser = seconds, conflicts_with = "no_error_bars")]
     pub within: Option<f64>,
-    /// Run the meshes as given, even if the scene requests an accuracy.
+    /// Run the meshes as given, and estimate error bars for them.
     #[arg(long, conflicts_with_all = ["accuracy", "within"])]
     pub as_is: bool,
     /// Save the contact problems of the run to this folder, one JSON file every twentieth step with contacts.
@@ -110,18 +110,19 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     Ok(exit_of(&result.outcome.ending, &result.summary.results))
 }
 
-/// Applies the flags on error bars and accuracy to the document.
+/// Applies the flags on error bars and accuracy to the document, or the implied accuracy.
 fn ask(args: &RunArgs, document: &mut SceneDocument) {
-    if args.no_error_bars || args.as_is {
-        document.accuracy = None;
-    }
-    if args.no_error_bars {
-        document.solver.error_bars = ErrorBarsDocument::None;
-    }
     if args.accuracy.is_some() || args.within.is_some() {
         let accuracy = document.accuracy.get_or_insert_default();
         accuracy.relative = args.accuracy.unwrap_or(accuracy.relative);
         accuracy.time_budget_s = args.within.unwrap_or(accuracy.time_budget_s);
+    } else if args.no_error_bars || args.as_is {
+        document.accuracy = None;
+    } else {
+        document.accuracy = document.accuracy.take().or_else(|| document.implied_accuracy());
+    }
+    if args.no_error_bars {
+        document.solver.error_bars = ErrorBarsDocument::None;
     }
 }
 

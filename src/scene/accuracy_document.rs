@@ -1,5 +1,6 @@
 //! A required accuracy in place of a mesh, in a scene document.
 
+use super::document::{ErrorBarsDocument, Role, SceneDocument};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,24 @@ fn a_minute() -> f64 {
 impl Default for AccuracyDocument {
     fn default() -> Self {
         Self { relative: a_tenth(), of: AskedNumber::usual(), time_budget_s: a_minute() }
+    }
+}
+
+/// Time limit of an accuracy that the scene does not state [s]: loading, recording and the last step included, such a run ends
+/// within a minute.
+const IMPLIED_TIME_S: f64 = 45.0;
+
+impl SceneDocument {
+    /// Accuracy that `contuse run` requires of an impact whose document states neither an accuracy nor the source of its error
+    /// bars: 10 % of the usual results, within a minute. `None` for scenes without a projectile and a tissue that deforms.
+    pub fn implied_accuracy(&self) -> Option<AccuracyDocument> {
+        let has = |role: Role, is_meshed: bool| {
+            self.bodies.iter().any(|body| body.role == role && (body.mesh.is_some() || !is_meshed))
+        };
+        let is_impact = has(Role::Projectile, false) && has(Role::Tissue, true);
+        let is_open = self.accuracy.is_none() && self.solver.error_bars == ErrorBarsDocument::Automatic;
+        (is_impact && is_open)
+            .then(|| AccuracyDocument { time_budget_s: IMPLIED_TIME_S, ..AccuracyDocument::default() })
     }
 }
 

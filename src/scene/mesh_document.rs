@@ -177,6 +177,18 @@ pub enum Generator {
     LimbSegment(LimbSegmentDocument),
 }
 
+impl MeshDocument {
+    /// Numbers of elements by direction; of a mesh from a file, into how many each of its elements is split along an edge.
+    pub fn counts(&self) -> Vec<u32> {
+        match self {
+            Self::Generator(generator) => {
+                generator.clone().counts_mut().into_iter().map(|count| *count).collect()
+            }
+            Self::File(file) => vec![1_u32.checked_shl(file.refine).unwrap_or(u32::MAX)],
+        }
+    }
+}
+
 impl Generator {
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {

@@ -91,10 +91,15 @@ impl ContactSolver {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorBarsDocument {
+    /// `contuse run` runs an impact to an accuracy of 10 % within a minute ([`SceneDocument::implied_accuracy`]); everything else
+    /// uses two levels.
+    ///
+    /// [`SceneDocument::implied_accuracy`]: super::document::SceneDocument::implied_accuracy
+    #[default]
+    Automatic,
     /// From three runs with half the numbers of elements, before the run itself; they add about a third to its time. A mesh
     /// from a file, which cannot be coarsened, is compared with a run that has every element split into eight, if the runs for
     /// that are expected to take at most a minute on one core: about twenty times as long as the run itself.
-    #[default]
     TwoLevels,
     /// With a fourth run on a mesh between the two (numbers of elements divided by √2): a straight line is fitted to the
     /// three values of each quantity, and scatter about it widens the error bar. They add two thirds to the run's time. Only

@@ -2,16 +2,18 @@
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
 //! and one with a looser contact tolerance on the coarsest of the three. Generated meshes get √2 times the numbers of
-//! elements from one level to the next; meshes from a file have every element split into eight.
+//! elements from one level to the next, or twice them where √2 cannot refine every direction; meshes from a file have every
+//! element split into eight.
 
 use super::error_bars::{compared_runs, relative_size};
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
 use super::variant::{Variants, split};
+use crate::measure::summary::Shown;
 use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
 use crate::plan::Plan;
-use crate::scene::document::AccuracyDocument;
+use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::f64::consts::SQRT_2;
@@ -22,12 +24,22 @@ use std::time::Instant;
 const FEWEST_ELEMENTS: f64 = 300.0;
 /// Number of coarser meshes for the error bars, if there are as many.
 const LEVELS_USED: usize = 2;
-/// Coarsest mesh, in levels below the scene's own.
-const LEVELS_BELOW: i32 = 4;
+/// Numbers of elements of the coarsest mesh relative to the scene's own [-].
+const COARSEST: f64 = 0.25;
+/// Most elements of a direction in which √2 times the number is no refinement by √2 (1 stays 1, 2 becomes 3) [-].
+const THIN: u32 = 2;
 /// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: f64 = 4.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
+
+/// Ratio of the numbers of elements from one level to the next [-]: splitting doubles them, and so must the sequence of a mesh with
+/// a thin direction, or its levels would differ in the ratio of thickness to width, too, which is no sequence that converges.
+fn ratio(document: &SceneDocument) -> f64 {
+    let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
+    let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
+    if document.has_mesh_file() || counts.into_iter().any(is_thin) { 2.0 } else { SQRT_2 }
+}
 
 /// The sequence of meshes of a scene.
 struct Meshes<'a> {
@@ -53,6 +65,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let clock =
         Clock { begin: Instant::now(), budget_s: asked.time_budget_s, discards: AtomicBool::new(false) };
     let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
+    let mut was_withheld = false;
     let mut done: Vec<Done> = Vec::new();
     // A finer mesh may be stopped by the time; the first one runs to its end.
     let has_result = AtomicBool::new(false);
@@ -60,7 +73,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let document = &scene.document;
     let variants =
         Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt: &stop };
-    let meshes = Meshes { scene, variants, ratio: if document.has_mesh_file() { 2.0 } else { SQRT_2 } };
+    let meshes = Meshes { scene, variants, ratio: ratio(document) };
     let (mut level, mut mesh) = meshes.first();
     loop {
         // Error bars of this level, and what it and the next are expected to take.
@@ -110,8 +123,11 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         // Whether it is good enough, or there is nothing that a finer mesh would tell.
         let seconds = clock.elapsed_s() - started;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
+        let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });
+        let is_settled = result.summary.values().nothing_touched || (is_withheld && was_withheld);
+        was_withheld = is_withheld;
         let has_stopped = match &result.outcome.ending {
-            Ending::Finished => is_reached || (level >= 0 && result.summary.values().nothing_touched),
+            Ending::Finished => is_reached || (level >= 0 && is_settled),
             // A mesh that is too coarse may fail where a finer one does not.
             ending => level >= 0 || is_stop(&ending_name(ending)),
         };
@@ -210,8 +226,8 @@ impl Meshes<'_> {
     /// made so coarse.
     fn first(&self) -> (i32, Scene) {
         let elements = |level: i32| self.scene.element_count() as f64 * self.factor(level).powi(3);
-        let coarsest = if self.scene.document.has_mesh_file() { 0 } else { -LEVELS_BELOW };
-        (coarsest..0)
+        let below = if self.scene.document.has_mesh_file() { 0.0 } else { COARSEST.log(self.ratio).round() };
+        (below as i32..0)
             .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
             .find_map(|level| Some((level, self.scene_of(level).ok()?)))
             .unwrap_or_else(|| (0, self.scene.clone()))

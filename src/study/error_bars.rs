@@ -100,14 +100,7 @@ fn affordable_split(scene: &Scene) -> Result<Scene, String> {
 /// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are the same in both omitted.
 fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
     let counts = |document: &SceneDocument| -> Vec<u32> {
-        let meshes = document.bodies.iter().filter_map(|body| body.mesh.clone());
-        let of_mesh = |mesh: MeshDocument| match mesh {
-            MeshDocument::Generator(mut generator) => {
-                generator.counts_mut().into_iter().map(|count| *count).collect()
-            }
-            MeshDocument::File(file) => vec![1_u32.checked_shl(file.refine).unwrap_or(u32::MAX)],
-        };
-        meshes.flat_map(of_mesh).collect()
+        document.bodies.iter().filter_map(|body| body.mesh.as_ref()).flat_map(MeshDocument::counts).collect()
     };
     let pairs = counts(fine).into_iter().zip(counts(coarse));
     pairs

@@ -27,14 +27,14 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         "give it in seconds, such as 30",
     );
     let bars = document.solver.error_bars;
-    out.require(bars == ErrorBarsDocument::TwoLevels, || {
+    out.require(bars == ErrorBarsDocument::Automatic, || {
         let place = Pointer::root().key("solver").key("error_bars");
         Problem::error(
             "contradiction",
             &place,
             "with a required accuracy the error bars come from all of its meshes",
         )
-        .value(if bars == ErrorBarsDocument::None { "none" } else { "three_levels" })
+        .value(serde_json::to_value(bars).unwrap_or_default())
         .limit("absent where `accuracy` is given")
         .remedy("omit it, or omit `accuracy`")
     });
