@@ -144,7 +144,7 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
             "  within {} times that: {} elements, {:.1} %",
             within.times_smallest,
             within.elements,
-            100.0 * within.share
+            100.0 * within.fraction
         )?;
     }
     Ok(())

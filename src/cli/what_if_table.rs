@@ -146,10 +146,10 @@ fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let rows: Vec<[String; 3]> = shown
         .iter()
         .map(|s| {
-            let share =
-                |s: &Surrogate| s.hold_out_share.map_or_else(|| "the number is constant".into(), number);
+            let explained =
+                |s: &Surrogate| s.hold_out_explained_variance.map_or_else(|| "the number is constant".into(), number);
             let (title, unit) = answer.title(s.quantity);
-            [title.to_owned(), format!("{} {unit}", rounded(s.hold_out_error)), share(s)]
+            [title.to_owned(), format!("{} {unit}", rounded(s.hold_out_error)), explained(s)]
         })
         .collect();
     write_table(&header, &rows, out)

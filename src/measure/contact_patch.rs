@@ -199,7 +199,7 @@ impl PatchGeometry {
                     Limit::Shadow(_) | Limit::None => true,
                 };
             if let (true, Some(corner)) = (is_pressed, corners.iter().position(|&c| c == node)) {
-                areas.iter_mut().zip(shape.tributary_shares(corner)).for_each(|(area, share)| *area += share);
+                areas.iter_mut().zip(shape.tributary_areas(corner)).for_each(|(sum, area)| *sum += area);
                 self.pressed_faces.push(face);
             }
         }
@@ -228,9 +228,9 @@ impl PatchGeometry {
         // Contributions of each contact to its nodes.
         for (contact, p_n) in pressing() {
             let normal = contact.frame[0] * sign;
-            for (node, share) in contact.stencil.side(self.is_master) {
-                let weight = if self.is_master { 1.0 } else { share };
-                let force = share * p_n / frame.mean_step;
+            for (node, w) in contact.stencil.side(self.is_master) {
+                let weight = if self.is_master { 1.0 } else { w };
+                let force = w * p_n / frame.mean_step;
                 self.press(
                     node,
                     &normal,

@@ -50,7 +50,7 @@ pub struct Depth {
     pub depth: f64,
     /// Depth over the size (√area) of the nearest face; for a rigid body over the mean face size of the other side
     /// (between rigid bodies and planes over the smallest thickness) [-].
-    pub share: f64,
+    pub fraction: f64,
     /// Names of the bodies involved.
     pub between: String,
     /// Time of the maximum [s].
@@ -63,7 +63,7 @@ pub struct Overlap {
     /// Volume occupied by both bodies [m³].
     pub volume: f64,
     /// Overlapping volume over the volume of the smaller body [-].
-    pub share: f64,
+    pub fraction: f64,
     /// Names of the bodies involved.
     pub between: String,
     /// Time of the maximum [s].
@@ -89,7 +89,7 @@ struct Mesh<'a> {
 #[derive(Clone, Copy, Default)]
 struct Found {
     depth: f64,
-    share: f64,
+    fraction: f64,
     volume: f64,
 }
 
@@ -136,26 +136,26 @@ impl Penetration {
     /// Describes what exceeded its limit.
     pub fn excess(&self) -> Option<String> {
         let Self { deepest, largest } = self;
-        let said = |share: f64, of: &str, between: &str, time: f64, limit: f64| {
-            let [share, limit] = [share, limit].map(|x| 100.0 * x);
-            (share > limit).then(|| {
-                format!("{between}: at {:.2} ms {share:.1} % of {of} (limit {limit:.0} %)", 1e3 * time)
+        let said = |fraction: f64, of: &str, between: &str, time: f64, limit: f64| {
+            let [fraction, limit] = [fraction, limit].map(|x| 100.0 * x);
+            (fraction > limit).then(|| {
+                format!("{between}: at {:.2} ms {fraction:.1} % of {of} (limit {limit:.0} %)", 1e3 * time)
             })
         };
-        let deep = said(deepest.share, "a face deep inside", &deepest.between, deepest.time, DEPTH_LIMIT);
+        let deep = said(deepest.fraction, "a face deep inside", &deepest.between, deepest.time, DEPTH_LIMIT);
         deep.or_else(|| {
-            said(largest.share, "the volume shared", &largest.between, largest.time, OVERLAP_LIMIT)
+            said(largest.fraction, "the volume shared", &largest.between, largest.time, OVERLAP_LIMIT)
         })
     }
 
     fn keep(&mut self, between: &str, time: f64, found: Found, smaller: f64) {
-        let Found { depth, share, volume } = found;
-        if share > self.deepest.share {
-            self.deepest = Depth { depth, share, between: between.to_owned(), time };
+        let Found { depth, fraction, volume } = found;
+        if fraction > self.deepest.fraction {
+            self.deepest = Depth { depth, fraction, between: between.to_owned(), time };
         }
-        let share = volume / smaller;
-        if share > self.largest.share {
-            self.largest = Overlap { volume, share, between: between.to_owned(), time };
+        let fraction = volume / smaller;
+        if fraction > self.largest.fraction {
+            self.largest = Overlap { volume, fraction, between: between.to_owned(), time };
         }
     }
 }
@@ -199,8 +199,8 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
 
 impl Found {
     fn deepen(&mut self, depth: f64, size: f64) {
-        if depth > self.share * size {
-            (self.depth, self.share) = (depth, depth / size);
+        if depth > self.fraction * size {
+            (self.depth, self.fraction) = (depth, depth / size);
         }
     }
 }
@@ -472,7 +472,7 @@ mod tests {
             let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &x)));
             let found = look(&a, &b);
             assert!((found.depth - f64::max(depth, 0.0)).abs() < 1e-12, "{depth}: {}", found.depth);
-            assert!((found.share - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);
+            assert!((found.fraction - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);
             // A Gauss point represents an eighth of an element: the overlap is exact along z, and within 15 %
             // laterally.
             assert!((found.volume - volume * 0.9 * 0.8).abs() <= 0.15 * volume, "{depth}: {}", found.volume);

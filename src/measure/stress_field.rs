@@ -219,8 +219,8 @@ impl StressField {
             let at_top = if upper.depth >= depth {
                 upper.stress
             } else {
-                let share = (depth - upper.depth) / (lower.depth - upper.depth);
-                upper.stress + share * (lower.stress - upper.stress)
+                let fraction = (depth - upper.depth) / (lower.depth - upper.depth);
+                upper.stress + fraction * (lower.stress - upper.stress)
             };
             (lower.depth >= depth).then_some(at_top.max(lower.stress))
         };

@@ -43,9 +43,9 @@ impl ContactMass {
         }
         let boundary_volume: f64 =
             volume.iter().zip(&on_boundary).filter(|(_, on_boundary)| **on_boundary).map(|(v, _)| v).sum();
-        let share = self.alpha * boundary_volume / inner as f64;
+        let moved = self.alpha * boundary_volume / inner as f64;
         for (volume, on_boundary) in volume.iter_mut().zip(on_boundary) {
-            *volume = if on_boundary { *volume * (1.0 - self.alpha) } else { *volume + share };
+            *volume = if on_boundary { *volume * (1.0 - self.alpha) } else { *volume + moved };
         }
         volume
     }

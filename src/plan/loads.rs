@@ -64,7 +64,7 @@ impl LoadTime {
     /// The factor of a load curve [-].
     pub fn factor(self, ramp: &Ramp) -> f64 {
         match self {
-            Self::Preload(share) => share * ramp.at(0.0),
+            Self::Preload(fraction) => fraction * ramp.at(0.0),
             Self::Run(time) => ramp.at(time.max(0.0)),
         }
     }

@@ -166,7 +166,7 @@ fn the_report_counts_what_the_plan_holds() {
     // Its eight elements are equal, and the others are far from critical.
     let counts: Vec<usize> = step.distribution.iter().map(|w| w.elements).collect();
     assert_eq!(counts, [8, 8, 8]);
-    assert!((step.distribution[0].share - 0.2).abs() < 1e-15);
+    assert!((step.distribution[0].fraction - 0.2).abs() < 1e-15);
 }
 
 #[test]

@@ -208,7 +208,7 @@ impl RecordedPair {
         let Some(before) = after.checked_sub(1) else { return [0.0; 3] };
         let (a, b) = (self.impulse_n_s[before], self.impulse_n_s[after.min(self.impulse_n_s.len() - 1)]);
         let (from, to) = (self.time_s[before], self.time_s[after.min(self.time_s.len() - 1)]);
-        let share = if to > from { (time - from) / (to - from) } else { 0.0 };
-        std::array::from_fn(|i| a[i] + share * (b[i] - a[i]))
+        let fraction = if to > from { (time - from) / (to - from) } else { 0.0 };
+        std::array::from_fn(|i| a[i] + fraction * (b[i] - a[i]))
     }
 }

@@ -277,8 +277,8 @@ impl ContactDiscretisation {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-fn is_nothing(share: &f64) -> bool {
-    *share == 0.0
+fn is_nothing(fraction: &f64) -> bool {
+    *fraction == 0.0
 }
 
 fn default_contact_tolerance() -> f64 {

@@ -150,8 +150,8 @@ impl Stepper for ExplicitStepper<'_> {
             self.solve_contact(state, phase)?;
             self.wake();
             // Shorten the step if the strain increment or a rotation would be too large.
-            let share = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
-            let strain_limit = share * self.options.largest_strain_increment;
+            let fraction = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
+            let strain_limit = fraction * self.options.largest_strain_increment;
             let rate = self.forces.largest_stretch_rate(
                 &self.threads,
                 &self.plan.blocks,
@@ -245,8 +245,8 @@ impl Stepper for ExplicitStepper<'_> {
         if let Some(contact) = &mut self.contact {
             state.projected.clear();
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
-            let share = (self.step / self.plan.report.stable_step_s).min(1.0);
-            let shifts = contact.project(self.plan, &mut self.x, poses, share);
+            let fraction = (self.step / self.plan.report.stable_step_s).min(1.0);
+            let shifts = contact.project(self.plan, &mut self.x, poses, fraction);
             state.projected.extend_from_slice(shifts);
             for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
                 *orientation = pose.orientation;

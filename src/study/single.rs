@@ -154,19 +154,19 @@ impl Sink for Teller<'_> {
         if self.told.is_none_or(|told| told.elapsed() >= PROGRESS_INTERVAL) {
             self.told = Some(Instant::now());
             let frame = measured.frame;
-            let share = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
-            (self.tell)(Progress::at(Phase::Stepping, share, frame.step, frame.time));
+            let fraction = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
+            (self.tell)(Progress::at(Phase::Stepping, fraction, frame.step, frame.time));
         }
         Ok(())
     }
 
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
         let outcome = end.outcome;
-        let share = match outcome.ending {
+        let fraction = match outcome.ending {
             Ending::Finished => 1.0,
             _ => (outcome.time_s / end.plan.end_time).clamp(0.0, 1.0),
         };
-        (self.tell)(Progress::at(Phase::Closing, share, outcome.steps, outcome.time_s));
+        (self.tell)(Progress::at(Phase::Closing, fraction, outcome.steps, outcome.time_s));
         Ok(())
     }
 }

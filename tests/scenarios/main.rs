@@ -66,8 +66,8 @@ impl Expectation {
         let limits =
             match (self.value, self.relative_tolerance, self.absolute_tolerance, self.at_most, self.at_least)
             {
-                (Some(value), Some(share), None, None, None) => {
-                    (value - share * value.abs(), value + share * value.abs())
+                (Some(value), Some(fraction), None, None, None) => {
+                    (value - fraction * value.abs(), value + fraction * value.abs())
                 }
                 (Some(value), None, Some(room), None, None) => (value - room, value + room),
                 (None, None, None, Some(most), None) => (f64::NEG_INFINITY, most),

@@ -172,8 +172,8 @@ fn on_a_limb_it_is_the_arc_of_the_section() {
 /// Length of the ellipse x = a sin τ, z = b cos τ from the top to the direction at an angle from +z towards +x, by Simpson's rule.
 fn arc(a: f64, b: f64, angle: f64) -> f64 {
     let end = (b * angle.sin()).atan2(a * angle.cos());
-    let speed = |share: f64| {
-        let tau = end * share;
+    let speed = |fraction: f64| {
+        let tau = end * fraction;
         (a * tau.cos()).hypot(b * tau.sin())
     };
     let pieces = 200;

@@ -47,9 +47,9 @@ fn energy_falls_by_the_factor_of_theta() {
         for (n, (energy, algorithmic)) in (0..).zip(&energies) {
             // The strain is 10⁻⁶, and so is what is not linear.
             let expected = energies[0].0 * factor.powi(n);
-            let share = (energy - expected) / energies[0].0;
+            let fraction = (energy - expected) / energies[0].0;
             assert_at_most(
-                share,
+                fraction,
                 1e-5,
                 &format!("energy of an oscillation less its closed form, θ = {theta}, h = {step} s"),
             );

@@ -148,7 +148,7 @@ fn on_the_flat_it_stops() {
     let last = rows.last().unwrap();
     assert_close(last.x, 2.293_577_982, 1e-6, "stopping distance");
     assert_close(last.friction, 4.5, 1e-5, "friction work per mass, v₀²/2");
-    // It stops rocking: a share of the period 4H/c_s = 6 ms.
+    // It stops rocking: a fraction of the period 4H/c_s = 6 ms.
     let stopped = rows.iter().find(|row| row.v <= 0.0).unwrap();
     assert_within(stopped.t, 1.529_051_988, 1e-3, "time of the stop [s]");
 }

@@ -90,7 +90,7 @@ fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
     };
     let left = with_range(json!({"stretch": [0.999, 1.001], "jacobian": [0.5, 2.0]}));
     let gel = left.law_ranges.iter().find(|law| law.body == "gel").unwrap();
-    assert!(gel.share_outside > 0.01 && gel.share_outside <= 1.0 && gel.share_beyond_limit == 0.0, "{gel:?}");
+    assert!(gel.fraction_outside > 0.01 && gel.fraction_outside <= 1.0 && gel.fraction_beyond_limit == 0.0, "{gel:?}");
     assert!(gel.stretch[1] > 1.001 && gel.outside_since_s > 0.0, "{gel:?}");
     let Shown::Results(results) = &left.results else { panic!("{:?}", left.plain_words) };
     // The largest principal strain E of the summary is the same number as the largest stretch: 2E = λ² − 1.
@@ -173,8 +173,8 @@ fn the_44_mm_ball_has_no_peaks_where_its_laws_do_not_hold() {
     scene["solver"] = json!({"error_bars": "none"});
     let summary = summary(&scene, None);
     // Half a per cent of the energy is beyond the limit: forces and energies stand, peaks at points do not.
-    let share = summary.numerics.energy_share_beyond_law;
-    assert!((1e-3..0.02).contains(&share), "{share}");
+    let fraction = summary.numerics.energy_fraction_beyond_law;
+    assert!((1e-3..0.02).contains(&fraction), "{fraction}");
     let Shown::Results(results) = &summary.results else { panic!("{:?}", summary.plain_words) };
     let tissue = results.tissue.as_ref().unwrap();
     assert!(tissue.peaks.peak_von_mises_pa.is_none() && tissue.peaks.peak_principal_strain.is_none());
@@ -254,7 +254,7 @@ fn what_reaches_an_end_of_the_model_says_so() {
 }
 
 #[test]
-fn the_force_is_averaged_over_a_share_of_the_contact_and_a_short_window_is_told() {
+fn the_force_is_averaged_over_a_fraction_of_the_contact_and_a_short_window_is_told() {
     let told = |measures: Value| {
         let mut scene = ball_on_gel([0.0, 0.0, -5.0], 2e-2);
         scene["solver"] = json!({"error_bars": "none"});

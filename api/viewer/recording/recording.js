@@ -36,7 +36,7 @@ export class Recording {
   /** Every how many field times a frame is kept. */
   stride = 1;
 
-  /** Opens the recording at an address and reads all of it; `onProgress(share)` on the way. */
+  /** Opens the recording at an address and reads all of it; `onProgress(fraction)` on the way. */
   static async open(path, onProgress = () => {}) {
     const source = new HttpRange(path);
     const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };

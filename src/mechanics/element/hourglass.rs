@@ -229,7 +229,7 @@ impl<R: Real> Hourglass<R> {
     /// ```
     ///
     /// the latter since the stress s has s·s ≤ 2 D ψ₂ ≤ 2 D² C w. Of ψ₂ (1 + ψ₂/(μV)), whose Hessian has the square of the gradient in
-    /// it, (1 + 6 ψ₂/(μV)) times the sum is a bound. The mixed term is split by the share 2 c √w.
+    /// it, (1 + 6 ψ₂/(μV)) times the sum is a bound. The mixed term is split by the fraction 2 c √w.
     #[inline(always)]
     fn stiffness(&self, lengths: &RelativeLengths<R>, x: &V3<R>, q: &[V3<R>; 4], growth: R) -> (R, R) {
         let square = self.inverse_length.map(|inverse| inverse * inverse);

@@ -46,9 +46,9 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// ∂N_a/∂ξ_k at the points: `[point][node a][axis k]`.
     fn shape_gradients() -> &'static [[[f64; 3]; N]; Q];
 
-    /// Shares of the volume at the nodes, by which mass is lumped, from that of the points [m³]: row sums of the consistent mass, unless
+    /// Volume lumped at each node, by which mass is lumped, from that of the points [m³]: row sums of the consistent mass, unless
     /// these are not positive.
-    fn volume_shares(volume: &[f64; Q]) -> [f64; N] {
+    fn lumped_volumes(volume: &[f64; Q]) -> [f64; N] {
         std::array::from_fn(|a| (0..Q).map(|q| Self::shapes()[q][a] * volume[q]).sum())
     }
 }

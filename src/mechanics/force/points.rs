@@ -25,7 +25,7 @@ pub type PointScalar = [Row; POINTS];
 /// The quadrature points of one batch of elements, `[point][lane]`; lanes beyond the elements of the block are padding
 /// without volume.
 ///
-/// What a one-point element has at its point stands at all eight, each with its share of the volume; the energy of the
+/// What a one-point element has at its point stands at all eight, each with its fraction of the volume; the energy of the
 /// stabilisation is not in ψ.
 #[derive(Clone, Debug)]
 pub struct PointBatch {
@@ -246,7 +246,7 @@ struct PointResponse<'a> {
     block: &'a ElementBlock,
     fibres: &'a [[Row; 3]],
     memory: Option<BatchHistory<'a>>,
-    /// Share s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
+    /// Fraction s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
     of_nodes: Option<(f64, [Row; 3])>,
 }
 
@@ -355,9 +355,9 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
         let j = if parameters.formulation == Formulation::MeanDilatation { mean } else { k.j };
         let mut psi = response.psi;
         let (energy, pressure) = match (law.volumetric(), &of.of_nodes) {
-            (Some(U), Some((share, [energy, pressure, _]))) => (
-                shared(*share, U.energy(j), Lane::load(simd, energy, part)),
-                shared(*share, U.pressure(j), Lane::load(simd, pressure, part)),
+            (Some(U), Some((fraction, [energy, pressure, _]))) => (
+                shared(*fraction, U.energy(j), Lane::load(simd, energy, part)),
+                shared(*fraction, U.pressure(j), Lane::load(simd, pressure, part)),
             ),
             (Some(U), None) => (U.energy(j), U.pressure(j)),
             (None, _) => (zero, zero),

@@ -45,7 +45,7 @@ pub(super) struct ReducedBatch {
     pub inverse_scale: Row,
     /// Largest stiffness of the stabilisation's planes [J].
     pub largest: Row,
-    /// λ / ρ: largest ω² per tangent norm, the stabilisation's share in it [1/(m² kg/m³)].
+    /// λ / ρ: largest ω² per tangent norm, the stabilisation's fraction in it [1/(m² kg/m³)].
     pub frequency_bound: Row,
     /// Largest ω² per stiffness against the unit base vectors [1/(kg m²)].
     pub base_bound: Row,

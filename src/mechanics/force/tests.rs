@@ -261,11 +261,11 @@ fn the_stable_step_is_below_that_of_the_highest_frequency_however_an_element_is_
                 if evaluated.j <= -0.99 {
                     continue;
                 }
-                let share = 0.5 * evaluated.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
-                (largest, sum, count) = (largest.max(share), sum + share, count + 1.0);
+                let ratio = 0.5 * evaluated.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
+                (largest, sum, count) = (largest.max(ratio), sum + ratio, count + 1.0);
                 assert!(
-                    share < 1.0 + 1e-9,
-                    "{formulation:?}, {law:?}, sample {sample}: h ω/2 = {share}, J = {}",
+                    ratio < 1.0 + 1e-9,
+                    "{formulation:?}, {law:?}, sample {sample}: h ω/2 = {ratio}, J = {}",
                     1.0 + evaluated.j
                 );
             }

@@ -179,9 +179,9 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
 }
 
 /// Tolerance of Newton's iteration, relative to the quantity that scales its residual.
-pub(super) fn check_newton_tolerance(tolerance: f64, share_of: &str, here: &Pointer, out: &mut Findings) {
+pub(super) fn check_newton_tolerance(tolerance: f64, of: &str, here: &Pointer, out: &mut Findings) {
     out.require((1e-13..=1e-3).contains(&tolerance), || {
-        let message = format!("the tolerance is a fraction of {share_of}");
+        let message = format!("the tolerance is a fraction of {of}");
         Problem::error("out_of_range", &here.key("newton_tolerance"), message)
             .value(tolerance)
             .limit(">= 1e-13 and <= 1e-3")

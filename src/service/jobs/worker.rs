@@ -236,8 +236,8 @@ impl<'a> Reporter<'a> {
 }
 
 /// Expected remaining time [s] of a run that has completed a fraction in `elapsed`.
-fn eta_s(elapsed: Duration, share: f64) -> Option<f64> {
-    (share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share)
+fn eta_s(elapsed: Duration, fraction: f64) -> Option<f64> {
+    (fraction > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - fraction) / fraction)
 }
 
 /// Message of a panic.

@@ -170,7 +170,7 @@ impl<'p> ImplicitStepper<'p> {
         let (contacts, reactions) = self.contacts_of_step();
         let [start, end] = [state.time, state.time + self.step]
             .map(|time| loads::gravity(self.plan, Phase::Running.load_time(time)));
-        let share = self.share_of_end();
+        let weight = self.weight_of_end();
         StepWork {
             plan: self.plan,
             state,
@@ -181,7 +181,7 @@ impl<'p> ImplicitStepper<'p> {
             contacts,
             reactions,
             is_static: self.options.statics.is_some(),
-            gravity: end * share + start * (1.0 - share),
+            gravity: end * weight + start * (1.0 - weight),
             f_ext: &self.f_ext,
             prescribed: &self.prescribed,
             strain: &self.start.strain,
@@ -203,7 +203,7 @@ impl<'p> ImplicitStepper<'p> {
 
     /// Weight of the end of the step in the load forces whose work the ledger counts [-]: as in the momentum balance;
     /// in quasi-static steps one half, which makes the work second-order accurate.
-    fn share_of_end(&self) -> f64 {
+    fn weight_of_end(&self) -> f64 {
         if self.options.statics.is_some() { 0.5 } else { self.options.xi }
     }
 
@@ -214,10 +214,10 @@ impl<'p> ImplicitStepper<'p> {
     /// Adds the work of the step.
     fn add_step(&mut self, state: &State, ledger: &mut Ledger) {
         let load_times = [state.time, state.time + self.step].map(|time| Phase::Running.load_time(time));
-        let share = self.share_of_end();
+        let weight = self.weight_of_end();
         let ends = self.start.f_ext.iter().zip(&self.newton.end.f_ext);
         for (f_ext, (start, end)) in self.f_ext.iter_mut().zip(ends) {
-            *f_ext = end * share + start * (1.0 - share);
+            *f_ext = end * weight + start * (1.0 - weight);
         }
         let Self { plan, options, threads, start, newton, prescribed, .. } = self;
         let step = Step {
@@ -241,7 +241,7 @@ impl<'p> ImplicitStepper<'p> {
             ledger.algorithmic[body] += dissipated + driven - by_rate;
             ledger.external[body] += driven;
         }
-        ledger.add_branch_work(&self.newton.end.branches, share);
+        ledger.add_branch_work(&self.newton.end.branches, weight);
         let work = self.work(state, &self.newton.end.v);
         // In quasi-static steps the velocity is that of the whole step.
         let first = if self.options.statics.is_some() { Half::After } else { Half::Before };

@@ -363,7 +363,7 @@ impl<'a> Composer<'a> {
 }
 
 fn relative_error(relative: &BTreeMap<Quantity, f64>, quantity: Quantity, value: f64) -> Option<f64> {
-    relative.get(&quantity).map(|share| share * value.abs())
+    relative.get(&quantity).map(|fraction| fraction * value.abs())
 }
 
 /// Relative error; zero over zero is zero.
