@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_exact_value_and_a_missing_reference_are_told() {
+    fn a_wrong_exact_value_and_a_missing_reference_are_reported() {
         let row = Row {
             setting: Setting::OWN,
             name: "mesh 0".into(),

@@ -211,8 +211,9 @@ impl PatchGeometry {
         // Erosion exposes new faces.
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
-            let skin = frame.plan.bodies[body].skin_after(frame.erosion);
-            *self = Self { gone, rigid_master: self.rigid_master, ..Self::new(body, &skin, self.is_master) };
+            let surface = frame.plan.bodies[body].boundary_after(frame.erosion);
+            *self =
+                Self { gone, rigid_master: self.rigid_master, ..Self::new(body, &surface, self.is_master) };
         }
         let position = |node: u32| frame.position_in(body, node);
         self.evaluation += 1;

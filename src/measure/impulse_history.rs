@@ -36,7 +36,8 @@ impl ImpulseSample {
 
     /// Linear interpolation between two samples at a time [s]; zero before the first.
     fn between(a: &Self, b: &Self, time: f64) -> Self {
-        let fraction = if b.time > a.time { ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0) } else { 0.0 };
+        let fraction =
+            if b.time > a.time { ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0) } else { 0.0 };
         Self {
             time,
             impulse: a.impulse + (b.impulse - a.impulse) * fraction,

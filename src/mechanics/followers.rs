@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn chains_end_at_nodes_that_follow_nobody() {
+    fn chains_end_at_nodes_that_follow_none() {
         let half = |a, b| [(a, 0.5), (b, 0.5)];
         let chain = ties(&[(2, &half(1, 0)), (3, &half(2, 1)), (4, &half(3, 2))]);
         let followers = Followers::new(6, &chain).unwrap();

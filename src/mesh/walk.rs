@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn on_a_flat_skin_the_way_is_straight_through_nodes_and_along_edges() {
+    fn on_a_flat_surface_the_way_is_straight_through_nodes_and_along_edges() {
         let boundary = boundary_of(&block());
         for from in [[0.3, 0.2], [0.25, 0.2], [0.23, 0.21]] {
             let (height, from) = boundary.entry(&Vec3::new(from[0], from[1], 1.2), &-Vec3::z()).unwrap();

@@ -34,7 +34,7 @@ impl ContactMass {
         Self { alpha, is_boundary }
     }
 
-    /// Moves volume from the corners on the skin to the others, in equal parts; an element without others keeps its own.
+    /// Moves volume from the corners on the boundary surface to the others, in equal parts; an element without others keeps its own.
     pub fn moved(&self, nodes: &[u32], mut volume: Vec<f64>) -> Vec<f64> {
         let on_boundary: Vec<bool> = nodes.iter().map(|node| self.is_boundary[*node as usize]).collect();
         let inner = on_boundary.iter().filter(|on_boundary| !**on_boundary).count();

@@ -137,7 +137,7 @@ pub struct PlanBody {
     pub validity: Vec<Validity>,
     /// Whether its elements may be eroded.
     pub erodes: bool,
-    /// Its skin at the start: outward faces with global nodes. A rigid body has its centre and no faces.
+    /// Its boundary surface at the start: outward faces with global nodes. A rigid body has its centre and no faces.
     pub boundary: Surface,
     /// Its index among the rigid bodies, if it is one.
     pub rigid: Option<usize>,
@@ -157,7 +157,7 @@ impl PlanBody {
     }
 
     /// Its boundary surface without eroded elements: with the faces that erosion has exposed.
-    pub fn skin_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
+    pub fn boundary_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
         if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
             return Cow::Borrowed(&self.boundary);
         }

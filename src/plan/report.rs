@@ -57,7 +57,7 @@ pub struct PlanReport {
     /// What is absent, each with its reason.
     pub omitted: Vec<Omitted>,
     /// What is kept though the scene may not need it, because somebody asked.
-    pub put_back: Vec<Keep>,
+    pub restored: Vec<Keep>,
 }
 
 /// Time integration of a plan.
@@ -170,9 +170,9 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let stable_step_s = max_step.min(safety * steps.smallest());
     let integrator = IntegratorReport::new(&plan.integrator, stable_step_s, scene.choice.clone());
     let step_s = integrator.step_s;
-    let settling = plan.settle.map_or(0.0, |s| s.duration);
+    let relaxation = plan.settle.map_or(0.0, |s| s.duration);
     // Field times are hit exactly, by equal steps from one to the next.
-    let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
+    let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([relaxation]);
     let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
     let evaluated_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
@@ -224,7 +224,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         rigid_bodies,
         pairs,
         omitted: omitted(plan, scene),
-        put_back: scene.document.solver.keep.clone(),
+        restored: scene.document.solver.keep.clone(),
     }
 }
 

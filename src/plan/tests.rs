@@ -56,11 +56,11 @@ fn each_switch_puts_back_its_thing_and_nothing_else() {
         Keep::UnaskedFields,
     ];
     assert_eq!(switches(&plan), all);
-    assert_eq!(plan.report.put_back, []);
+    assert_eq!(plan.report.restored, []);
     for keep in all {
         let other = keeping(scene(), &[keep]);
         let expected: Vec<Keep> = all.into_iter().filter(|k| *k != keep).collect();
-        assert_eq!((switches(&other), &other.report.put_back[..]), (expected, &[keep][..]));
+        assert_eq!((switches(&other), &other.report.restored[..]), (expected, &[keep][..]));
         let families = |plan: &Plan| plan.blocks[0].parameters.material.family_count();
         assert_eq!(other.skip_inactive_elements, keep != Keep::InactiveElements);
         assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
@@ -170,7 +170,7 @@ fn the_report_counts_what_the_plan_holds() {
 }
 
 #[test]
-fn costs_grow_with_families_and_put_back_fibres() {
+fn costs_grow_with_families_and_restored_fibres() {
     let (without, with) = (compiled(&scene()), keeping(scene(), &[Keep::IdleFibres]));
     let rate = |plan: &Plan| plan.report.blocks[0].element_steps_per_s;
     assert!(rate(&with) < rate(&without));

@@ -127,7 +127,7 @@ impl<'p> ContactStep<'p> {
 
     /// Accounts for eroded elements: the surfaces they expose become contact surfaces.
     pub fn lay_bare(&mut self, plan: &'p Plan, erosion: &Erosion) {
-        let of_body = |body: &usize| plan.bodies[*body].skin_after(erosion).into_owned();
+        let of_body = |body: &usize| plan.bodies[*body].boundary_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
         (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces);
         self.rigid = RigidContact::new(plan, self.plan, &self.surfaces);
@@ -350,7 +350,13 @@ impl<'p> ContactStep<'p> {
 
     /// Projects out the remaining penetration, in a step of a `fraction` of the usual one [-]: (node, shift), possibly
     /// several per node. Rigid bodies are rotated too, in `poses`.
-    pub fn project(&mut self, plan: &Plan, x: &mut [Vec3], poses: &mut [Pose], fraction: f64) -> &[(u32, Vec3)] {
+    pub fn project(
+        &mut self,
+        plan: &Plan,
+        x: &mut [Vec3],
+        poses: &mut [Pose],
+        fraction: f64,
+    ) -> &[(u32, Vec3)] {
         let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
         project_positions(&self.contacts[..meshes], &self.detector, (nodes, fraction), x, &mut self.moved);

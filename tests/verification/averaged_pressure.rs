@@ -54,7 +54,8 @@ fn cantilever(n: u32) -> Problem {
         let half = |is_edge: bool| if is_edge { 0.5 } else { 1.0 };
         half(X.y < 1e-9 || X.y > 2.0 - 1e-9) * half(X.z < 1e-9 || X.z > 1.0 - 1e-9) / f64::from(high * wide)
     };
-    let load = nodes(&mesh, |X| X.x > 10.0 - 1e-9).into_iter().map(|a| (a, fraction(&mesh.nodes[a]))).collect();
+    let load =
+        nodes(&mesh, |X| X.x > 10.0 - 1e-9).into_iter().map(|a| (a, fraction(&mesh.nodes[a]))).collect();
     let (G, K) = (1.0, 1e4);
     let E = 9.0 * K * G / (3.0 * K + G);
     // Timoshenko: F L³/3EI + F L/(5/6 G A)
@@ -114,7 +115,8 @@ fn solve(problem: &Problem, formulation: &Value) -> (f64, f64) {
     let mut f = DVector::zeros(free.len());
     for (row, (a, i)) in free.iter().enumerate().filter(|(_, (_, i))| *i == 1) {
         debug_assert_eq!(*i, 1);
-        f[row] = problem.load.iter().filter(|(b, _)| b == a).map(|(_, fraction)| fraction * problem.force).sum();
+        f[row] =
+            problem.load.iter().filter(|(b, _)| b == a).map(|(_, fraction)| fraction * problem.force).sum();
     }
     let found = K.cholesky().unwrap().solve(&f);
     for ((a, i), value) in free.iter().zip(found.iter()) {

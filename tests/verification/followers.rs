@@ -113,7 +113,7 @@ fn a_linear_field_passes_the_patch_test_through_hanging_nodes() {
     assert_at_most(
         inner.into_iter().fold(0.0, f64::max),
         1e-13,
-        "force on an inner node beside hanging ones in a linear field, of those on the skin",
+        "force on an inner node beside hanging ones in a linear field, of those on the surface",
     );
 }
 

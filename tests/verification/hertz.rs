@@ -43,9 +43,9 @@ fn foot(n: u32, is_half: bool) -> Mesh {
     let mut mesh = block.generate().unwrap();
     for X in &mut mesh.nodes {
         let (x, y) = ((WIDTH * X.x).tan(), (WIDTH * X.y).tan());
-        let skin = Vec3::new(x, y, -1.0).normalize() * R;
+        let surface = Vec3::new(x, y, -1.0).normalize() * R;
         let top = Vec3::new(x, y, 0.0) * R;
-        *X = skin * (1.0 - X.z) + top * X.z + Vec3::z() * R;
+        *X = surface * (1.0 - X.z) + top * X.z + Vec3::z() * R;
     }
     mesh
 }

@@ -133,7 +133,7 @@ fn loads_act_in_all_integrators_and_their_work_closes_the_balance() {
 }
 
 #[test]
-fn what_nothing_holds_is_told() {
+fn what_nothing_holds_is_reported() {
     // A block on an incline without friction.
     let mut scene = crate::incline::scene(15.0, 0.0, 0.0, 1.0, 1e6);
     scene.as_object_mut().unwrap().remove("settle");

@@ -36,7 +36,7 @@ fn scene(shape: &Value, mass: f64, centre: [f64; 3], velocity: [f64; 3], gel: &V
     })
 }
 
-/// How deep points of the surface of the body lie below faces of the skin, over the size of the face [-].
+/// How deep points of the surface of the body lie below faces of the mesh, over the size of the face [-].
 fn depth(plan: &Plan, frame: &Frame) -> f64 {
     let pose = frame.pose(0).unwrap();
     let (vertices, _) = triangulated(&plan.rigid_bodies()[0].shape);

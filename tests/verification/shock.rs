@@ -63,7 +63,7 @@ struct Seen {
     front_speed: f64,
     pressure: f64,
     stretch: f64,
-    /// Viscous dissipation over kinetic energy of the material that the front swept in the second half.
+    /// Viscous dissipation over kinetic energy of the material that the front passed in the second half.
     fraction: f64,
 }
 
@@ -97,12 +97,12 @@ fn look(n: u32, safety_factor: f64, exact: &Exact) -> Seen {
             stretches.push(point.F[(0, 0)]);
         }
     });
-    let swept = 0.5 * DENSITY * exact.v0 * exact.v0 * area * exact.front_speed * time;
+    let passed = 0.5 * DENSITY * exact.v0 * exact.v0 * area * exact.front_speed * time;
     Seen {
         front_speed: (last.1 - half.1) / time,
         pressure: (last.3 - half.3) / time / area,
         stretch: stretches.iter().sum::<f64>() / stretches.len() as f64,
-        fraction: (last.2 - half.2) / swept,
+        fraction: (last.2 - half.2) / passed,
     }
 }
 

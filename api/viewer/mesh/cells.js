@@ -1,4 +1,4 @@
-// Geometry of cells of mixed kinds: skin, plane section, values along a line.
+// Geometry of cells of mixed kinds: surface, plane section, values along a line.
 
 /** Kinds by VTK's cell type, nodes in the order of VTK: sides seen from outside, with all nodes around them, and tetrahedra that fill them. */
 const KINDS = new Map([
@@ -88,7 +88,7 @@ export function boxAround(points) {
 }
 
 /** Faces that belong to one element only: triangles, and the edges of the faces, as node indices. */
-export function skinOf(cells, nodeCount) {
+export function surfaceOf(cells, nodeCount) {
   const faces = new Map();
   for (let e = 0; e < cells.length; e++) {
     const start = cells.startOf(e);

@@ -28,7 +28,7 @@ export class Recording {
   /** Metadata of the run and of its end, by name of the record. */
   run = {};
   ending = {};
-  /** Bodies: name, role, and `X` [m], `cells` (deformable) or `skin` {points, triangles} (rigid). */
+  /** Bodies: name, role, and `X` [m], `cells` (deformable) or `surface` {points, triangles} (rigid). */
   bodies = new Map();
   /** States at the field times: `time` [s], `bodies` by name ({positions, fields} or {pose}), `contacts` by pair. */
   frames = [];
@@ -162,7 +162,7 @@ export class Recording {
     if (!this.bodies.has(entity.id)) {
       const points = Float32Array.from(mesh.points.flatMap((p) => [p.x, p.y, p.z]));
       const role = this.#latestPoses.get(topicName)?.message.role ?? "other";
-      this.bodies.set(entity.id, { name: entity.id, role, skin: { points, triangles: Uint32Array.from(mesh.indices) } });
+      this.bodies.set(entity.id, { name: entity.id, role, surface: { points, triangles: Uint32Array.from(mesh.indices) } });
     }
     const { position, orientation: q } = mesh.pose;
     this.#frameAt(at, Number(at) * 1e-9).bodies.set(entity.id, {

@@ -151,7 +151,7 @@ pub(super) fn withholding(
         return Some(Withholding { reason, remedy: failure.cause.remedy() });
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
-    let beyond = || beyond_limit(&measures.laws).map(|told| fraction_in_words(told, numerics));
+    let beyond = || beyond_limit(&measures.laws).map(|excess| fraction_in_words(excess, numerics));
     Some(match (failed.name, measures.penetration.excess(), beyond()) {
         (LAW_GATE, _, Some(reason)) => Withholding { reason, remedy: BEYOND_LAW },
         (PENETRATION_GATE | OVERLAP_GATE, Some(reason), _) => Withholding { reason, remedy: TOO_DEEP },
@@ -169,9 +169,13 @@ pub(super) fn withholding(
 }
 
 /// Appends the fraction of the strain energy, unless elements have inverted, which leaves it undefined.
-fn fraction_in_words(told: String, numerics: &Numerics) -> String {
+fn fraction_in_words(excess: String, numerics: &Numerics) -> String {
     let fraction = numerics.energy_fraction_beyond_law;
-    if fraction < 1.0 { format!("{told}; {:.1} % of the strain energy was there", 100.0 * fraction) } else { told }
+    if fraction < 1.0 {
+        format!("{excess}; {:.1} % of the strain energy was there", 100.0 * fraction)
+    } else {
+        excess
+    }
 }
 
 /// Warnings that follow from the measures.
@@ -199,11 +203,11 @@ pub(super) fn own_warnings(
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     if numerics.energy_fraction_beyond_law <= LAW_LIMIT
-        && let Some(told) = beyond_limit(&measures.laws)
+        && let Some(excess) = beyond_limit(&measures.laws)
     {
         warnings.push(format!(
             "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.",
-            fraction_in_words(told, numerics)
+            fraction_in_words(excess, numerics)
         ));
     }
     // Artefacts, penetration and projection.

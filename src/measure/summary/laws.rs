@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_that_nobody_gave_are_not_called_fitted() {
+    fn ranges_that_no_source_gives_are_not_called_fitted() {
         let words = |stretch: bool, jacobian: bool| {
             let law = LawRange {
                 body: "thigh".into(),

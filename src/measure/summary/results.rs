@@ -11,7 +11,7 @@ pub struct Results {
     /// Whether the run has ended without contact: then no number describes an impact, and none has an error.
     pub nothing_touched: bool,
     /// One entry for each contact pair; self-contact pairs come last, and are omitted if they never touched.
-    #[serde(serialize_with = "told")]
+    #[serde(serialize_with = "serialize_reported")]
     pub impacts: Vec<Impact>,
     /// Response of the tissue; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,8 +21,8 @@ pub struct Results {
 }
 
 #[allow(clippy::ptr_arg)] // serde's signature
-fn told<S: Serializer>(impacts: &Vec<Impact>, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(impacts.iter().filter(|impact| impact.is_told()))
+fn serialize_reported<S: Serializer>(impacts: &Vec<Impact>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(impacts.iter().filter(|impact| impact.is_reported()))
 }
 
 /// Selects the numbers shown where only some are: the same everywhere.
@@ -120,7 +120,7 @@ impl Impact {
     }
 
     /// Whether to list it: self-contact that never touched is omitted.
-    pub fn is_told(&self) -> bool {
+    pub fn is_reported(&self) -> bool {
         self.contact_span_s.is_some() || !self.is_of_itself()
     }
 

@@ -35,7 +35,7 @@ pub fn render_table(summary: &Summary) -> String {
             table.line(&format!("  The results are withheld: {reason}. {remedy}"));
         }
         Shown::Results(results) => {
-            results.impacts.iter().filter(|i| i.is_told()).for_each(|impact| table.impact(impact));
+            results.impacts.iter().filter(|i| i.is_reported()).for_each(|impact| table.impact(impact));
             if let Some(tissue) = results.tissue.as_ref().filter(|_| !results.nothing_touched) {
                 table.tissue(tissue);
             }

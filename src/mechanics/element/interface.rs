@@ -18,7 +18,7 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// What reference positions are divided by, s.
     const SCALE: f64;
     /// Pairs of nodes whose distances are watched so that no step stretches an element too much: edges, and more where they do not
-    /// tell the whole of a uniform rate of strain.
+    /// determine a uniform rate of strain.
     const LENGTHS: &'static [(usize, usize)];
     /// Neighbours of each corner along its three edges, right-handed, where corners can fold while all points are well: they are penalised
     /// ([`eval_corner_penalty`](super::eval_corner_penalty)).

@@ -169,7 +169,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for ErosionChec
         chunk.eroding.resize(chunk.batches.len(), 0);
         for i in 0..chunk.batches.len() {
             chunk.eroding[i] = 0;
-            if chunk.awake & (1 << i) == 0 {
+            if chunk.active & (1 << i) == 0 {
                 continue;
             }
             let batch = &elements.batches[first + i];

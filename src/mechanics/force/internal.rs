@@ -124,7 +124,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
-            if forces.awake & (1 << i) == 0 {
+            if forces.active & (1 << i) == 0 {
                 continue;
             }
             let b = first_batch + i;

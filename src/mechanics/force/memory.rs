@@ -51,7 +51,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
         let none = [[Row::default(); N]; 3];
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
-        for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
+        for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
             let nodes = &elements.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);

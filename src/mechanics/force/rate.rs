@@ -42,7 +42,7 @@ impl ElementForces {
         limit: f64,
     ) -> f64 {
         threads.for_each(&mut self.chunks, |chunk| {
-            if chunk.awake == 0 {
+            if chunk.active == 0 {
                 chunk.stretch_rate = 0.0;
                 return;
             }

@@ -25,7 +25,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     }
     check_rigid(document, &root, out);
     check_viscosity(document, &root, out);
-    check_settling(document, &root, out);
+    check_relaxation(document, &root, out);
     check_record(&document.record, end, budget, &root.key("record"), out);
 }
 
@@ -219,7 +219,7 @@ fn check_weight(name: &str, weight: f64, here: &Pointer, out: &mut Findings) {
     });
 }
 
-fn check_settling(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+fn check_relaxation(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     let gravity = document.gravity_m_per_s2.unwrap_or_default();
     let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     out.require(strength <= 1e4, || {

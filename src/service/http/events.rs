@@ -1,7 +1,7 @@
 //! `/v1/jobs/{id}/events`: events of a job as server-sent events.
 //!
 //! Events are read from the store, not from memory: an interrupted stream resumes after `Last-Event-ID`, even in
-//! another process. The channel only tells when to query the store again.
+//! another process. The channel only signals when to query the store again.
 
 use super::app::App;
 use super::extract::{JobPath, Owner};

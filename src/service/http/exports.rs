@@ -93,7 +93,7 @@ async fn recorded(
     }
     let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
     let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
-    let read = app.judges.call(read).await?;
+    let read = app.validation_slots.call(read).await?;
     match read {
         Ok(Some(Ok(run))) => Ok((run, row)),
         // From a run that lost its worker, or from another engine.

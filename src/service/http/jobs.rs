@@ -114,7 +114,7 @@ pub(super) async fn accept(
     // Validate the document and store the job.
     let document = completed(body).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let (checked, document) = judge(app, owner, kind, move |shelf| {
+    let (checked, document) = validated(app, owner, kind, move |shelf| {
         let checked = engine.check(kind, &document, shelf);
         // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
         let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
@@ -157,7 +157,7 @@ pub async fn validate(
 ) -> Result<Json<Validation>, Problem> {
     let engine = Arc::clone(&app.queue.engine);
     let check = move |shelf: &MeshShelf| engine.preview(&body, shelf);
-    let preview = judge(&app, &owner, JobKind::Simulation, check).await?;
+    let preview = validated(&app, &owner, JobKind::Simulation, check).await?;
     Ok(Json(Validation::of(preview)))
 }
 
@@ -303,19 +303,19 @@ pub async fn plan(
     }
     let engine = Arc::clone(&app.queue.engine);
     let scene = JsonDocument::read(text).map_err(|e| Problem::internal(&e))?;
-    let preview = judge(&app, &owner, kind, move |shelf| engine.preview(&scene, shelf)).await?;
+    let preview = validated(&app, &owner, kind, move |shelf| engine.preview(&scene, shelf)).await?;
     Ok(Json(preview.plan))
 }
 
 /// Validates a document with its scene, given the meshes of its owner.
-async fn judge<T: Send + 'static>(
+async fn validated<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     kind: JobKind,
     check: impl FnOnce(&MeshShelf) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
     let shelf = app.queue.shelf(owner);
-    let checked = app.judges.call(move || check(&shelf)).await?;
+    let checked = app.validation_slots.call(move || check(&shelf)).await?;
     checked.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
 }
 

@@ -68,7 +68,7 @@ pub async fn upload(
         let inspected = draft.read().map(|bytes| engine.inspect_mesh(&bytes, parameters.format));
         (inspected, draft)
     };
-    let (inspected, draft) = app.judges.call(inspect).await?;
+    let (inspected, draft) = app.validation_slots.call(inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.

@@ -39,7 +39,7 @@ use super::ledger::Ledger;
 use super::loads;
 use super::motion::Motion;
 use super::phase::Phase;
-use super::place::place_skins;
+use super::place::place_surfaces;
 use super::rigid::RigidStep;
 use super::state::{Held, State};
 use super::step_work::{Half, StepWork};
@@ -59,7 +59,7 @@ const EASY: u32 = 8;
 /// Growth of the step after an easy one, up to that of the scene.
 const GROWTH: f64 = 1.5;
 /// Number of step cuts reported with their reason.
-const MOST_TOLD: usize = 10;
+const MOST_REPORTED: usize = 10;
 /// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
@@ -106,7 +106,7 @@ struct Cuts {
     count: u64,
     shortest: f64,
     /// Time, reduced step and reason of the first cuts.
-    told: Vec<(f64, f64, String)>,
+    reported: Vec<(f64, f64, String)>,
 }
 
 impl<'p> ImplicitStepper<'p> {
@@ -195,7 +195,7 @@ impl<'p> ImplicitStepper<'p> {
     /// Absolute positions of contact surfaces and rigid bodies.
     fn place(&mut self, state: &State, phase: Phase) {
         let surfaces = self.plan.contact.as_ref().map_or(&[][..], |contact| &contact.surfaces);
-        place_skins(self.plan, surfaces, (state, phase), &mut self.x);
+        place_surfaces(self.plan, surfaces, (state, phase), &mut self.x);
         if let Some(rigid) = &mut self.rigid {
             rigid.place(self.plan, state, phase, &mut self.x);
         }
@@ -254,8 +254,8 @@ impl Cuts {
     fn note(&mut self, time: f64, step: f64, reason: &Failure) {
         self.shortest = if self.count == 0 { step } else { self.shortest.min(step) };
         self.count += 1;
-        if self.told.len() < MOST_TOLD {
-            self.told.push((time, step, reason.message.clone()));
+        if self.reported.len() < MOST_REPORTED {
+            self.reported.push((time, step, reason.message.clone()));
         }
     }
 }
@@ -310,8 +310,8 @@ impl Stepper for ImplicitStepper<'_> {
                     let is_unheld = failure.cause == FailureCause::NothingHolds;
                     if target < self.options.smallest_step {
                         // The diagnosis of the whole step is more informative than that of its last part.
-                        let told = if is_unheld { unheld.unwrap_or(failure) } else { failure };
-                        return Err(told.into());
+                        let cause = if is_unheld { unheld.unwrap_or(failure) } else { failure };
+                        return Err(cause.into());
                     }
                     if is_unheld {
                         unheld.get_or_insert(failure);
@@ -428,12 +428,12 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let Some((time, _, reason)) = self.cuts.told.first() else { return Vec::new() };
+        let Some((time, _, reason)) = self.cuts.reported.first() else { return Vec::new() };
         let mut warnings = vec![format!(
             "The step was cut {} times, to {:.3e} s at least; first at t = {time:.4e} s: {reason}",
             self.cuts.count, self.cuts.shortest
         )];
-        let others = self.cuts.told[1..].iter();
+        let others = self.cuts.reported[1..].iter();
         warnings.extend(others.map(|(t, h, why)| format!("Then cut to {h:.3e} s at t = {t:.4e} s: {why}")));
         warnings
     }

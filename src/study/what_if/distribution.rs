@@ -30,7 +30,9 @@ impl Distribution {
     /// Value of a change below which a fraction of the population lies, 0 < probability < 1; `None` where the library states none.
     pub fn quantile(&self, probability: f64, change: &Change) -> Option<f64> {
         Some(match self {
-            Self::Normal { mean, standard_deviation } => mean + standard_deviation * normal_quantile(probability),
+            Self::Normal { mean, standard_deviation } => {
+                mean + standard_deviation * normal_quantile(probability)
+            }
             Self::LogNormal { median, coefficient_of_variation } => {
                 median * (log_sigma(*coefficient_of_variation) * normal_quantile(probability)).exp()
             }
@@ -95,8 +97,9 @@ mod tests {
     #[test]
     fn log_normal_numbers_have_their_median_and_variation() {
         let distribution = Distribution::LogNormal { median: 3.0, coefficient_of_variation: 0.5 };
-        let quantile =
-            |probability: f64| distribution.quantile(probability, &Change::Friction { between: None }).unwrap();
+        let quantile = |probability: f64| {
+            distribution.quantile(probability, &Change::Friction { between: None }).unwrap()
+        };
         assert!((quantile(0.5) - 3.0).abs() < 1e-15);
         // Mean and standard deviation by the midpoint rule over quantiles.
         let n = 200_000;

@@ -208,7 +208,9 @@ mod tests {
         let all = surrogates(&cases(&spread(20), law));
         let [surrogate] = &all[..] else { panic!("{all:?}") };
         assert_eq!((surrogate.degree, surrogate.cases, surrogate.terms.len()), (2, 20, 6));
-        assert!(surrogate.hold_out_error < 1e-8 && surrogate.hold_out_explained_variance.unwrap() > 1.0 - 1e-9);
+        assert!(
+            surrogate.hold_out_error < 1e-8 && surrogate.hold_out_explained_variance.unwrap() > 1.0 - 1e-9
+        );
         let at = BTreeMap::from([("speed".into(), 97.0), ("fat".into(), 0.0091)]);
         assert!((surrogate.propose(&at).unwrap() - law([97.0, 0.0091])).abs() < 1e-8);
         let outside = BTreeMap::from([("speed".into(), 130.0), ("fat".into(), 0.0091)]);

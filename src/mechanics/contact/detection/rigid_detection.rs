@@ -200,7 +200,8 @@ impl Finder<'_> {
         let length = way.norm();
         if gap > 0.0
             && length > near
-            && let Some(fraction) = first_meeting(|t| shape.eval_distance(&(s + way * t)).0, length, MET * near)
+            && let Some(fraction) =
+                first_meeting(|t| shape.eval_distance(&(s + way * t)).0, length, MET * near)
         {
             let met = s + way * fraction;
             let (left, normal) = shape.eval_distance(&met);
