@@ -17,7 +17,7 @@ pub struct PlanArgs {
     /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Items to restore.
+    /// Omitted items to restore in this plan.
     #[command(flatten)]
     pub keep: KeepArgs,
 }

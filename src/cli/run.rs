@@ -58,7 +58,7 @@ pub struct RunArgs {
     /// Save the contact problems of the run to this folder, one JSON file every twentieth step with contacts.
     #[arg(long, value_name = "DIR")]
     pub save_contact_problems: Option<PathBuf>,
-    /// Items to restore.
+    /// Omitted items to restore in this run.
     #[command(flatten)]
     pub keep: KeepArgs,
 }

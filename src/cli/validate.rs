@@ -19,7 +19,7 @@ pub struct ValidateArgs {
     /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Items to restore.
+    /// Omitted items to restore in the estimate.
     #[command(flatten)]
     pub keep: KeepArgs,
 }

@@ -6,7 +6,7 @@ use crate::study::what_if::document::{
 };
 use std::collections::BTreeMap;
 
-/// Parses "speed=80..120".
+/// Parses a parameter with its range, as in "speed=80..120".
 pub(super) fn parameter(text: &str) -> Result<ParameterDocument, String> {
     let (name, range) = text.split_once('=').ok_or("write PARAMETER=LOW..HIGH, such as speed=80..120")?;
     let (low, high) = range.split_once("..").ok_or("write the range as LOW..HIGH, such as 80..120")?;

@@ -84,7 +84,7 @@ struct BodyRange {
 }
 
 impl PartRange {
-    /// All its volumes.
+    /// Volumes outside each of the limits.
     fn volumes(&mut self) -> [&mut Outside; 4] {
         [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
     }

@@ -58,7 +58,7 @@ impl TriangulatedSurface {
         first.map(|(multiple, index, place)| (multiple, self.point(index, place)))
     }
 
-    /// Number of triangles.
+    /// Number of triangles, two for each quadrilateral.
     pub(super) fn len(&self) -> usize {
         self.triangles.len()
     }

@@ -6,9 +6,9 @@ use crate::mechanics::tensor::Vec3;
 /// Why a path ends before its length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WalkEnd {
-    /// The obstacle.
+    /// What stops the path.
     pub what: Obstacle,
-    /// Its position [m].
+    /// Point at which the path ends [m].
     pub place: Vec3,
     /// Length of the path up to there [m].
     pub walked: f64,

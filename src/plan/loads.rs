@@ -93,7 +93,7 @@ pub struct NodalForces {
 /// A prescribed component of a node's displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prescribed {
-    /// Global node number.
+    /// Global number of the node.
     pub node: u32,
     /// Axis, 0 to 2.
     pub axis: usize,

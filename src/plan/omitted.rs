@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct Omitted {
-    /// What.
+    /// Computation that is omitted, such as `inactive elements` or `viscosity pass`.
     pub what: String,
     /// Reason for the omission.
     pub why: String,
@@ -128,6 +128,12 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     let of_bulk = plan.blocks.iter().any(|b| b.parameters.has_bulk_viscosity());
     let what = if of_bulk { "history variables except those of bulk viscosity" } else { "history variables" };
     add(!plan.has_memory(), what, why);
+    let has_branches = plan.blocks.iter().any(|b| b.branch_count() > 0);
+    add(
+        plan.has_memory() && !has_branches,
+        "history of branch forces, for the energies of relaxation",
+        "no part has a Prony series",
+    );
     add(!plan.erodes(), "erosion", "no part has limits of erosion");
 }
 

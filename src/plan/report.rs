@@ -25,7 +25,7 @@ pub struct PlanReport {
     pub elements: usize,
     /// Approximate memory of a run [bytes].
     pub memory_bytes: u64,
-    /// Memory by component.
+    /// Memory by component [bytes].
     pub memory: MemoryReport,
     /// Initial time step [s]: the smallest critical time step times the safety factor, or the scene's `max_step_s`.
     pub stable_step_s: f64,
@@ -48,9 +48,9 @@ pub struct PlanReport {
     /// Rigid bodies with their mass and inertia.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
-    /// Contact pairs.
+    /// Contact pairs that are computed, with their surfaces and settings.
     pub pairs: Vec<PairReport>,
-    /// Time integration scheme.
+    /// Time integration scheme with its parameters and, for implicit steps, the size of the system.
     pub integrator: IntegratorReport,
     /// Integrator, blocks, rigid bodies and pairs in words.
     pub kept: Vec<String>,
@@ -115,7 +115,7 @@ pub struct BlockReport {
     pub body: String,
     /// Names of the parts in this block.
     pub parts: Vec<String>,
-    /// Number of elements.
+    /// Number of elements in this block.
     pub elements: usize,
     /// Their kind: `hex8`, `wedge6`, `tet10`, `tet4`.
     pub kind: String,
@@ -139,7 +139,7 @@ pub struct BlockReport {
     pub element_steps_per_s: f64,
 }
 
-/// A contact pair.
+/// A contact pair: its sides, the discretisation, friction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PairReport {
@@ -338,7 +338,7 @@ impl BlockReport {
         };
         let relaxing = match prony_branches {
             0 => String::new(),
-            n => format!(", Prony series of {n}"),
+            n => format!(", Prony series of {n} with the energy of each branch"),
         };
         let softening = if *softens { ", softening" } else { "" };
         let eroding = if *erodes { ", with erosion" } else { "" };

@@ -235,6 +235,22 @@ fn what_auto_chose_has_the_bits_and_the_hash_of_its_document() {
 }
 
 #[test]
+fn branch_forces_are_omitted_where_no_stress_relaxes() {
+    let is_omitted = |document: &Value| {
+        let omitted = compiled(document).report.omitted;
+        omitted.iter().any(|line| line.what.starts_with("history of branch forces"))
+    };
+    let mut document = scene();
+    assert!(!is_omitted(&document), "there is no history at all");
+    document["bodies"][1]["parts"][0]["softening"] =
+        json!({"onset_j_per_m3": 1e5, "fracture_energy_j_per_m2": 1e4});
+    assert!(is_omitted(&document));
+    document["bodies"][1]["parts"][0]["prony_series"] =
+        json!({"branches": [{"relative_modulus": 0.5, "relaxation_time_s": 1e-3}]});
+    assert!(!is_omitted(&document));
+}
+
+#[test]
 fn history_is_omitted_where_nothing_is_remembered() {
     let line_and_rows = |document: &Value| {
         let plan = compiled(document);

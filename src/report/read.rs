@@ -42,7 +42,7 @@ pub type Series = Vec<(f64, f64)>;
 /// Time series of one contact pair.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedPair {
-    /// Recorded times [s].
+    /// Times of the recorded steps [s].
     pub time_s: Vec<f64>,
     /// Impulse on the slave up to each time [N s].
     pub impulse_n_s: Vec<[f64; 3]>,
@@ -55,7 +55,7 @@ pub struct RecordedPair {
 pub struct RecordedRun {
     /// Summary written at the end of the run.
     pub summary: Value,
-    /// Scene document.
+    /// Scene document in the recording.
     pub scene: Value,
     /// Metadata of the run: engine version, commit, scene hash.
     pub metadata: BTreeMap<String, String>,

@@ -25,7 +25,7 @@ const SLAVES: f64 = 0.5;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorChoice {
-    /// `explicit` or `implicit`.
+    /// Integrator of the run: `explicit` or `implicit`.
     pub chosen: String,
     /// Estimated cost of explicit steps.
     pub explicit: SteppingEstimate,
@@ -39,7 +39,7 @@ pub struct IntegratorChoice {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SteppingEstimate {
-    /// Time step [s].
+    /// Expected time step [s].
     pub step_s: f64,
     /// Number of steps to the end.
     pub steps: f64,

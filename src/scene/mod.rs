@@ -124,7 +124,7 @@ impl Scene {
 pub struct RigidSceneBody {
     /// Geometry, in principal axes.
     pub shape: Shape,
-    /// Mass [kg].
+    /// Mass of the body [kg].
     pub mass: f64,
     /// Principal moments of inertia [kg m²].
     pub inertia: Vec3,

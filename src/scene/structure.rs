@@ -94,7 +94,7 @@ impl Checked {
 struct Walk<'a> {
     /// The whole schema, which references point into.
     root: &'a Value,
-    /// Results so far.
+    /// Problems found so far, and whether the walk was cut short.
     checked: Checked,
 }
 

@@ -276,7 +276,7 @@ pub struct StressedLayer {
 /// The volume in which a measure exceeds a threshold that the scene sets.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DoseVolume {
-    /// `strain_energy_density_j_per_m3` or `principal_strain`.
+    /// What exceeds the threshold: `strain_energy_density_j_per_m3` or `principal_strain`.
     pub measure: &'static str,
     /// The threshold, in the unit of the measure.
     pub threshold: f64,
@@ -303,7 +303,7 @@ pub struct Exceeded {
     /// The value, with its error.
     #[serde(flatten)]
     pub quantity: Quantity,
-    /// Its time [s].
+    /// Field time at which the value is largest [s].
     pub time_s: f64,
     /// Its difference from the value exceeded in a volume with half a point spacing more all around, part of its error.
     #[serde(skip)]

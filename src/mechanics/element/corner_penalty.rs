@@ -29,9 +29,9 @@ const STIFFNESS: f64 = 20.0;
 /// W and its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct CornerResponse<R, const N: usize> {
-    /// W [J].
+    /// Energy W of the penalty [J].
     pub energy: R,
-    /// ∂W/∂u [N]: `[component][corner]`.
+    /// Corner forces ∂W/∂u [N]: `[component][corner]`.
     pub forces: [[R; N]; 3],
     /// Bound of the norm of the Hessian of W [N/m].
     pub stiffness: R,

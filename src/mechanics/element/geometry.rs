@@ -8,7 +8,7 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 /// Reference geometry of one element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceGeometry {
-    /// What it is.
+    /// Kind of element, which gives nodes and quadrature.
     pub kind: ElementKind,
     /// Reference volume of each point [m³].
     pub volume: Vec<f64>,

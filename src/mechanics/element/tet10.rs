@@ -34,7 +34,7 @@ pub struct Tet10;
 impl Element<10, 4> for Tet10 {
     const DERIVATIVE: f64 = 1.0;
     const WEIGHT: f64 = 1.0 / 24.0;
-    /// √24
+    /// (ω d³)^(−½) = √24, exact to rounding.
     const SCALE: f64 = 4.898_979_485_566_356;
     /// The edges of the four tetrahedra at the corners.
     const LENGTHS: &'static [(usize, usize)] = &[

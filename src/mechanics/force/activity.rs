@@ -25,7 +25,7 @@ impl Activity {
     /// Nodes that are stepped, or not, together.
     pub const NODES: usize = 64;
 
-    /// Everything active.
+    /// Every node and element is active, as before the first evaluation.
     pub fn everything(node_count: usize, forces: &ElementForces) -> Self {
         let blocks = node_count.div_ceil(Self::NODES);
         // A node marks its chunks once in a run: with capacity for all of them a step allocates nothing.

@@ -77,7 +77,7 @@ impl Assembly {
         led.iter().fold(own(node), |sum, (follower, w)| sum + own(*follower as usize) * *w)
     }
 
-    /// Bytes in memory.
+    /// Memory of the lists [bytes].
     pub fn memory(&self) -> usize {
         4 * self.start.len() + 8 * self.places.len() + self.followers.memory()
     }

@@ -18,7 +18,7 @@ use crate::mechanics::tensor::Vec3;
 #[derive(Debug)]
 pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,
-    /// Of each block.
+    /// Averaged pressure at the nodes of each block.
     pub(super) nodal: Vec<NodalState>,
 }
 
@@ -124,7 +124,7 @@ impl ElementForces {
         self.chunks.iter().map(of_chunk).sum()
     }
 
-    /// Bytes in memory.
+    /// Memory of all buffers of the evaluation [bytes].
     pub fn memory(&self) -> usize {
         let of_chunk = |chunk: &ChunkForces| {
             size_of::<ChunkForces>()

@@ -159,7 +159,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
 pub(super) struct ElementForcePass<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
     pub batch: &'a Batch<E, N, Q>,
-    /// Of one-point elements.
+    /// Constants of the batch in one-point elements; `None` in other formulations.
     pub one_point: Option<&'a E::OnePoint>,
     pub parameters: &'a BlockParameters,
     pub fibres: &'a [[Row; 3]],

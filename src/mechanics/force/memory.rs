@@ -96,7 +96,7 @@ struct BatchMemory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     size: Row,
     /// History at t_{n−1}, `None` at rest.
     before: Option<&'a [Row]>,
-    /// History at t_n.
+    /// History at t_n, which the pass writes.
     after: &'a mut [Row],
     /// Energies of the branches of relaxation in the step to t_n, see [`BranchTotals`](super::BranchTotals).
     branches: &'a mut [Row],

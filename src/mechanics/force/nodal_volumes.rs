@@ -26,7 +26,7 @@ pub(super) struct NodalVolumes {
     start: Vec<u32>,
     /// (chunk of the block, node in the chunk), ascending.
     places: Vec<(u32, u32)>,
-    /// 1/V_a [1/m³].
+    /// Inverse reference volume 1/V_a of each node [1/m³].
     inverse: Vec<f64>,
     /// R, row by row: where each begins, nodes + 1, and its columns, ascending, with their values.
     rows: Vec<u32>,
@@ -153,7 +153,7 @@ impl NodalVolumes {
         });
     }
 
-    /// Bytes in memory.
+    /// Memory of the lists of a block [bytes].
     pub fn memory(&self) -> usize {
         4 * (self.number.len() + self.start.len())
             + 8 * (self.places.len() + self.inverse.len())
@@ -179,7 +179,7 @@ impl NodalState {
         Self { dilatation: vec![0.0; nodes], own: vec![[0.0; 3]; nodes], response: vec![[0.0; 3]; nodes] }
     }
 
-    /// Bytes in memory.
+    /// Memory of the responses at the nodes [bytes].
     pub fn memory(&self) -> usize {
         size_of_val(&self.dilatation[..]) + 2 * size_of_val(&self.response[..])
     }

@@ -31,7 +31,7 @@ pub type PointScalar = [Row; POINTS];
 pub struct PointBatch {
     /// Points of an element; rows beyond mean nothing, and have no volume.
     pub count: usize,
-    /// Reference volume [m³].
+    /// Reference volume of the point [m³].
     pub volume: PointScalar,
     /// Deformation gradient F [-], `[point][3 row + column][lane]`.
     pub F: [[Row; 9]; POINTS],
@@ -73,12 +73,12 @@ impl Default for PointBatch {
     }
 }
 
-/// One quadrature point.
+/// Deformation, stress and energy at one quadrature point, for recorders and measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointField {
     /// Reference position X [m].
     pub position: Vec3,
-    /// Reference volume [m³].
+    /// Reference volume of the point [m³].
     pub volume: f64,
     /// Deformation gradient F [-].
     pub F: Mat3,
@@ -254,7 +254,7 @@ struct PointResponse<'a> {
 struct Points<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     response: PointResponse<'a>,
     batch: &'a Batch<E, N, Q>,
-    /// Of one-point elements.
+    /// Constants of the batch in one-point elements; `None` in other formulations.
     reduced: Option<&'a E::OnePoint>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
@@ -336,7 +336,7 @@ struct PointStress<'a, S: Simd> {
     mean: Lane<S>,
     /// Viscous Cauchy stress [Pa].
     viscous: Option<&'a Sym<Lane<S>>>,
-    /// Register and point.
+    /// Instruction set, register of the batch and quadrature point.
     at: (S, usize, usize),
     to: &'a mut PointBatch,
 }

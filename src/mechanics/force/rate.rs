@@ -86,7 +86,7 @@ impl ElementForces {
 }
 
 impl ElementBlock {
-    /// See [`Rate`].
+    /// Largest rate of a chunk, or what it exceeds `allowed` by, and its shortest length, see [`Rate`].
     fn rate<const EXACT: bool>(&self, chunk: &ChunkForces, allowed: f64) -> (f64, f64) {
         let range = &self.chunks[chunk.chunk as usize].batches;
         with_elements!(&self.packed, elements => {

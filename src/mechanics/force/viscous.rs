@@ -55,7 +55,7 @@ pub(super) fn viscous_stress<R: Real>(eta: f64, rate: &Tensor<R>, cof_F: &Tensor
     P
 }
 
-/// 1/J, capped.
+/// 1/J, capped where an element is nearly crushed [-].
 #[inline(always)]
 fn inverse_J<R: Real>(j: R) -> R {
     j.constant(1.0) / (j + 1.0).max(j.constant(LEAST_J))

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 /// Pointer to the change, the new value, and the pointer and code of the expected problem.
 pub type Break = (&'static str, Value, &'static str, &'static str);
 
-/// All broken variants.
+/// All broken variants of the valid scene, by subject.
 pub fn broken() -> Vec<Break> {
     [structure(), names(), materials(), motion(), times(), loads(), contact(), meshes(), solver()].concat()
 }

@@ -82,7 +82,7 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     }
 }
 
-/// The initial configuration.
+/// Bodies and planes in their initial configuration.
 struct Start {
     /// Positions of the nodes of all bodies, body after body [m].
     x: Vec<Vec3>,

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Iterations at most.
+/// Largest number of iterations of one minimisation.
 const ITERATIONS: u32 = 200;
 /// Largest cosine of the angle between the residual and a column of J at a minimum [-].
 const ORTHOGONAL: f64 = 1e-10;
@@ -21,13 +21,13 @@ const DIFFERENCE: f64 = 1e-5;
 /// Where the iterations ended.
 #[derive(Clone, Debug)]
 pub struct Minimum {
-    /// The unknowns.
+    /// Values of the unknowns.
     pub x: DVector<f64>,
-    /// The residuals there.
+    /// Residuals at these values.
     pub residual: DVector<f64>,
-    /// Their derivatives there.
+    /// Derivatives of the residuals by the unknowns.
     pub jacobian: DMatrix<f64>,
-    /// Number of iterations.
+    /// Number of iterations that were needed.
     pub iterations: u32,
     /// Whether it is a minimum.
     pub has_converged: bool,

@@ -33,7 +33,7 @@ const STOPPED: (&str, &str) = (
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stepping {
-    /// Explicit central differences.
+    /// Central differences, the default explicit scheme.
     Explicit,
     /// The θ scheme at a multiple of the explicit step.
     Implicit {

@@ -58,7 +58,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     contents.into_mesh(bytes, cursor.numbers)
 }
 
-/// Supported versions.
+/// Versions of the file format that are read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
     Two,
