@@ -292,7 +292,7 @@ impl Bench {
 
 /// Internal forces, energies and critical time steps.
 #[divan::bench(args = cases())]
-fn force_sweep(bencher: Bencher, case: Case) {
+fn internal_forces(bencher: Bencher, case: Case) {
     let Some(mut bench) = Bench::new(&case) else { return };
     bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.evaluate());
 }

@@ -62,16 +62,16 @@ impl Recorder for Spread {
         for step in &steps {
             groups[((step / smallest).log2().floor() as i32).clamp(0, GROUPS) as usize] += 1;
         }
-        let share = |count: &usize| *count as f64 / steps.len() as f64;
+        let fraction = |count: &usize| *count as f64 / steps.len() as f64;
         let left: f64 =
-            groups.iter().enumerate().map(|(i, count)| share(count) / f64::from(1_u32 << i)).sum();
-        let shares: Vec<String> =
-            groups.iter().map(|count| format!("{:5.1} %", 100.0 * share(count))).collect();
+            groups.iter().enumerate().map(|(i, count)| fraction(count) / f64::from(1_u32 << i)).sum();
+        let fractions: Vec<String> =
+            groups.iter().map(|count| format!("{:5.1} %", 100.0 * fraction(count))).collect();
         println!(
             "  t = {:6.1} µs, smallest step {:.3} µs: {}; element-steps remaining at best: {:.0} %",
             1e6 * frame.time,
             1e6 * smallest,
-            shares.join(" "),
+            fractions.join(" "),
             100.0 * left
         );
         Ok(())

@@ -80,14 +80,14 @@ fn measure(counts: [u32; 3], steps: u32, runs: u32, threads: usize, keep: bool) 
         last = Some(outcome);
     }
     let Some(outcome) = last else { return Ok(()) };
-    let swept = outcome.evaluated_element_steps as f64;
+    let evaluated = outcome.evaluated_element_steps as f64;
     println!(
         "{} | {threads} | {} | {} | {:.1} % | {best:.3} | {:.1} | {:.1} | {:.0}",
         plan.element_count(),
         if keep { "no" } else { "yes" },
         outcome.steps,
-        100.0 * swept / outcome.element_steps as f64,
-        1e9 * best / swept,
+        100.0 * evaluated / outcome.element_steps as f64,
+        1e9 * best / evaluated,
         1e9 * best / outcome.element_steps as f64,
         plan.report.memory.bytes_per_element,
     );

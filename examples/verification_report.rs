@@ -95,14 +95,14 @@ fn comparisons(text: &mut String, lines: &[Line]) -> Result<()> {
     // For each name the row closest to its tolerance, in order of first appearance, and the number of rows with that
     // name.
     let mut rows: Vec<(&str, [f64; 3], usize)> = Vec::new();
-    let share = |[exact, computed, tolerance]: [f64; 3]| (computed - exact).abs() / tolerance;
+    let fraction = |[exact, computed, tolerance]: [f64; 3]| (computed - exact).abs() / tolerance;
     for line in lines {
         let Line::Comparison { what, exact, computed, tolerance } = line else { continue };
         let numbers = [*exact, *computed, *tolerance];
         match rows.iter_mut().find(|(known, _, _)| known == what) {
             Some((_, kept, count)) => {
                 *count += 1;
-                if !(share(*kept) >= share(numbers)) {
+                if !(fraction(*kept) >= fraction(numbers)) {
                     *kept = numbers;
                 }
             }

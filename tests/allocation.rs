@@ -56,7 +56,7 @@ static ALLOCATOR: Counting = Counting;
 struct Seen {
     step: u64,
     contacts: usize,
-    #[allow(dead_code)] // told when the test fails
+    #[allow(dead_code)] // shown when the test fails
     is_field_time: bool,
     /// Allocations from the frame before to this one.
     allocations: u64,

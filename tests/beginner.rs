@@ -1,4 +1,4 @@
-//! The mistakes of a beginner on the command line: each is told before anything is computed, with what to do.
+//! The mistakes of a beginner on the command line: each is reported before anything is computed, with a remedy.
 #![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
 
 use serde_json::{Value, json};
@@ -81,7 +81,7 @@ fn a_case_is_checked_as_a_range_is() {
     let said = refusal(&["what-if", &scene, "--limit", "speed:peak_force_n<=2000"]);
     assert!(said.contains("--vary speed=80..120"), "{said}");
     let said = refusal(&["what-if", &scene, "--case", "friction=-1"]);
-    assert_eq!(said.matches("in the case").count(), 1, "told once: {said}");
+    assert_eq!(said.matches("in the case").count(), 1, "reported once: {said}");
     let said = refusal(&["what-if", &scene, "--case", "speed=1", "--deadline-s", "-1"]);
     assert!(said.contains("give seconds from now on"), "{said}");
 }

@@ -250,7 +250,7 @@ fn plan_shows_what_is_kept_and_omitted() {
     assert!(text(&shown.stdout).contains("Put back: tangential_reactions, inactive_elements"));
     let output = run(&[&["plan", path, "--json"][..], &keep].concat());
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report["put_back"], json!(["tangential_reactions", "inactive_elements"]));
+    assert_eq!(report["restored"], json!(["tangential_reactions", "inactive_elements"]));
     assert_eq!(report["pairs"][0]["unknowns_per_contact"], 3);
     let validated = run(&[&["validate", path, "--json"][..], &keep].concat());
     let validated: Value = serde_json::from_slice(&validated.stdout).unwrap();
@@ -260,7 +260,7 @@ fn plan_shows_what_is_kept_and_omitted() {
 #[test]
 fn unknown_things_to_keep_are_answered_with_those_that_there_are() {
     let path = scenario("two_bars/scene.json");
-    for command in [&["plan"][..], &["validate"], &["run"], &["study", "leave-out"]] {
+    for command in [&["plan"][..], &["validate"], &["run"], &["study", "omissions"]] {
         let output = run(&[command, &[path.to_str().unwrap(), "--keep", "history"]].concat());
         assert_eq!(output.status.code(), Some(2));
         for name in contuse::scene::document::Keep::ALL.map(contuse::scene::document::Keep::name) {
@@ -287,7 +287,7 @@ fn falling_block() -> Value {
 }
 
 #[test]
-fn a_tissue_that_nothing_can_touch_is_told_in_the_summary() {
+fn a_tissue_that_nothing_can_touch_is_reported_in_the_summary() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.json");
     let mut document = falling_block();
@@ -302,34 +302,34 @@ fn a_tissue_that_nothing_can_touch_is_told_in_the_summary() {
         let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
         summary["warnings"].to_string()
     };
-    let told = warnings(&[]);
-    assert!(told.contains("Nothing can touch in block–floor (they stay at least"), "{told}");
-    let told = warnings(&["--keep", "distant_pairs"]);
-    assert!(told.contains("Nothing touched in block–floor"), "{told}");
+    let said = warnings(&[]);
+    assert!(said.contains("Nothing can touch in block–floor (they stay at least"), "{said}");
+    let said = warnings(&["--keep", "distant_pairs"]);
+    assert!(said.contains("Nothing touched in block–floor"), "{said}");
 }
 
 #[test]
-fn study_leave_out_tabulates_runs_that_agree_to_the_last_bit() {
+fn study_omissions_tabulates_runs_that_agree_to_the_last_bit() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.json");
     std::fs::write(&scene, falling_block().to_string()).unwrap();
     let scene = scene.to_str().unwrap();
     let output =
-        run(&["study", "leave-out", scene, "--repeat", "1", "--json", "--keep", "inactive_elements"]);
+        run(&["study", "omissions", scene, "--repeat", "1", "--json", "--keep", "inactive_elements"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let study: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(study["holds"], true);
-    let put_back: Vec<&Value> =
-        study["rows"].as_array().unwrap().iter().map(|row| &row["put_back"]).collect();
+    let restored: Vec<&Value> =
+        study["rows"].as_array().unwrap().iter().map(|row| &row["restored"]).collect();
     let [one, two, three] = ["idle_self_contact", "tangential_reactions", "unasked_fields"];
     let alone = [&json!([one]), &json!([two]), &json!([three])];
-    assert_eq!(put_back, [&[&json!([])], &alone[..], &[&json!([one, two, three])]].concat());
+    assert_eq!(restored, [&[&json!([])], &alone[..], &[&json!([one, two, three])]].concat());
     for row in study["rows"].as_array().unwrap() {
         assert_eq!(row["difference"], json!({"kind": "bitwise"}));
         assert!(row["wall_s"].as_f64().unwrap() > 0.0 && row["recording_bytes"].as_u64().unwrap() > 0);
     }
 
-    let output = run(&["study", "leave-out", scene, "--repeat", "1"]);
+    let output = run(&["study", "omissions", scene, "--repeat", "1"]);
     let table = text(&output.stdout);
     assert!(table.contains("+ inactive_elements") && table.contains("+ all of them"), "{table}");
     assert!(table.contains("every run ends with the same bits"), "{table}");
@@ -342,7 +342,7 @@ fn study_of_a_scene_that_fails_is_exit_code_3() {
     let mut document = falling_block();
     document["bodies"][0]["velocity_m_per_s"] = json!([0, 0, -2000]);
     std::fs::write(&scene, document.to_string()).unwrap();
-    let output = run(&["study", "leave-out", scene.to_str().unwrap(), "--repeat", "1"]);
+    let output = run(&["study", "omissions", scene.to_str().unwrap(), "--repeat", "1"]);
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stdout));
     assert!(text(&output.stdout).contains("NOT as theory says"), "{}", text(&output.stdout));
 }

@@ -255,7 +255,7 @@ fn a_problem_is_read_as_it_was_written() {
 }
 
 #[test]
-fn every_problem_of_a_bad_file_is_told_with_its_place() {
+fn every_problem_of_a_bad_file_is_reported_with_its_place() {
     let bad = br#"{"name": 1, "nc": 2, "mu": [0.3], "q": [0, "a", 1], "W": {"format": "coo", "i": [9], "j": [0], "v": [1]}}"#;
     let problems = read_contact_problem(bad, "x.json#").unwrap_err();
     let places: Vec<&str> = problems.0.iter().map(|p| p.pointer.as_str()).collect();

@@ -29,7 +29,7 @@ fn ball() -> Value {
 }
 
 #[test]
-fn solvers_are_compared_the_geometry_is_told_apart_and_a_picture_is_drawn() {
+fn solvers_are_compared_the_geometry_is_separated_and_a_picture_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (scene, svg) = (file("scene.json"), file("out.svg"));
@@ -75,14 +75,14 @@ fn picture_is_drawn_as_png() {
 fn a_program_without_png_says_so_before_it_runs_anything() {
     let output = study_error(&["scene.json", "--png", "out.png"]);
     assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("--svg FILE") && told.contains("--features png"), "{told}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("--svg FILE") && said.contains("--features png"), "{said}");
 }
 
 #[test]
 fn a_solver_that_is_none_is_answered_with_those_that_there_are() {
     let output = study_error(&["scene.json", "--contact-solvers", "lemke"]);
     assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("there are hybrid, nsgs, newton"), "{told}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("there are hybrid, nsgs, newton"), "{said}");
 }

@@ -26,7 +26,7 @@ export function setting(value) {
   return String(Number(value.toPrecision(6))).replace("-", "−");
 }
 
-/** Differences below this share of what is compared are of rounding [-]. */
+/** Differences below this fraction of what is compared are of rounding [-]. */
 const ROUNDING = 1e-12;
 
 /** A change with its sign; what comes of rounding is none. `scale` is the largest of the numbers that were compared. */

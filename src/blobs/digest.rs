@@ -9,7 +9,7 @@ const PIECE: usize = 1 << 20;
 /// Size and digest of a sequence of bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlobDigest {
-    /// Number of bytes.
+    /// Length of the sequence [bytes].
     pub bytes: u64,
     /// SHA-256 in lower-case hexadecimal.
     pub sha256: String,
@@ -52,7 +52,7 @@ pub struct Digester {
 }
 
 impl Digester {
-    /// Adds bytes.
+    /// Appends bytes to the sequence.
     pub fn update(&mut self, bytes: &[u8]) {
         self.sha.update(bytes);
         self.bytes += bytes.len() as u64;

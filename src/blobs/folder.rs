@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_draft_is_forgotten_when_nobody_writes_it_any_more() {
+    fn a_draft_is_removed_when_no_process_writes_it() {
         let dir = tempfile::tempdir().unwrap();
         let blobs = FolderBlobs::open(dir.path()).unwrap();
         let mut draft = Draft::new(blobs.unnamed().unwrap(), 10);

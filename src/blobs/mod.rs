@@ -27,7 +27,7 @@ impl<T: Read + Seek + Send> Blob for T {}
 /// Directory entry of a blob.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlobEntry {
-    /// Name, as `shelf/name`.
+    /// Name of the blob, as `shelf/name`.
     pub name: String,
     /// Time at which it was kept.
     pub kept: SystemTime,
@@ -42,7 +42,7 @@ pub enum BlobError {
         /// The size limit [bytes].
         most: u64,
     },
-    /// The store failed.
+    /// The file system, or whatever holds the blobs, failed.
     #[error("{name}: {source}")]
     Failed {
         /// Name of the blob, or of the file to become one.

@@ -90,9 +90,9 @@ impl CliError {
         let mut text = self.to_string();
         let mut cause = std::error::Error::source(self);
         while let Some(reason) = cause {
-            let told = reason.to_string();
-            if !text.contains(&told) {
-                text = format!("{text}: {told}");
+            let said = reason.to_string();
+            if !text.contains(&said) {
+                text = format!("{text}: {said}");
             }
             cause = reason.source();
         }
@@ -110,12 +110,12 @@ mod tests {
     use crate::record::RecordError;
 
     #[test]
-    fn every_reason_is_told_once() {
+    fn every_reason_is_reported_once() {
         let source = || io::Error::other("the disk is full");
         let silent = CliError::File { path: "a.csv".into(), source: source() };
         assert_eq!(silent.in_full(), "cannot write a.csv: the disk is full");
-        let told =
+        let failure =
             crate::report::ReadError::File(RecordError::File { path: "a.mcap".into(), source: source() });
-        assert_eq!(CliError::Other(Box::new(told)).in_full(), "cannot read a.mcap: the disk is full");
+        assert_eq!(CliError::Other(Box::new(failure)).in_full(), "cannot read a.mcap: the disk is full");
     }
 }

@@ -1,4 +1,4 @@
-//! Results as JSON.
+//! Prints results as indented JSON.
 
 use super::CliError;
 use serde::Serialize;

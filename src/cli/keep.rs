@@ -1,10 +1,10 @@
-//! `--keep NAME`: puts back what the plan would omit.
+//! `--keep NAME`: restores what the plan would omit.
 
 use crate::scene::document::Keep;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-/// Items to put back, in addition to those kept by the scene itself.
+/// Items to restore, in addition to those kept by the scene itself.
 #[derive(Args, Clone, Debug, Default)]
 pub struct KeepArgs {
     /// Put back an item that the plan would omit; may be given several times.

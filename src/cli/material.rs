@@ -53,7 +53,7 @@ pub enum MaterialCommand {
 /// Output format of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// One JSON document.
+    /// One JSON document with all curves.
     Json,
     /// Comma-separated values with a header.
     Csv,

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct FitArgs {
     /// JSON file, or - for standard input: the law with starting values, its free parameters, the curves (docs/materials.md).
     pub file: PathBuf,
-    /// Answer as JSON.
+    /// Print the fit as JSON.
     #[arg(long)]
     pub json: bool,
 }

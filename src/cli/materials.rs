@@ -14,7 +14,7 @@ use std::io::{self, Write};
 pub struct MaterialsArgs {
     /// Name of one set, to see all of it, or of a family, to list it: muscle.
     pub name: Option<String>,
-    /// Answer as JSON.
+    /// Print the sets as JSON.
     #[arg(long)]
     pub json: bool,
 }

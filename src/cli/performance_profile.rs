@@ -79,12 +79,12 @@ fn ratios(timing: &Timing, all: &[Timing]) -> Vec<f64> {
 fn steps(ratios: &[f64]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<f64> = ratios.iter().copied().filter(|r| *r <= LARGEST).collect();
     sorted.sort_by(f64::total_cmp);
-    let share = |count: usize| count as f64 / ratios.len() as f64;
-    let mut points = vec![(1.0, share(sorted.iter().filter(|r| **r <= 1.0).count()))];
+    let fraction = |count: usize| count as f64 / ratios.len() as f64;
+    let mut points = vec![(1.0, fraction(sorted.iter().filter(|r| **r <= 1.0).count()))];
     for (i, &ratio) in sorted.iter().enumerate().filter(|(_, r)| **r > 1.0) {
-        points.extend([(ratio, share(i)), (ratio, share(i + 1))]);
+        points.extend([(ratio, fraction(i)), (ratio, fraction(i + 1))]);
     }
-    points.push((LARGEST, share(sorted.len())));
+    points.push((LARGEST, fraction(sorted.len())));
     points
 }
 

@@ -17,7 +17,7 @@ pub struct PlanArgs {
     /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Items to put back.
+    /// Omitted items to restore in this plan.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
@@ -29,7 +29,7 @@ pub struct PlanArgs {
 pub fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let mut loaded = load_file(&args.scene, &Budget::COMMAND_LINE)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
-    loaded.scene.put_back(&args.keep.keep);
+    loaded.scene.restore(&args.keep.keep);
     let report = report_of(&loaded.scene)?;
     if args.json {
         write_json(&report, out)?;
@@ -144,7 +144,7 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
             "  within {} times that: {} elements, {:.1} %",
             within.times_smallest,
             within.elements,
-            100.0 * within.share
+            100.0 * within.fraction
         )?;
     }
     Ok(())
@@ -206,8 +206,8 @@ fn write_omitted(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         let switch = left.switch.map(|keep| format!(" [--keep {keep}]")).unwrap_or_default();
         writeln!(out, "  {}: {}{switch}", left.what, left.why)?;
     }
-    if !report.put_back.is_empty() {
-        let names: Vec<&str> = report.put_back.iter().map(|keep| keep.name()).collect();
+    if !report.restored.is_empty() {
+        let names: Vec<&str> = report.restored.iter().map(|keep| keep.name()).collect();
         writeln!(out, "\nPut back: {}", names.join(", "))?;
     }
     Ok(())

@@ -58,7 +58,7 @@ pub struct RunArgs {
     /// Save the contact problems of the run to this folder, one JSON file every twentieth step with contacts.
     #[arg(long, value_name = "DIR")]
     pub save_contact_problems: Option<PathBuf>,
-    /// Items to put back.
+    /// Omitted items to restore in this run.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
@@ -72,7 +72,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Flags, scene and output path are checked before the run.
     let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
-    loaded.scene.put_back(&args.keep.keep);
+    loaded.scene.restore(&args.keep.keep);
     ask(args, &mut loaded.scene.document);
     let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
     check_output(&path)?;
@@ -241,7 +241,8 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     bar.set_message(match progress.phase {
         Phase::Waiting | Phase::Loading => "compiling".to_owned(),
         Phase::EstimatingErrors => "estimating errors".to_owned(),
-        Phase::Settling => "dynamic relaxation".to_owned(),
+        Phase::DynamicRelaxation => "dynamic relaxation".to_owned(),
+        Phase::Preload => "preload".to_owned(),
         Phase::Stepping | Phase::Closing | Phase::Done => {
             format!("t = {:.2} µs, step {}", 1e6 * progress.simulated_time_s, progress.step)
         }

@@ -118,7 +118,7 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
     let tokens = Tokens::parse(&text).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
     if tokens.is_open() {
         return Err(CliError::Usage(format!(
-            "{} holds no token: nobody could use the service",
+            "{} holds no token: no client could use the service",
             file.display()
         )));
     }

@@ -7,7 +7,7 @@ use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::scene::document::Keep;
 use crate::step::Interrupt;
-use crate::study::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
+use crate::study::{Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, study_omissions};
 use clap::{Args, Subcommand};
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
@@ -16,8 +16,8 @@ use std::sync::atomic::Ordering;
 /// Studies of many runs.
 #[derive(Debug, Subcommand)]
 pub enum StudyCommand {
-    /// Savings of omitted computations, and proof that they change no bit: everything omitted, then each item put back.
-    LeaveOut(LeaveOutArgs),
+    /// Savings of omitted computations, and proof that they change no bit: everything omitted, then each item restored.
+    Omissions(OmissionsArgs),
     /// Error against run time: cost and error of meshes, formulations, steps and tolerances.
     Error(super::study_error::ErrorArgs),
     /// Stability on stiff and extreme cases: a matrix of small impacts, each of which finishes or is diagnosed.
@@ -28,9 +28,9 @@ pub enum StudyCommand {
     Coverage(super::study_coverage::CoverageArgs),
 }
 
-/// Arguments of `contuse study leave-out`.
+/// Arguments of `contuse study omissions`.
 #[derive(Args, Debug)]
-pub struct LeaveOutArgs {
+pub struct OmissionsArgs {
     /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
     /// Number of runs of each kind, interleaved; their median counts.
@@ -42,7 +42,7 @@ pub struct LeaveOutArgs {
     /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Items put back in every run, and not studied.
+    /// Items restored in every run, and not studied.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
@@ -53,7 +53,7 @@ pub struct LeaveOutArgs {
 /// Errors in the scene or the flags.
 pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
     match command {
-        StudyCommand::LeaveOut(args) => leave_out(args, out),
+        StudyCommand::Omissions(args) => omissions(args, out),
         StudyCommand::Stability(args) => super::study_stability::stability(args, out),
         StudyCommand::BulkModulus(args) => super::study_bulk_modulus::bulk_modulus(args, out),
         StudyCommand::Coverage(args) => super::study_coverage::coverage(args, out),
@@ -61,21 +61,21 @@ pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliErr
     }
 }
 
-fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+fn omissions(args: &OmissionsArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
-    loaded.scene.put_back(&args.keep.keep);
+    loaded.scene.restore(&args.keep.keep);
     let cancelled = watch_for_ctrl_c()?;
     // Recorded as by `contuse run`, so that the times are representative.
     let recording = std::env::temp_dir().join(format!("contuse-study-{}.mcap", std::process::id()));
-    let studied = study_leave_out(&mut LeaveOutRequest {
+    let studied = study_omissions(&mut OmissionsRequest {
         scene: &loaded.scene,
         document_json: &document_json,
         repeat: args.repeat,
         threads: args.threads.map_or_else(available_threads, usize::from),
         recording: Some(&recording),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
-        progress: &mut tell,
+        progress: &mut report,
     });
     remove(&recording)?;
     let study = studied.map_err(|error| CliError::Other(Box::new(error)))?;
@@ -88,9 +88,9 @@ fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError>
 }
 
 /// Prints the progress to standard error, unless the output is JSON.
-fn tell(number: usize, count: usize, put_back: &[Keep]) {
+fn report(number: usize, count: usize, restored: &[Keep]) {
     if io::stderr().is_terminal() {
-        eprintln!("run {} of {count}: {}", number + 1, kind_name(put_back));
+        eprintln!("run {} of {count}: {}", number + 1, kind_name(restored));
     }
 }
 
@@ -104,7 +104,7 @@ fn remove(recording: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-fn exit_of(study: &LeaveOutStudy) -> Exit {
+fn exit_of(study: &OmissionsStudy) -> Exit {
     let ended = |name: &str| study.rows.iter().any(|row| row.ending == name);
     if study.holds {
         Exit::Success
@@ -117,22 +117,22 @@ fn exit_of(study: &LeaveOutStudy) -> Exit {
     }
 }
 
-fn kind_name(put_back: &[Keep]) -> String {
-    match put_back {
+fn kind_name(restored: &[Keep]) -> String {
+    match restored {
         [] => "all omitted".into(),
         [keep] => format!("+ {keep}"),
         _ => "+ all of them".into(),
     }
 }
 
-fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
+fn write_study(study: &OmissionsStudy, out: &mut dyn Write) -> io::Result<()> {
     writeln!(
         out,
         "{}: {} elements, {} thread(s), median of {} run(s) each\n",
         study.scene, study.elements, study.threads, study.repeat
     )?;
     let header =
-        ["put back", "element-steps", "wall", "processor", "memory", "recording", "difference", "theory", ""];
+        ["restored", "element-steps", "wall", "processor", "memory", "recording", "difference", "theory", ""];
     let rows: Vec<[String; 9]> = study.rows.iter().map(cells).collect();
     write_table(&header, &rows, out)?;
     writeln!(out)?;
@@ -143,7 +143,7 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn cells(row: &LeaveOutRow) -> [String; 9] {
+fn cells(row: &OmissionsRow) -> [String; 9] {
     let none = || "-".to_owned();
     let difference = match &row.difference {
         Difference::Bitwise => "bitwise equal".to_owned(),
@@ -151,7 +151,7 @@ fn cells(row: &LeaveOutRow) -> [String; 9] {
     };
     let verdict = if row.holds { String::new() } else { format!("VIOLATED ({})", row.ending) };
     [
-        kind_name(&row.put_back),
+        kind_name(&row.restored),
         row.element_steps.to_string(),
         duration(row.wall_s),
         row.cpu_s.map_or_else(none, duration),

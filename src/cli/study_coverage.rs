@@ -50,11 +50,11 @@ pub fn coverage(args: &CoverageArgs, out: &mut dyn Write) -> Result<Exit, CliErr
 }
 
 fn markdown(study: &CoverageStudy) -> String {
-    let (share, numbers) = study.share(|_| true);
+    let (fraction, numbers) = study.fraction(|_| true);
     let mut text = format!(
         "{} runs, {numbers} numbers whose exact value is known: {:.1} % within their error bars\n",
         study.runs,
-        100.0 * share
+        100.0 * fraction
     );
     let all: Vec<&Number> = study.numbers.iter().collect();
     table(&mut text, &all, "quantity", |number| &number.quantity);
@@ -101,9 +101,9 @@ fn impacts_in_markdown(study: &CoverageStudy) -> String {
 /// How many numbers there are, how many are within their error bars, and how wide these are.
 fn in_words(numbers: &[&Number]) -> String {
     let covered = numbers.iter().filter(|number| number.is_covered()).count();
-    let share = 100.0 * covered as f64 / numbers.len().max(1) as f64;
+    let fraction = 100.0 * covered as f64 / numbers.len().max(1) as f64;
     let ratio = written(median(numbers, |n| n.error_bar / n.error), 1);
-    format!("{} numbers, {share:.1} % within, median of bar / error {ratio}", numbers.len())
+    format!("{} numbers, {fraction:.1} % within, median of bar / error {ratio}", numbers.len())
 }
 
 fn list_missed(text: &mut String, missed: &[&Number]) {

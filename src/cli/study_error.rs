@@ -206,13 +206,13 @@ fn write_geometry(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
 
 fn describe(reference: &Reference, unit: &str) -> String {
     let scale = if reference.value() == 0.0 { 1.0 } else { reference.value().abs() };
-    let share = percent(reference.uncertainty() / scale);
+    let fraction = percent(reference.uncertainty() / scale);
     let what = match reference {
         Reference::Exact { .. } => "exact".into(),
         Reference::Extrapolated { order, .. } => {
-            format!("limit of the meshes, observed order {order:.2}, ± {share}")
+            format!("limit of the meshes, observed order {order:.2}, ± {fraction}")
         }
-        Reference::Finest { reason, .. } => format!("the finest mesh, ± {share}, since {reason}"),
+        Reference::Finest { reason, .. } => format!("the finest mesh, ± {fraction}, since {reason}"),
         Reference::Unknown { reason, .. } => return format!("–: no reference, since {reason}"),
     };
     format!("{:.4e} {unit}: {what}", reference.value())
@@ -229,8 +229,8 @@ fn describe_approach(approach: &Approach, unit: &str) -> String {
 }
 
 /// Formats a fraction as a percentage; in scientific notation if it is large.
-fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
+fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
     if percent < 1e5 { format!("{percent:.2} %") } else { format!("{percent:.1e} %") }
 }
 
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_exact_value_and_a_missing_reference_are_told() {
+    fn a_wrong_exact_value_and_a_missing_reference_are_reported() {
         let row = Row {
             setting: Setting::OWN,
             name: "mesh 0".into(),

@@ -19,7 +19,7 @@ pub struct ValidateArgs {
     /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Items to put back.
+    /// Omitted items to restore in the estimate.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
@@ -30,7 +30,7 @@ pub struct ValidateArgs {
 /// If the answer cannot be written.
 pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let outcome = load_file(&args.scene, &Budget::COMMAND_LINE).map(|mut loaded| {
-        loaded.scene.put_back(&args.keep.keep);
+        loaded.scene.restore(&args.keep.keep);
         loaded
     });
     // A valid scene is compiled to show its plan.

@@ -130,9 +130,9 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
             }
             deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
         },
-        tell: &mut |partial| {
+        report: &mut |partial| {
             if written.is_ok() {
-                written = tell(args, &partial, question.error_bars, out);
+                written = report(args, &partial, question.error_bars, out);
             }
         },
     });
@@ -196,7 +196,7 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
 }
 
 /// Prints a part of the answer as it becomes available.
-fn tell(
+fn report(
     args: &WhatIfArgs,
     partial: &Partial,
     errors: ErrorSource,

@@ -146,10 +146,11 @@ fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let rows: Vec<[String; 3]> = shown
         .iter()
         .map(|s| {
-            let share =
-                |s: &Surrogate| s.hold_out_share.map_or_else(|| "the number is constant".into(), number);
+            let explained = |s: &Surrogate| {
+                s.hold_out_explained_variance.map_or_else(|| "the number is constant".into(), number)
+            };
             let (title, unit) = answer.title(s.quantity);
-            [title.to_owned(), format!("{} {unit}", rounded(s.hold_out_error)), share(s)]
+            [title.to_owned(), format!("{} {unit}", rounded(s.hold_out_error)), explained(s)]
         })
         .collect();
     write_table(&header, &rows, out)
@@ -242,8 +243,11 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
                 let interval = |x: f64, [low, high]: [f64; 2]| format!("{x:.2} ({low:.2} … {high:.2})");
                 let (first, total) =
                     (interval(s.first, s.first_interval), interval(s.total, s.total_interval));
-                let remark =
-                    if s.is_settled { remark(answer, s.quantity) } else { "too few points to tell".into() };
+                let remark = if s.is_converged {
+                    remark(answer, s.quantity)
+                } else {
+                    "too few points: the interval is too wide".into()
+                };
                 [answer.title(s.quantity).0.to_owned(), s.parameter.clone(), first, total, remark]
             })
             .collect();

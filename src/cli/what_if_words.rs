@@ -6,7 +6,7 @@ use crate::study::what_if::document::{
 };
 use std::collections::BTreeMap;
 
-/// Parses "speed=80..120".
+/// Parses a parameter with its range, as in "speed=80..120".
 pub(super) fn parameter(text: &str) -> Result<ParameterDocument, String> {
     let (name, range) = text.split_once('=').ok_or("write PARAMETER=LOW..HIGH, such as speed=80..120")?;
     let (low, high) = range.split_once("..").ok_or("write the range as LOW..HIGH, such as 80..120")?;
@@ -90,9 +90,9 @@ fn named(name: &str) -> Result<ParameterDocument, String> {
         "skin" => Change::LayerThickness { layer: Layer::Skin, limb: None },
         "friction" => Change::Friction { between: None },
         pointer if pointer.starts_with('/') => Change::Number { pointer: pointer.into() },
-        "over:x" => over_the_skin([1.0, 0.0, 0.0]),
-        "over:y" => over_the_skin([0.0, 1.0, 0.0]),
-        "over:z" => over_the_skin([0.0, 0.0, 1.0]),
+        "over:x" => over_the_surface([1.0, 0.0, 0.0]),
+        "over:y" => over_the_surface([0.0, 1.0, 0.0]),
+        "over:z" => over_the_surface([0.0, 0.0, 1.0]),
         other => match other.strip_prefix("stiffness:").and_then(|place| place.split_once('/')) {
             Some((body, part)) => Change::StiffnessFactor { body: body.into(), part: part.into() },
             None => {
@@ -106,7 +106,7 @@ fn named(name: &str) -> Result<ParameterDocument, String> {
     Ok(ParameterDocument { name: name.into(), change, low: None, high: None, distribution: None })
 }
 
-fn over_the_skin(along: [f64; 3]) -> Change {
+fn over_the_surface(along: [f64; 3]) -> Change {
     Change::ImpactOffset { body: None, target: None, along }
 }
 
@@ -122,7 +122,7 @@ mod tests {
             (Change::Speed { body: None }, Some(80.0), Some(120.0))
         );
         let over = parameter("over:y=-0.01..0.02").unwrap();
-        assert_eq!((over.change, over.low), (over_the_skin([0.0, 1.0, 0.0]), Some(-0.01)));
+        assert_eq!((over.change, over.low), (over_the_surface([0.0, 1.0, 0.0]), Some(-0.01)));
         let (parameters, case) = case("fat=0.01,stiffness:thigh/fat=1.5").unwrap();
         assert_eq!(
             parameters[1].change,

@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn the_gain_is_that_of_the_standard() {
         for class in [60.0, 180.0, 600.0, 1000.0] {
-            let decibel = |share: f64| 20.0 * gain(share * class, class).log10();
+            let decibel = |fraction: f64| 20.0 * gain(fraction * class, class).log10();
             // SAE J211: within ±0.5 dB to 0.1 of the class, +0.5 to −1 dB at it, −3 dB at class / 0.6, then 24 dB an octave.
             assert!(decibel(0.1).abs() < 0.5 && (-1.0..0.5).contains(&decibel(1.0)), "{class}");
             assert!((decibel(CUT_OFF) + 3.01).abs() < 0.02, "{class}: {}", decibel(CUT_OFF));

@@ -199,7 +199,7 @@ impl PatchGeometry {
                     Limit::Shadow(_) | Limit::None => true,
                 };
             if let (true, Some(corner)) = (is_pressed, corners.iter().position(|&c| c == node)) {
-                areas.iter_mut().zip(shape.tributary_shares(corner)).for_each(|(area, share)| *area += share);
+                areas.iter_mut().zip(shape.tributary_areas(corner)).for_each(|(sum, area)| *sum += area);
                 self.pressed_faces.push(face);
             }
         }
@@ -211,8 +211,9 @@ impl PatchGeometry {
         // Erosion exposes new faces.
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
-            let skin = frame.plan.bodies[body].skin_after(frame.erosion);
-            *self = Self { gone, rigid_master: self.rigid_master, ..Self::new(body, &skin, self.is_master) };
+            let surface = frame.plan.bodies[body].boundary_after(frame.erosion);
+            *self =
+                Self { gone, rigid_master: self.rigid_master, ..Self::new(body, &surface, self.is_master) };
         }
         let position = |node: u32| frame.position_in(body, node);
         self.evaluation += 1;
@@ -228,9 +229,9 @@ impl PatchGeometry {
         // Contributions of each contact to its nodes.
         for (contact, p_n) in pressing() {
             let normal = contact.frame[0] * sign;
-            for (node, share) in contact.stencil.side(self.is_master) {
-                let weight = if self.is_master { 1.0 } else { share };
-                let force = share * p_n / frame.mean_step;
+            for (node, w) in contact.stencil.side(self.is_master) {
+                let weight = if self.is_master { 1.0 } else { w };
+                let force = w * p_n / frame.mean_step;
                 self.press(
                     node,
                     &normal,

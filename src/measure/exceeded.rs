@@ -38,7 +38,7 @@ impl Dose {
         }
     }
 
-    /// Ends the pass.
+    /// Ends a pass: keeps the largest volume so far.
     pub fn end(&mut self) {
         self.largest_volume = self.largest_volume.max(self.volume);
     }
@@ -59,11 +59,11 @@ const ENOUGH_POINTS: f64 = 64.0;
 /// the given one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExceededIn {
-    /// The volume [m³].
+    /// Volume in which the value is exceeded [m³].
     pub volume: f64,
     /// The value so far; 0 until the points that exceed 0 represent the volume.
     pub value: f64,
-    /// Its time [s].
+    /// Field time of that value [s].
     pub time: f64,
     /// Largest volume represented by one of the points at that time [m³].
     largest_point: f64,

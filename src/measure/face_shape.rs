@@ -49,7 +49,7 @@ pub(super) struct FaceShape {
     /// Norm of the area vector [m²].
     area: f64,
     /// ∫ N_a dA for each corner over the covered part [m²].
-    shares: [f64; 4],
+    areas: [f64; 4],
     /// ∫ N_a dA for each corner over the whole face [m²].
     whole: [f64; 4],
 }
@@ -60,13 +60,13 @@ impl FaceShape {
         let x = face.map(position);
         // Half the cross product of the diagonals is the area vector of a quadrilateral, and of a triangle (c = d).
         let normal = (x[2] - x[0]).cross(&(x[3] - x[1]));
-        let shares = if face[2] == face[3] {
+        let areas = if face[2] == face[3] {
             let third = (x[1] - x[0]).cross(&(x[2] - x[0])).norm() / 6.0;
             [third, third, third, 0.0]
         } else {
-            shares_of(&x, gauss_points().into_iter(), |_, dA| dA.norm())
+            tributary_areas_of(&x, gauss_points().into_iter(), |_, dA| dA.norm())
         };
-        Self { normal, area: normal.norm(), shares, whole: shares }
+        Self { normal, area: normal.norm(), areas, whole: areas }
     }
 
     /// The part covered by a projection, which is convex; for a face beyond its rim as seen along the normal, since the
@@ -83,13 +83,13 @@ impl FaceShape {
         let at = |i: usize| (2 * i + 1) as f64 / samples as f64 - 1.0;
         let places = (0..samples * samples).map(|i| [at(i % samples), at(i / samples)]);
         let weight = 4.0 / (samples * samples) as f64;
-        let mut shares = shares_of(&x, places, |place, dA| {
+        let mut areas = tributary_areas_of(&x, places, |place, dA| {
             if shadow.covers(place) { weight * shadow.normal.dot(dA).abs() } else { 0.0 }
         });
         if face[2] == face[3] {
-            shares[2] += std::mem::take(&mut shares[3]);
+            areas[2] += std::mem::take(&mut areas[3]);
         }
-        Self { shares, ..self }
+        Self { areas, ..self }
     }
 
     /// Whether the outward normal opposes `n` by at least [`TURNED`]. At the rim of a flat end the lateral faces do not
@@ -105,8 +105,8 @@ impl FaceShape {
     }
 
     /// ∫ N_a dA for one corner over the covered part, and over the whole face [m²].
-    pub fn tributary_shares(&self, corner: usize) -> [f64; 2] {
-        [self.shares[corner], self.whole[corner]]
+    pub fn tributary_areas(&self, corner: usize) -> [f64; 2] {
+        [self.areas[corner], self.whole[corner]]
     }
 
     /// ∫ dA over the whole face [m²].
@@ -117,12 +117,12 @@ impl FaceShape {
 
 /// ∫ N_a dA of a bilinear quadrilateral with the corners `x` [m], sampled in the unit square −1…1; `measure` weights a
 /// sampling point [m] with its area vector [m²].
-fn shares_of(
+fn tributary_areas_of(
     x: &[Vec3; 4],
     places: impl Iterator<Item = [f64; 2]>,
     measure: impl Fn(&Vec3, &Vec3) -> f64,
 ) -> [f64; 4] {
-    let mut shares = [0.0; 4];
+    let mut areas = [0.0; 4];
     for [a, b] in places {
         let (mut place, mut along_a, mut along_b) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         let N = SIGNS.map(|s| 0.25 * (1.0 + s[0] * a) * (1.0 + s[1] * b));
@@ -132,9 +132,9 @@ fn shares_of(
             along_b += x * (0.25 * s[1] * (1.0 + s[0] * a));
         }
         let dA = measure(&place, &along_a.cross(&along_b));
-        shares.iter_mut().zip(N).for_each(|(share, N)| *share += N * dA);
+        areas.iter_mut().zip(N).for_each(|(area, N)| *area += N * dA);
     }
-    shares
+    areas
 }
 
 /// The 2×2 Gauss points of the unit square −1…1.

@@ -29,15 +29,15 @@ impl HourglassEnergy {
     }
 
     /// Peak energy of the stabilisation over peak strain energy of each body [-]; 0 if it hardly strains.
-    pub fn shares(&self) -> impl Iterator<Item = f64> {
-        let share =
+    pub fn fractions(&self) -> impl Iterator<Item = f64> {
+        let fraction =
             |[hourglass, strain]: &[f64; 2]| if *strain > self.floor { hourglass / strain } else { 0.0 };
-        self.peaks.iter().map(share)
+        self.peaks.iter().map(fraction)
     }
 
     /// Largest fraction over all bodies [-].
-    pub fn largest_share(&self) -> f64 {
-        self.shares().fold(0.0, f64::max)
+    pub fn largest_fraction(&self) -> f64 {
+        self.fractions().fold(0.0, f64::max)
     }
 }
 
@@ -48,7 +48,7 @@ mod tests {
     use crate::step::BodyEnergy;
 
     #[test]
-    fn the_share_is_that_of_the_peaks_of_each_body() {
+    fn the_fraction_is_that_of_the_peaks_of_each_body() {
         let energy = |pairs: [[f64; 2]; 2]| Energy {
             bodies: pairs
                 .map(|[hourglass_j, strain_j]| BodyEnergy { strain_j, hourglass_j, ..BodyEnergy::default() })
@@ -56,13 +56,13 @@ mod tests {
             ..Energy::default()
         };
         let mut measure = HourglassEnergy::default();
-        assert_eq!(measure.largest_share(), 0.0);
+        assert_eq!(measure.largest_fraction(), 0.0);
         // Energies at the level of rounding do not count.
         measure.accumulate(&energy([[0.0, 0.0], [1e-20, 2e-20]]), 1e-19);
-        assert_eq!(measure.largest_share(), 0.0);
+        assert_eq!(measure.largest_fraction(), 0.0);
         measure.accumulate(&energy([[0.0, 3.0], [0.5, 8.0]]), 1e-19);
         measure.accumulate(&energy([[0.0, 1.0], [0.25, 10.0]]), 1e-19);
-        assert_eq!(measure.shares().collect::<Vec<_>>(), [0.0, 0.05]);
-        assert_eq!(measure.largest_share(), 0.05);
+        assert_eq!(measure.fractions().collect::<Vec<_>>(), [0.0, 0.05]);
+        assert_eq!(measure.largest_fraction(), 0.05);
     }
 }

@@ -8,7 +8,7 @@ use crate::plan::ForceAverage;
 use crate::step::Frame;
 
 /// Default averaging window as a fraction of the contact duration [-].
-pub const SHARE_OF_CONTACT: f64 = 1.0 / 50.0;
+pub const FRACTION_OF_CONTACT: f64 = 1.0 / 50.0;
 /// Minimum length of that window in steps.
 pub const FEWEST_STEPS: f64 = 10.0;
 
@@ -122,7 +122,7 @@ impl ImpactForce {
     pub fn window(&self) -> Option<f64> {
         match self.average {
             ForceAverage::OfContact => {
-                Some(f64::max(SHARE_OF_CONTACT * self.contact_time, FEWEST_STEPS * self.mean_step()))
+                Some(f64::max(FRACTION_OF_CONTACT * self.contact_time, FEWEST_STEPS * self.mean_step()))
             }
             ForceAverage::Window(window) => Some(window),
             ForceAverage::Filter(_) => None,
@@ -156,11 +156,11 @@ impl ImpactForce {
     pub fn words(&self, seconds: impl Fn(f64) -> String) -> String {
         match (self.average, self.window()) {
             (ForceAverage::Filter(filter), _) => format!("filtered by SAE J211 {}", filter.name()),
-            (ForceAverage::OfContact, Some(window)) if window > SHARE_OF_CONTACT * self.contact_time => {
+            (ForceAverage::OfContact, Some(window)) if window > FRACTION_OF_CONTACT * self.contact_time => {
                 format!("mean over {}, {FEWEST_STEPS} steps", seconds(window))
             }
             (ForceAverage::OfContact, Some(window)) => {
-                format!("mean over {}, 1/{:.0} of the contact", seconds(window), 1.0 / SHARE_OF_CONTACT)
+                format!("mean over {}, 1/{:.0} of the contact", seconds(window), 1.0 / FRACTION_OF_CONTACT)
             }
             (_, window) => format!("mean over {}", seconds(window.unwrap_or_default())),
         }

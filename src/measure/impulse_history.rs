@@ -36,11 +36,12 @@ impl ImpulseSample {
 
     /// Linear interpolation between two samples at a time [s]; zero before the first.
     fn between(a: &Self, b: &Self, time: f64) -> Self {
-        let share = if b.time > a.time { ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0) } else { 0.0 };
+        let fraction =
+            if b.time > a.time { ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0) } else { 0.0 };
         Self {
             time,
-            impulse: a.impulse + (b.impulse - a.impulse) * share,
-            patch: std::array::from_fn(|i| a.patch[i] + (b.patch[i] - a.patch[i]) * share),
+            impulse: a.impulse + (b.impulse - a.impulse) * fraction,
+            patch: std::array::from_fn(|i| a.patch[i] + (b.patch[i] - a.patch[i]) * fraction),
         }
     }
 

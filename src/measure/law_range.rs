@@ -84,12 +84,12 @@ struct BodyRange {
 }
 
 impl PartRange {
-    /// All its volumes.
+    /// Volumes outside each of the limits.
     fn volumes(&mut self) -> [&mut Outside; 4] {
         [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
     }
     /// Largest fraction of the part's volume that was outside.
-    pub fn share(&self, outside: &Outside) -> f64 {
+    pub fn fraction(&self, outside: &Outside) -> f64 {
         if self.volume > 0.0 { outside.volume.largest / self.volume } else { 0.0 }
     }
 }
@@ -262,11 +262,11 @@ impl LawRanges {
 
     /// Largest fraction of a body's peak strain energy that was beyond the limits of the laws [-]; 1 if elements have
     /// inverted, since their energy is meaningless.
-    pub fn share_beyond(&self) -> f64 {
+    pub fn fraction_beyond(&self) -> f64 {
         if self.parts.iter().any(|part| part.has_turned_over) {
             return 1.0;
         }
-        let share = |body: &BodyRange| body.beyond.largest / body.all.largest.max(f64::MIN_POSITIVE);
-        self.bodies.iter().map(share).fold(0.0, f64::max)
+        let fraction = |body: &BodyRange| body.beyond.largest / body.all.largest.max(f64::MIN_POSITIVE);
+        self.bodies.iter().map(fraction).fold(0.0, f64::max)
     }
 }

@@ -21,7 +21,7 @@ pub struct PairMeasures {
     pub of_projectile: bool,
     /// Index into `between` of the body for which the impulse is reported: the tissue, or else the slave. The choice of
     /// slave depends on the mesh, so a sign by the slave would change with refinement.
-    pub told_for: usize,
+    pub reported_on: usize,
     /// Whether both sides are rigid: they touch in points, without a patch.
     pub is_of_points: bool,
     /// Force measures of the pair.
@@ -113,7 +113,7 @@ pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
             between: between.clone(),
             on_tissue: master != Some(slave) && (tissue(slave) || master.is_some_and(tissue)),
             of_projectile: projectile(slave) || master.is_some_and(projectile),
-            told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
+            reported_on: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             is_of_points: plan.bodies[slave].rigid.is_some(),
             force: ImpactForce::new(plan.measures.force_average),
             geometry: PatchGeometry::of_slave(

@@ -50,7 +50,7 @@ pub struct Depth {
     pub depth: f64,
     /// Depth over the size (√area) of the nearest face; for a rigid body over the mean face size of the other side
     /// (between rigid bodies and planes over the smallest thickness) [-].
-    pub share: f64,
+    pub fraction: f64,
     /// Names of the bodies involved.
     pub between: String,
     /// Time of the maximum [s].
@@ -63,7 +63,7 @@ pub struct Overlap {
     /// Volume occupied by both bodies [m³].
     pub volume: f64,
     /// Overlapping volume over the volume of the smaller body [-].
-    pub share: f64,
+    pub fraction: f64,
     /// Names of the bodies involved.
     pub between: String,
     /// Time of the maximum [s].
@@ -80,7 +80,7 @@ enum Side<'a> {
 /// A deformable body in its current configuration, without eroded elements.
 struct Mesh<'a> {
     cells: Cow<'a, Cells>,
-    skin: Cow<'a, Surface>,
+    surface: Cow<'a, Surface>,
     x: &'a [Vec3],
     bounds: [Vec3; 2],
 }
@@ -89,7 +89,7 @@ struct Mesh<'a> {
 #[derive(Clone, Copy, Default)]
 struct Found {
     depth: f64,
-    share: f64,
+    fraction: f64,
     volume: f64,
 }
 
@@ -136,26 +136,26 @@ impl Penetration {
     /// Describes what exceeded its limit.
     pub fn excess(&self) -> Option<String> {
         let Self { deepest, largest } = self;
-        let said = |share: f64, of: &str, between: &str, time: f64, limit: f64| {
-            let [share, limit] = [share, limit].map(|x| 100.0 * x);
-            (share > limit).then(|| {
-                format!("{between}: at {:.2} ms {share:.1} % of {of} (limit {limit:.0} %)", 1e3 * time)
+        let said = |fraction: f64, of: &str, between: &str, time: f64, limit: f64| {
+            let [fraction, limit] = [fraction, limit].map(|x| 100.0 * x);
+            (fraction > limit).then(|| {
+                format!("{between}: at {:.2} ms {fraction:.1} % of {of} (limit {limit:.0} %)", 1e3 * time)
             })
         };
-        let deep = said(deepest.share, "a face deep inside", &deepest.between, deepest.time, DEPTH_LIMIT);
+        let deep = said(deepest.fraction, "a face deep inside", &deepest.between, deepest.time, DEPTH_LIMIT);
         deep.or_else(|| {
-            said(largest.share, "the volume shared", &largest.between, largest.time, OVERLAP_LIMIT)
+            said(largest.fraction, "the volume shared", &largest.between, largest.time, OVERLAP_LIMIT)
         })
     }
 
     fn keep(&mut self, between: &str, time: f64, found: Found, smaller: f64) {
-        let Found { depth, share, volume } = found;
-        if share > self.deepest.share {
-            self.deepest = Depth { depth, share, between: between.to_owned(), time };
+        let Found { depth, fraction, volume } = found;
+        if fraction > self.deepest.fraction {
+            self.deepest = Depth { depth, fraction, between: between.to_owned(), time };
         }
-        let share = volume / smaller;
-        if share > self.largest.share {
-            self.largest = Overlap { volume, share, between: between.to_owned(), time };
+        let fraction = volume / smaller;
+        if fraction > self.largest.fraction {
+            self.largest = Overlap { volume, fraction, between: between.to_owned(), time };
         }
     }
 }
@@ -199,8 +199,8 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
 
 impl Found {
     fn deepen(&mut self, depth: f64, size: f64) {
-        if depth > self.share * size {
-            (self.depth, self.share) = (depth, depth / size);
+        if depth > self.fraction * size {
+            (self.depth, self.fraction) = (depth, depth / size);
         }
     }
 }
@@ -224,9 +224,9 @@ impl<'a> Side<'a> {
 
     /// Mean size of the faces of a mesh [m].
     fn face_size(&self) -> Option<f64> {
-        let Self::Mesh(Mesh { skin, x, .. }) = self else { return None };
-        let sizes = skin.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
-        Some(sizes.sum::<f64>() / skin.faces.len() as f64)
+        let Self::Mesh(Mesh { surface, x, .. }) = self else { return None };
+        let sizes = surface.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
+        Some(sizes.sum::<f64>() / surface.faces.len() as f64)
     }
 
     fn thickness(&self) -> f64 {
@@ -248,7 +248,7 @@ impl<'a> Side<'a> {
     /// Depth of a point inside [m], and the size of the nearest face of a mesh [m].
     fn depth_at(&self, point: &Vec3) -> (f64, Option<f64>) {
         let Self::Mesh(mesh) = self else { return (-self.height(point), None) };
-        match mesh.depth_below_skin(point, |_| true) {
+        match mesh.depth_below_surface(point, |_| true) {
             Some((depth, size)) => (depth, Some(size)),
             None => (0.0, None),
         }
@@ -273,7 +273,7 @@ impl<'a> Side<'a> {
         };
         match self {
             Self::Mesh(mesh) => {
-                for &node in &mesh.skin.nodes {
+                for &node in &mesh.surface.nodes {
                     take_near(&mesh.x[node as usize]);
                 }
             }
@@ -332,15 +332,15 @@ fn half_extents(shape: &Shape) -> Vec3 {
 
 impl<'a> Mesh<'a> {
     fn new(body: &'a PlanBody, erosion: &Erosion, x: &'a [Vec3]) -> Self {
-        let skin = body.skin_after(erosion);
-        let cells = match &skin {
+        let surface = body.boundary_after(erosion);
+        let cells = match &surface {
             Cow::Borrowed(_) => Cow::Borrowed(&body.cells),
             Cow::Owned(_) => Cow::Owned(body.intact(erosion).collect()),
         };
-        let nodes = skin.nodes.iter().map(|&node| x[node as usize]);
+        let nodes = surface.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { cells, skin, x, bounds }
+        Self { cells, surface, x, bounds }
     }
 
     /// Locator of the elements that intersect a box.
@@ -353,9 +353,9 @@ impl<'a> Mesh<'a> {
     }
 
     /// Distance [m] to the nearest accepted face, and the size of that face [m].
-    fn depth_below_skin(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
+    fn depth_below_surface(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
         let mut best: Option<(f64, f64)> = None;
-        for face in self.skin.faces.iter().filter(|face| takes(face)) {
+        for face in self.surface.faces.iter().filter(|face| takes(face)) {
             let patch = Patch::new(face, self.x);
             let far = patch.corners.iter().map(|c| (c - patch.corners[0]).norm_squared()).fold(0.0, f64::max);
             let least = (point - patch.corners[0]).norm() - far.sqrt();
@@ -405,7 +405,7 @@ impl<'a> Mesh<'a> {
         let elements = OnceCell::new();
         let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
         // Depth of the boundary nodes inside the body.
-        for (node, normal) in nodes_inside(&self.skin, self.x) {
+        for (node, normal) in nodes_inside(&self.surface, self.x) {
             around.clear();
             let with_node = cells.iter().filter(|cell| cell.nodes.contains(&node));
             around.extend(with_node.flat_map(|cell| cell.nodes));
@@ -417,7 +417,7 @@ impl<'a> Mesh<'a> {
             let is_another_part = |face: &[u32; 4]| {
                 !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < ALONGSIDE
             };
-            if let Some((depth, size)) = self.depth_below_skin(point, is_another_part) {
+            if let Some((depth, size)) = self.depth_below_surface(point, is_another_part) {
                 found.deepen(depth, size);
             }
         }
@@ -472,7 +472,7 @@ mod tests {
             let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &x)));
             let found = look(&a, &b);
             assert!((found.depth - f64::max(depth, 0.0)).abs() < 1e-12, "{depth}: {}", found.depth);
-            assert!((found.share - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);
+            assert!((found.fraction - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);
             // A Gauss point represents an eighth of an element: the overlap is exact along z, and within 15 %
             // laterally.
             assert!((found.volume - volume * 0.9 * 0.8).abs() <= 0.15 * volume, "{depth}: {}", found.volume);

@@ -33,9 +33,9 @@ pub struct TissueElement<'a> {
     pub slot: usize,
     /// Index of its part.
     pub part: usize,
-    /// Its kind.
+    /// Kind of the cell, which gives nodes and points.
     pub cell: CellKind,
-    /// Its nodes, global.
+    /// Global numbers of its nodes, in the order of the kind.
     pub nodes: &'a [u32],
     /// Reference volumes of its quadrature points [m³].
     pub volumes: [f64; POINTS],
@@ -50,7 +50,7 @@ struct Vertex {
     moments: [f64; 3],
     /// Σ w s, Σ w s δ, Σ w s² of the current pass.
     sums: [f64; 3],
-    /// Stress [Pa].
+    /// Von Mises stress at the vertex [Pa].
     stress: f64,
     /// Bound of its error, from the scatter of the points about the line [Pa].
     error: f64,
@@ -87,7 +87,7 @@ impl Region {
 /// The field at the latest pass.
 pub struct StressField {
     vertices: Vec<Vertex>,
-    /// By slot.
+    /// Vertices at the corners of each element, by slot.
     elements: Vec<Corners>,
     /// Edges of elements, each once.
     edges: Vec<[u32; 2]>,
@@ -219,8 +219,8 @@ impl StressField {
             let at_top = if upper.depth >= depth {
                 upper.stress
             } else {
-                let share = (depth - upper.depth) / (lower.depth - upper.depth);
-                upper.stress + share * (lower.stress - upper.stress)
+                let fraction = (depth - upper.depth) / (lower.depth - upper.depth);
+                upper.stress + fraction * (lower.stress - upper.stress)
             };
             (lower.depth >= depth).then_some(at_top.max(lower.stress))
         };

@@ -173,11 +173,11 @@ impl Followers {
     }
 
     /// Transfers the masses of followers [kg], or other additive quantities of nodes, to their masters.
-    pub fn hand_over_shares(&self, shares: &mut [f64]) {
+    pub fn hand_over_masses(&self, masses: &mut [f64]) {
         for (node, masters) in self.each() {
-            let share = std::mem::take(&mut shares[node as usize]);
+            let mass = std::mem::take(&mut masses[node as usize]);
             for (master, w) in masters {
-                shares[*master as usize] += share * w;
+                masses[*master as usize] += mass * w;
             }
         }
     }
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn chains_end_at_nodes_that_follow_nobody() {
+    fn chains_end_at_nodes_that_follow_none() {
         let half = |a, b| [(a, 0.5), (b, 0.5)];
         let chain = ties(&[(2, &half(1, 0)), (3, &half(2, 1)), (4, &half(3, 2))]);
         let followers = Followers::new(6, &chain).unwrap();
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn cycles_and_weights_that_are_no_shares_are_refused() {
+    fn cycles_and_weights_that_are_no_fractions_are_refused() {
         let one = |m| [(m, 1.0)];
         let error = |list: &[(u32, &[(u32, f64)])]| Followers::new(5, &ties(list)).unwrap_err();
         assert!(matches!(error(&[(0, &one(1)), (1, &one(2)), (2, &one(0))]), FollowerError::Cycle(_)));
@@ -278,7 +278,7 @@ mod tests {
 
         let m = [1.0, 2.0, 3.0, 4.0, 5.0];
         let mut lumped = m;
-        followers.hand_over_shares(&mut lumped);
+        followers.hand_over_masses(&mut lumped);
         let momentum = |m: &[f64; 5]| m.iter().zip(&v).map(|(m, v)| v * *m).sum::<Vec3>();
         let kinetic = |m: &[f64; 5]| m.iter().zip(&v).map(|(m, v)| m * v.norm_squared()).sum::<f64>();
         assert!((lumped.iter().sum::<f64>() - 15.0).abs() < 1e-14 && lumped[2] == 0.0 && lumped[4] == 0.0);

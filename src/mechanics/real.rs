@@ -96,7 +96,7 @@ pub trait Real:
 
 /// What [`Real::outlined`] runs: a closure would be compiled without the instruction set of lanes.
 pub trait Outlined {
-    /// What it computes.
+    /// Type of the result.
     type Output;
     /// Computes it; must be `#[inline(always)]`, else it is compiled without the instruction set.
     fn run(self) -> Self::Output;

@@ -42,7 +42,7 @@ impl<N> Default for Cells<N> {
 }
 
 impl<N: Copy> Cells<N> {
-    /// Number of cells.
+    /// Number of cells of all kinds.
     pub fn len(&self) -> usize {
         match &self.layout {
             Layout::Alike(kind) => self.nodes.len() / kind.node_count(),

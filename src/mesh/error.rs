@@ -68,7 +68,7 @@ pub enum MeshError {
     /// A file with an unsupported version, encoding or keyword.
     #[error("{what}: {remedy}")]
     Unsupported {
-        /// What was found.
+        /// Version, encoding or keyword that was found.
         what: String,
         /// How to correct it.
         remedy: String,
@@ -79,7 +79,7 @@ pub enum MeshError {
     /// A requested part does not exist.
     #[error("no part is called {name:?}; the mesh has {}", list(known))]
     UnknownPart {
-        /// The requested name.
+        /// Name of the part that was requested.
         name: String,
         /// Names of the existing parts.
         known: Vec<String>,

@@ -276,7 +276,7 @@ mod tests {
         }
         let faces = fine.hanging.boundary(boundary(&fine.cells));
         assert!(is_closed(&faces));
-        // The outer skin is told by its set before and after, the nodes that hang on it included.
+        // The outer surface has its set before and after, with the nodes that hang on it.
         let outer: Vec<u32> = boundary_nodes(&faces);
         let known = |name: &str| fine.node_sets[name].iter();
         let mut named: Vec<u32> =

@@ -233,7 +233,7 @@ mod tests {
             assert_eq!(first_beyond_range(&mesh), Some(2), "{far}");
         }
         mesh.nodes.iter_mut().for_each(|x| *x = Vec3::zeros());
-        assert_eq!(first_beyond_range(&mesh), None, "flat, which is told by its Jacobian");
+        assert_eq!(first_beyond_range(&mesh), None, "flat, which its Jacobian shows");
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub(super) const MOST_HALVINGS: u8 = 20;
 /// A place at which elements are to be small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Position [m].
+    /// Position of the point [m].
     pub point: Vec3,
     /// Outward unit normal of the nearest boundary surface; zero where elements are to be small along all directions.
     pub normal: Vec3,

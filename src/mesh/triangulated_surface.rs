@@ -37,7 +37,7 @@ impl TriangulatedSurface {
     /// Where a ray first enters the body: the distance as a multiple of `direction` (any length), and the point. `None` if
     /// it does not.
     ///
-    /// The signs of d · (b × c) tell on which side of an edge the ray passes. From the two sides of an edge they are exactly
+    /// The signs of d · (b × c) determine on which side of an edge the ray passes. From the two sides of an edge they are exactly
     /// opposite, so that no ray slips through between two triangles.
     pub fn entry(&self, from: &Vec3, direction: &Vec3) -> Option<(f64, SurfacePoint)> {
         let mut first: Option<(f64, usize, Vec3)> = None;
@@ -58,7 +58,7 @@ impl TriangulatedSurface {
         first.map(|(multiple, index, place)| (multiple, self.point(index, place)))
     }
 
-    /// Number of triangles.
+    /// Number of triangles, two for each quadrilateral.
     pub(super) fn len(&self) -> usize {
         self.triangles.len()
     }

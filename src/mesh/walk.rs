@@ -6,9 +6,9 @@ use crate::mechanics::tensor::Vec3;
 /// Why a path ends before its length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WalkEnd {
-    /// The obstacle.
+    /// What stops the path.
     pub what: Obstacle,
-    /// Its position [m].
+    /// Point at which the path ends [m].
     pub place: Vec3,
     /// Length of the path up to there [m].
     pub walked: f64,
@@ -79,9 +79,9 @@ impl TriangulatedSurface {
             let ends = [self.entrance(triangle, cut)?, self.exit(triangle, cut)?];
             let [a, b] = ends.map(|edge| self.crossing(triangle, edge, cut));
             let (along, arm) = (b - a, cut.point - a);
-            let share = (arm.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            let share = if share.is_nan() { 0.0 } else { share };
-            Some((arm - along * share).norm())
+            let fraction = (arm.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            let fraction = if fraction.is_nan() { 0.0 } else { fraction };
+            Some((arm - along * fraction).norm())
         };
         let distances = (0..self.len()).filter_map(|triangle| Some((distance(triangle)?, triangle)));
         distances.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, triangle)| triangle)
@@ -167,7 +167,7 @@ mod tests {
         #[test]
         fn on_a_ball_the_way_is_a_great_circle(
             up in prop::array::uniform3(-1.0..1.0_f64), along in prop::array::uniform3(-1.0..1.0_f64),
-            share in 0.0..5.5_f64,
+            fraction in 0.0..5.5_f64,
         ) {
             let (up, along) = (Vec3::from(up), Vec3::from(along));
             prop_assume!(up.norm() > 0.1 && up.normalize().cross(&along).norm() > 0.1);
@@ -175,7 +175,7 @@ mod tests {
             let inner = inner_radius(&boundary);
             let (_, from) = boundary.entry(&(up * 0.2), &-up).unwrap();
             prop_assert!((from.normal - up).norm() < 1e-12, "{:?}", from.normal);
-            let to = boundary.walk(&from, &along, share * RADIUS).unwrap();
+            let to = boundary.walk(&from, &along, fraction * RADIUS).unwrap();
             prop_assert!((to.normal - to.place.normalize()).norm() < 1e-12);
             prop_assert!((inner - 1e-12..RADIUS + 1e-12).contains(&to.place.norm()));
             let across = up.cross(&along).normalize();
@@ -184,13 +184,13 @@ mod tests {
             let turned = if turned > 6.2 { turned - 2.0 * PI } else { turned };
             // The first and the last segment are inclined by the depth of the facets below the ball.
             let askew = (inner / RADIUS).acos();
-            prop_assert!(turned > share * (1.0 - 1e-12) - askew * (1.0 - inner / RADIUS));
-            prop_assert!(turned < share * RADIUS / inner * (1.0 + 1e-12) + 1e-12, "{turned} {share}");
+            prop_assert!(turned > fraction * (1.0 - 1e-12) - askew * (1.0 - inner / RADIUS));
+            prop_assert!(turned < fraction * RADIUS / inner * (1.0 + 1e-12) + 1e-12, "{turned} {fraction}");
         }
     }
 
     #[test]
-    fn on_a_flat_skin_the_way_is_straight_through_nodes_and_along_edges() {
+    fn on_a_flat_surface_the_way_is_straight_through_nodes_and_along_edges() {
         let boundary = boundary_of(&block());
         for from in [[0.3, 0.2], [0.25, 0.2], [0.23, 0.21]] {
             let (height, from) = boundary.entry(&Vec3::new(from[0], from[1], 1.2), &-Vec3::z()).unwrap();

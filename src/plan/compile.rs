@@ -235,7 +235,7 @@ fn add_body(
     let ties = mesh.hanging.ties();
     let followers = Followers::new(mesh.nodes.len(), &ties)
         .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
-    followers.hand_over_shares(&mut mass);
+    followers.hand_over_masses(&mut mass);
     let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));

@@ -34,7 +34,7 @@ impl ContactMass {
         Self { alpha, is_boundary }
     }
 
-    /// Moves volume from the corners on the skin to the others, in equal parts; an element without others keeps its own.
+    /// Moves volume from the corners on the boundary surface to the others, in equal parts; an element without others keeps its own.
     pub fn moved(&self, nodes: &[u32], mut volume: Vec<f64>) -> Vec<f64> {
         let on_boundary: Vec<bool> = nodes.iter().map(|node| self.is_boundary[*node as usize]).collect();
         let inner = on_boundary.iter().filter(|on_boundary| !**on_boundary).count();
@@ -43,9 +43,9 @@ impl ContactMass {
         }
         let boundary_volume: f64 =
             volume.iter().zip(&on_boundary).filter(|(_, on_boundary)| **on_boundary).map(|(v, _)| v).sum();
-        let share = self.alpha * boundary_volume / inner as f64;
+        let moved = self.alpha * boundary_volume / inner as f64;
         for (volume, on_boundary) in volume.iter_mut().zip(on_boundary) {
-            *volume = if on_boundary { *volume * (1.0 - self.alpha) } else { *volume + share };
+            *volume = if on_boundary { *volume * (1.0 - self.alpha) } else { *volume + moved };
         }
         volume
     }

@@ -12,7 +12,7 @@ pub struct Holder([Hold; 3]);
 /// Support along one axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 enum Hold {
-    /// No support.
+    /// Nothing holds the tissue along this axis.
     #[default]
     Free,
     /// Held nodes or a plane.

@@ -64,7 +64,7 @@ impl LoadTime {
     /// The factor of a load curve [-].
     pub fn factor(self, ramp: &Ramp) -> f64 {
         match self {
-            Self::Preload(share) => share * ramp.at(0.0),
+            Self::Preload(fraction) => fraction * ramp.at(0.0),
             Self::Run(time) => ramp.at(time.max(0.0)),
         }
     }
@@ -93,7 +93,7 @@ pub struct NodalForces {
 /// A prescribed component of a node's displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prescribed {
-    /// Global node number.
+    /// Global number of the node.
     pub node: u32,
     /// Axis, 0 to 2.
     pub axis: usize,

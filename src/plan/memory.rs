@@ -19,7 +19,8 @@ pub struct MemoryReport {
     pub plan_bytes: u64,
     /// Constants of the elements [bytes]: geometry, fibres, node numbers.
     pub elements_bytes: u64,
-    /// State [bytes]: displacement, velocity, history of the elements; viscous forces where a part has them.
+    /// State [bytes]: displacement, velocity; viscous forces where a part has them; history of the elements: bulk viscosity,
+    /// what stress remembers at the points, and nodal displacements and forces of each Prony branch, for its energy.
     pub state_bytes: u64,
     /// Buffers of a step [bytes]: element forces, totals, nodal forces, positions.
     pub step_bytes: u64,

@@ -102,7 +102,7 @@ pub struct Plan {
     pub end_time: f64,
     /// Times [s] that the run hits exactly and records fields at, ascending; from 0 to the end.
     pub field_times: Vec<f64>,
-    /// Recorded fields.
+    /// Fields that are recorded at those times.
     pub fields: Vec<FieldName>,
     /// Contact and energy are recorded every so many steps.
     pub every_steps: u32,
@@ -137,11 +137,11 @@ pub struct PlanBody {
     pub validity: Vec<Validity>,
     /// Whether its elements may be eroded.
     pub erodes: bool,
-    /// Its skin at the start: outward faces with global nodes. A rigid body has its centre and no faces.
+    /// Its boundary surface at the start: outward faces with global nodes. A rigid body has its centre and no faces.
     pub boundary: Surface,
     /// Its index among the rigid bodies, if it is one.
     pub rigid: Option<usize>,
-    /// Total mass [kg].
+    /// Total mass of the body [kg].
     pub mass: f64,
     /// Σ m X of its nodes [kg m].
     pub first_moment: Vec3,
@@ -157,7 +157,7 @@ impl PlanBody {
     }
 
     /// Its boundary surface without eroded elements: with the faces that erosion has exposed.
-    pub fn skin_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
+    pub fn boundary_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
         if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
             return Cow::Borrowed(&self.boundary);
         }
@@ -194,16 +194,16 @@ pub struct ContactPlan {
 /// Dynamic relaxation before the clock starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settle {
-    /// Duration [s].
+    /// Duration of the relaxation [s].
     pub duration: f64,
     /// Mass-proportional damping α [1/s].
     pub damping: f64,
 }
 
-/// Time integration scheme.
+/// Time integration scheme with its parameters.
 #[derive(Clone, Debug)]
 pub enum Integrator {
-    /// Central differences.
+    /// Central differences with a lumped mass matrix.
     Explicit(Explicit),
     /// The θ scheme, or equilibrium without mass.
     Implicit(Box<Implicit>),
@@ -256,7 +256,7 @@ impl Implicit {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SystemSize {
-    /// Number of unknowns.
+    /// Unknown velocity components (degrees of freedom).
     pub unknowns: usize,
     /// Entries of the lower triangle of the matrix.
     pub matrix_entries: usize,
@@ -286,7 +286,7 @@ impl SystemSize {
 /// transmitted or reflected differently in reality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TissueEnd {
-    /// Description, for messages.
+    /// Name of the node set or the cut, for messages.
     pub name: String,
     /// Global numbers of its nodes, ascending.
     pub nodes: Vec<u32>,
@@ -366,7 +366,7 @@ impl Plan {
     pub fn most_contacts(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
     }
-    /// Bodies with self-contact.
+    /// Bodies that may come into contact with themselves.
     pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = &PlanBody> {
         let pairs = self.contact.iter().flat_map(|contact| &contact.pair_bodies);
         pairs.filter(|(slave, master)| *master == Some(*slave)).map(|(slave, _)| &self.bodies[*slave])

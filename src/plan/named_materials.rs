@@ -10,13 +10,13 @@ use serde_json::Value;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct NamedMaterialReport {
-    /// Body.
+    /// Name of the body.
     pub body: String,
-    /// Part.
+    /// Name of the part.
     pub part: String,
     /// Name of the set.
     pub library: String,
-    /// Its sources.
+    /// Citations of its sources, with their addresses.
     pub sources: Vec<String>,
     /// The part as it runs, with the numbers of the set or the scene's own.
     #[cfg_attr(feature = "service", schema(value_type = Object))]

@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct Omitted {
-    /// What.
+    /// Computation that is omitted, such as `inactive elements` or `viscosity pass`.
     pub what: String,
     /// Reason for the omission.
     pub why: String,
@@ -18,7 +18,7 @@ pub struct Omitted {
     pub switch: Option<Keep>,
 }
 
-/// All that the plan does without; what can be put back comes first.
+/// All that the plan does without; what can be restored comes first.
 pub(super) fn omitted(plan: &Plan, scene: &Scene) -> Vec<Omitted> {
     let mut list = List::default();
     optional(plan, scene, &mut list);
@@ -64,12 +64,12 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     let pairs = plan.contact.iter().flat_map(|contact| &contact.pairs);
     let smooth: Vec<&str> =
         pairs.filter(|pair| pair.law == ContactLaw::Frictionless).map(|pair| pair.name.as_str()).collect();
-    let settling = if plan.settle.is_some() { " after dynamic relaxation" } else { "" };
+    let relaxation = if plan.settle.is_some() { " after dynamic relaxation" } else { "" };
     list.add(
         !smooth.is_empty(),
         Some(Keep::TangentialReactions),
         format!("tangential reactions of {}", smooth.join(", ")),
-        format!("a frictionless contact has one unknown{settling}"),
+        format!("a frictionless contact has one unknown{relaxation}"),
     );
     let idle: Vec<String> = idle_fibres(scene).collect();
     list.add(
@@ -128,6 +128,12 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     let of_bulk = plan.blocks.iter().any(|b| b.parameters.has_bulk_viscosity());
     let what = if of_bulk { "history variables except those of bulk viscosity" } else { "history variables" };
     add(!plan.has_memory(), what, why);
+    let has_branches = plan.blocks.iter().any(|b| b.branch_count() > 0);
+    add(
+        plan.has_memory() && !has_branches,
+        "history of branch forces, for the energies of relaxation",
+        "no part has a Prony series",
+    );
     add(!plan.erodes(), "erosion", "no part has limits of erosion");
 }
 

@@ -25,7 +25,7 @@ pub struct PlanReport {
     pub elements: usize,
     /// Approximate memory of a run [bytes].
     pub memory_bytes: u64,
-    /// Memory by component.
+    /// Memory by component [bytes].
     pub memory: MemoryReport,
     /// Initial time step [s]: the smallest critical time step times the safety factor, or the scene's `max_step_s`.
     pub stable_step_s: f64,
@@ -48,16 +48,16 @@ pub struct PlanReport {
     /// Rigid bodies with their mass and inertia.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
-    /// Contact pairs.
+    /// Contact pairs that are computed, with their surfaces and settings.
     pub pairs: Vec<PairReport>,
-    /// Time integration scheme.
+    /// Time integration scheme with its parameters and, for implicit steps, the size of the system.
     pub integrator: IntegratorReport,
     /// Integrator, blocks, rigid bodies and pairs in words.
     pub kept: Vec<String>,
     /// What is absent, each with its reason.
     pub omitted: Vec<Omitted>,
     /// What is kept though the scene may not need it, because somebody asked.
-    pub put_back: Vec<Keep>,
+    pub restored: Vec<Keep>,
 }
 
 /// Time integration of a plan.
@@ -115,7 +115,7 @@ pub struct BlockReport {
     pub body: String,
     /// Names of the parts in this block.
     pub parts: Vec<String>,
-    /// Number of elements.
+    /// Number of elements in this block.
     pub elements: usize,
     /// Their kind: `hex8`, `wedge6`, `tet10`, `tet4`.
     pub kind: String,
@@ -139,7 +139,7 @@ pub struct BlockReport {
     pub element_steps_per_s: f64,
 }
 
-/// A contact pair.
+/// A contact pair: its sides, the discretisation, friction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PairReport {
@@ -170,9 +170,9 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let stable_step_s = max_step.min(safety * steps.smallest());
     let integrator = IntegratorReport::new(&plan.integrator, stable_step_s, scene.choice.clone());
     let step_s = integrator.step_s;
-    let settling = plan.settle.map_or(0.0, |s| s.duration);
+    let relaxation = plan.settle.map_or(0.0, |s| s.duration);
     // Field times are hit exactly, by equal steps from one to the next.
-    let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
+    let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([relaxation]);
     let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
     let evaluated_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
@@ -224,7 +224,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         rigid_bodies,
         pairs,
         omitted: omitted(plan, scene),
-        put_back: scene.document.solver.keep.clone(),
+        restored: scene.document.solver.keep.clone(),
     }
 }
 
@@ -338,7 +338,7 @@ impl BlockReport {
         };
         let relaxing = match prony_branches {
             0 => String::new(),
-            n => format!(", Prony series of {n}"),
+            n => format!(", Prony series of {n} with the energy of each branch"),
         };
         let softening = if *softens { ", softening" } else { "" };
         let eroding = if *erodes { ", with erosion" } else { "" };

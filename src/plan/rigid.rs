@@ -61,7 +61,7 @@ pub struct RigidReport {
     pub body: String,
     /// Name of its shape.
     pub shape: String,
-    /// Mass [kg].
+    /// Mass of the body [kg].
     pub mass_kg: f64,
     /// Principal moments of inertia [kg m²], about the axes of the shape.
     pub inertia_kg_m2: [f64; 3],

@@ -38,7 +38,7 @@ pub struct ElementsWithin {
     /// Number of these elements.
     pub elements: usize,
     /// Fraction of all elements, 0 … 1.
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// Initial critical time step of every element [s], without safety factor; by block and slot.
@@ -90,8 +90,8 @@ impl StableSteps {
         let all = || self.0.iter().flatten();
         let within = |times: f64| {
             let elements = all().filter(|step| **step <= times * smallest).count();
-            let share = elements as f64 / all().count().max(1) as f64;
-            ElementsWithin { times_smallest: times, elements, share }
+            let fraction = elements as f64 / all().count().max(1) as f64;
+            ElementsWithin { times_smallest: times, elements, fraction }
         };
         // The element with the smallest step, in terms of the document.
         let slots = self

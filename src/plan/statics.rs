@@ -18,7 +18,7 @@ const FREE: f64 = 1e-10;
 /// Data for equilibrium without mass.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statics {
-    /// Under-constrained bodies, ascending.
+    /// Under-constrained bodies, in ascending order of their index.
     pub unheld: Vec<Unheld>,
 }
 

@@ -56,11 +56,11 @@ fn each_switch_puts_back_its_thing_and_nothing_else() {
         Keep::UnaskedFields,
     ];
     assert_eq!(switches(&plan), all);
-    assert_eq!(plan.report.put_back, []);
+    assert_eq!(plan.report.restored, []);
     for keep in all {
         let other = keeping(scene(), &[keep]);
         let expected: Vec<Keep> = all.into_iter().filter(|k| *k != keep).collect();
-        assert_eq!((switches(&other), &other.report.put_back[..]), (expected, &[keep][..]));
+        assert_eq!((switches(&other), &other.report.restored[..]), (expected, &[keep][..]));
         let families = |plan: &Plan| plan.blocks[0].parameters.material.family_count();
         assert_eq!(other.skip_inactive_elements, keep != Keep::InactiveElements);
         assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
@@ -166,11 +166,11 @@ fn the_report_counts_what_the_plan_holds() {
     // Its eight elements are equal, and the others are far from critical.
     let counts: Vec<usize> = step.distribution.iter().map(|w| w.elements).collect();
     assert_eq!(counts, [8, 8, 8]);
-    assert!((step.distribution[0].share - 0.2).abs() < 1e-15);
+    assert!((step.distribution[0].fraction - 0.2).abs() < 1e-15);
 }
 
 #[test]
-fn costs_grow_with_families_and_put_back_fibres() {
+fn costs_grow_with_families_and_restored_fibres() {
     let (without, with) = (compiled(&scene()), keeping(scene(), &[Keep::IdleFibres]));
     let rate = |plan: &Plan| plan.report.blocks[0].element_steps_per_s;
     assert!(rate(&with) < rate(&without));
@@ -232,6 +232,22 @@ fn what_auto_chose_has_the_bits_and_the_hash_of_its_document() {
     document["integrator"] = json!({"kind": "auto", "step_s": 1e-7});
     let plan = compiled(&document);
     assert_eq!(plan.report.integrator.kind, "explicit", "{:#?}", plan.report.integrator);
+}
+
+#[test]
+fn branch_forces_are_omitted_where_no_stress_relaxes() {
+    let is_omitted = |document: &Value| {
+        let omitted = compiled(document).report.omitted;
+        omitted.iter().any(|line| line.what.starts_with("history of branch forces"))
+    };
+    let mut document = scene();
+    assert!(!is_omitted(&document), "there is no history at all");
+    document["bodies"][1]["parts"][0]["softening"] =
+        json!({"onset_j_per_m3": 1e5, "fracture_energy_j_per_m2": 1e4});
+    assert!(is_omitted(&document));
+    document["bodies"][1]["parts"][0]["prony_series"] =
+        json!({"branches": [{"relative_modulus": 0.5, "relaxation_time_s": 1e-3}]});
+    assert!(!is_omitted(&document));
 }
 
 #[test]

@@ -51,7 +51,7 @@ impl Reader<'_> {
     fn read(mut self) -> Result<NamedContactProblem, Problems> {
         let name = self.members.get("name").and_then(Value::as_str).map(str::to_owned);
         if name.is_none() {
-            self.tell("missing", &self.root.key("name"), "A problem has a name.");
+            self.report("missing", &self.root.key("name"), "A problem has a name.");
         }
         // Vectors μ and q, and the optional declarations.
         let mu = self.numbers(self.members.get("mu"), &self.root.key("mu"));
@@ -61,7 +61,7 @@ impl Reader<'_> {
             && mu.is_some()
             && nc.as_u64() != Some(contacts as u64)
         {
-            self.tell(
+            self.report(
                 "length",
                 &self.root.key("nc"),
                 format!("There are {contacts} numbers in mu, but nc is {nc}."),
@@ -69,19 +69,23 @@ impl Reader<'_> {
         }
         self.expect_word(self.members.get("frame"), &[FRAME], &self.root.key("frame"));
         if self.members.get("dim").is_some_and(|dim| dim.as_u64() != Some(3)) {
-            self.tell("unsupported", &self.root.key("dim"), "Only problems in three dimensions are solved.");
+            self.report(
+                "unsupported",
+                &self.root.key("dim"),
+                "Only problems in three dimensions are solved.",
+            );
         }
         // Assemble the problem if nothing is wrong.
         let W = self.operator(contacts);
         if let (Some(name), Some(mu), Some(q), Some(W), true) = (name, mu, q, W, self.problems.is_empty()) {
             match ContactProblem::new(W, q, mu) {
                 Ok(problem) => return Ok(NamedContactProblem { name, problem }),
-                Err(error) => self.tell("value", &self.root.clone(), format!("{error}.")),
+                Err(error) => self.report("value", &self.root.clone(), format!("{error}.")),
             }
         }
-        let told =
+        let problem_of =
             |problem: Problem| if problem.remedy.is_empty() { problem.remedy(REMEDY) } else { problem };
-        Err(Problems(self.problems.into_iter().map(told).collect()))
+        Err(Problems(self.problems.into_iter().map(problem_of).collect()))
     }
 
     /// Checks an optional word, which must be one of these or begin with it.
@@ -93,14 +97,14 @@ impl Reader<'_> {
         }
     }
 
-    fn tell(&mut self, code: &'static str, pointer: &Pointer, message: impl Into<String>) {
+    fn report(&mut self, code: &'static str, pointer: &Pointer, message: impl Into<String>) {
         self.problems.push(Problem::error(code, pointer, message));
     }
 
     /// Reads a list of finite numbers.
     fn numbers(&mut self, value: Option<&Value>, pointer: &Pointer) -> Option<Vec<f64>> {
         let Some(Value::Array(items)) = value else {
-            self.tell("type", pointer, "This must be a list of numbers.");
+            self.report("type", pointer, "This must be a list of numbers.");
             return None;
         };
         let bad = items.iter().position(|x| !x.as_f64().is_some_and(|x| x.abs() <= LARGEST));
@@ -117,7 +121,7 @@ impl Reader<'_> {
     fn operator(&mut self, contacts: usize) -> Option<Delassus> {
         let pointer = self.root.key("W");
         let Some(Value::Object(W)) = self.members.get("W") else {
-            self.tell("type", &pointer, "W must be an object with a format.");
+            self.report("type", &pointer, "W must be an object with a format.");
             return None;
         };
         let n = 3 * contacts;
@@ -149,7 +153,7 @@ impl Reader<'_> {
         match Delassus::dense(contacts, values) {
             Ok(W) => Some(W),
             Err(error) => {
-                self.tell("length", pointer, format!("{error}."));
+                self.report("length", pointer, format!("{error}."));
                 None
             }
         }
@@ -167,7 +171,7 @@ impl Reader<'_> {
         let (v, i, j) = (v?, i?, j?);
         if i.len() != v.len() || j.len() != v.len() {
             let lengths = format!("There are {} rows, {} columns and {} values.", i.len(), j.len(), v.len());
-            self.tell("length", pointer, lengths);
+            self.report("length", pointer, lengths);
             return None;
         }
         let entries = i.iter().zip(&j).zip(&v).map(|((&i, &j), &v)| {
@@ -181,7 +185,7 @@ impl Reader<'_> {
     /// Reads a list of indices below `end`.
     fn indices(&mut self, value: Option<&Value>, end: usize, pointer: &Pointer) -> Option<Vec<usize>> {
         let Some(Value::Array(items)) = value else {
-            self.tell("type", pointer, "This must be a list of indices.");
+            self.report("type", pointer, "This must be a list of indices.");
             return None;
         };
         let index = |x: &Value| x.as_u64().and_then(|x| usize::try_from(x).ok()).filter(|x| *x < end);
@@ -199,7 +203,7 @@ impl Reader<'_> {
         let text = W.get("b64").and_then(Value::as_str);
         let Some(bytes) = text.and_then(|text| GeneralPurpose::new(&URL_SAFE, config).decode(text).ok())
         else {
-            self.tell("value", &pointer.key("b64"), "This is no URL-safe base64.");
+            self.report("value", &pointer.key("b64"), "This is no URL-safe base64.");
             return None;
         };
         // Decode the packed numbers.
@@ -211,7 +215,7 @@ impl Reader<'_> {
                 bytes.as_chunks::<4>().0.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect()
             }
             _ => {
-                self.tell("unsupported", &pointer.key("dtype"), "The type must be f8 or f4.");
+                self.report("unsupported", &pointer.key("dtype"), "The type must be f8 or f4.");
                 return None;
             }
         };
@@ -220,7 +224,7 @@ impl Reader<'_> {
         if packed.len() != expected {
             let lengths =
                 format!("The triangle of {n} rows has {expected} numbers, here are {}.", packed.len());
-            self.tell("length", &pointer.key("b64"), lengths);
+            self.report("length", &pointer.key("b64"), lengths);
             return None;
         }
         // Expand the upper triangle to a full symmetric matrix.

@@ -76,7 +76,7 @@ mod tests {
     use crate::mesh::CellKind;
 
     #[test]
-    fn mixed_cells_are_told_with_their_types_in_the_order_of_vtk() {
+    fn mixed_cells_are_reported_with_their_types_in_the_order_of_vtk() {
         let mut cells = Cells::from(vec![[10, 11, 12, 13, 14, 15, 16, 17]]);
         let mut message = ReferenceMesh::default();
         put_cells(&cells, 10, &mut message);

@@ -2,7 +2,7 @@
 
 use super::RecordedRun;
 use super::read::Average;
-use crate::measure::impact_force::SHARE_OF_CONTACT;
+use crate::measure::impact_force::FRACTION_OF_CONTACT;
 use crate::scene::document::ForceFilter;
 use std::io::{self, Write};
 
@@ -75,7 +75,7 @@ pub(super) fn force_average(run: &RecordedRun) -> Average {
     let filter = impact.and_then(|i| i["force_filter"].as_str()).and_then(ForceFilter::from_name);
     let window = impact.and_then(|i| i["force_window_s"].as_f64()).filter(|window| *window > 0.0);
     let of_run =
-        || run.summary["time_s"].as_f64().filter(|time| *time > 0.0).map(|time| SHARE_OF_CONTACT * time);
+        || run.summary["time_s"].as_f64().filter(|time| *time > 0.0).map(|time| FRACTION_OF_CONTACT * time);
     match filter {
         Some(filter) => Average::Filter(filter),
         None => Average::Window(window.or_else(of_run).unwrap_or(1.0)),

@@ -200,19 +200,20 @@ fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
 fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
     let error = coded("numerical-error", "Estimated numerical error, half width");
     // UCUM's unit of a pure number is not shown in text.
-    let told = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let unit_text = if unit == "1" { String::new() } else { format!(" {unit}") };
     match shown.error {
         Some(_) if shown.is_resolved => resource["valueQuantity"] = quantity(shown.value, unit),
         Some(half_width) => {
             let text = format!(
-                "Not resolved by the mesh: about {}{told}, with a numerical error of ± {}{told}",
+                "Not resolved by the mesh: about {}{unit_text}, with a numerical error of ± {}{unit_text}",
                 number(shown.value),
                 rounded(half_width)
             );
             resource["dataAbsentReason"] = absent("error", &text);
         }
         None => {
-            let text = format!("Its numerical error was not estimated: about {}{told}", rounded(shown.value));
+            let text =
+                format!("Its numerical error was not estimated: about {}{unit_text}", rounded(shown.value));
             resource["dataAbsentReason"] = absent("unknown", &text);
         }
     }

@@ -42,7 +42,7 @@ pub type Series = Vec<(f64, f64)>;
 /// Time series of one contact pair.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedPair {
-    /// Recorded times [s].
+    /// Times of the recorded steps [s].
     pub time_s: Vec<f64>,
     /// Impulse on the slave up to each time [N s].
     pub impulse_n_s: Vec<[f64; 3]>,
@@ -55,7 +55,7 @@ pub struct RecordedPair {
 pub struct RecordedRun {
     /// Summary written at the end of the run.
     pub summary: Value,
-    /// Scene document.
+    /// Scene document in the recording.
     pub scene: Value,
     /// Metadata of the run: engine version, commit, scene hash.
     pub metadata: BTreeMap<String, String>,
@@ -208,7 +208,7 @@ impl RecordedPair {
         let Some(before) = after.checked_sub(1) else { return [0.0; 3] };
         let (a, b) = (self.impulse_n_s[before], self.impulse_n_s[after.min(self.impulse_n_s.len() - 1)]);
         let (from, to) = (self.time_s[before], self.time_s[after.min(self.time_s.len() - 1)]);
-        let share = if to > from { (time - from) / (to - from) } else { 0.0 };
-        std::array::from_fn(|i| a[i] + share * (b[i] - a[i]))
+        let fraction = if to > from { (time - from) / (to - from) } else { 0.0 };
+        std::array::from_fn(|i| a[i] + fraction * (b[i] - a[i]))
     }
 }

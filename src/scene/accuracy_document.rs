@@ -76,7 +76,7 @@ impl AskedNumber {
         vec![Self::PeakForce, Self::Impulse, Self::EnergyGiven]
     }
 
-    /// Name in reports.
+    /// Name of the number in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::PeakForce => "peak force",

@@ -27,7 +27,7 @@ const MB: u64 = 1_000_000;
 const GB: u64 = 1_000_000_000;
 
 impl Budget {
-    /// Limits of the command line, high enough for any intended scene: they catch typing errors.
+    /// Limits of the command line, high enough for any intended scene: they find typing errors.
     pub const COMMAND_LINE: Self = Self {
         document_bytes: 64 * MB,
         mesh_bytes: 2 * GB,

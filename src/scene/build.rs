@@ -32,7 +32,7 @@ pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
 
 /// A mesh after local refinement.
 pub struct Refined {
-    /// The refined mesh.
+    /// The mesh with its elements split.
     pub mesh: Mesh,
     /// Number of elements before, and how many of them were split; `None` where nothing was to be refined.
     pub refined: Option<[usize; 2]>,

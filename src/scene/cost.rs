@@ -72,11 +72,11 @@ pub fn element_s(
 /// Amount of work in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepLoad {
-    /// Number of elements.
+    /// Elements of all meshes.
     pub elements: usize,
     /// One evaluation of all internal forces on one core [s].
     pub forces_s: f64,
-    /// Number of nodes.
+    /// Nodes of all meshes.
     pub nodes: usize,
     /// Number of slave nodes of all contact pairs.
     pub slaves: usize,
@@ -102,7 +102,7 @@ impl StepLoad {
 /// Size of the factor of the system matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FactorSize {
-    /// Number of entries.
+    /// Non-zero entries of the factor.
     pub entries: f64,
     /// Floating-point operations of one factorisation.
     pub flops: f64,

@@ -33,7 +33,7 @@ pub struct SceneDocument {
     pub end_time_s: f64,
     /// The bodies, one or more.
     pub bodies: Vec<BodyDocument>,
-    /// Fixed rigid planes.
+    /// Fixed rigid half-spaces that bodies may touch.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<PlaneDocument>,
     /// Contact pairs, friction and discretisation.
@@ -72,7 +72,7 @@ pub struct SceneDocument {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// The impacting body.
+    /// The impacting body, whose loss of energy is reported.
     Projectile,
     /// The impacted body: absorbed energy and depth are measured in it.
     Tissue,
@@ -155,19 +155,19 @@ fn all_axes() -> Vec<Axis> {
     vec![Axis::X, Axis::Y, Axis::Z]
 }
 
-/// A coordinate axis.
+/// A coordinate axis of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
-    /// x
+    /// The x axis.
     X,
-    /// y
+    /// The y axis.
     Y,
-    /// z
+    /// The z axis.
     Z,
 }
 
-/// An initial deformation.
+/// An initial deformation of a body, released when the clock starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum InitialDeformation {
@@ -277,8 +277,8 @@ impl ContactDiscretisation {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-fn is_nothing(share: &f64) -> bool {
-    *share == 0.0
+fn is_nothing(fraction: &f64) -> bool {
+    *fraction == 0.0
 }
 
 fn default_contact_tolerance() -> f64 {
@@ -302,7 +302,7 @@ impl Default for ContactDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ContactPairs {
-    /// `"all"`
+    /// The keyword `"all"`: every two bodies, every body and plane, each deformable body with itself.
     All(AllPairs),
     /// The listed pairs only.
     List(Vec<PairDocument>),
@@ -314,7 +314,7 @@ impl Default for ContactPairs {
     }
 }
 
-/// The keyword `"all"`.
+/// The keyword `"all"` in place of a list of pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AllPairs {
@@ -322,7 +322,7 @@ pub enum AllPairs {
     All,
 }
 
-/// A contact pair.
+/// A contact pair with its own friction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairDocument {
@@ -427,7 +427,7 @@ impl SceneDocument {
     }
 }
 
-/// A recorded field.
+/// A field that is recorded at the field times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FieldName {

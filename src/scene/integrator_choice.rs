@@ -25,7 +25,7 @@ const SLAVES: f64 = 0.5;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorChoice {
-    /// `explicit` or `implicit`.
+    /// Integrator of the run: `explicit` or `implicit`.
     pub chosen: String,
     /// Estimated cost of explicit steps.
     pub explicit: SteppingEstimate,
@@ -39,7 +39,7 @@ pub struct IntegratorChoice {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SteppingEstimate {
-    /// Time step [s].
+    /// Expected time step [s].
     pub step_s: f64,
     /// Number of steps to the end.
     pub steps: f64,
@@ -150,7 +150,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         body.part_entry.iter().zip(body.mesh.cells.iter()).map(of_element).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
-    let skins: usize = bodies
+    let boundary_nodes_of_all: usize = bodies
         .iter()
         .map(|body| boundary_nodes(&body.mesh.hanging.boundary(boundary(&body.mesh.cells))).len())
         .sum();
@@ -158,6 +158,6 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         elements,
         forces_s: document.bodies.iter().zip(bodies).map(evaluate).sum(),
         nodes: bodies.iter().map(|body| body.mesh.nodes.len()).sum(),
-        slaves: if touches { (SLAVES * skins as f64) as usize } else { 0 },
+        slaves: if touches { (SLAVES * boundary_nodes_of_all as f64) as usize } else { 0 },
     }
 }

@@ -9,7 +9,7 @@ use std::fmt;
 /// A JSON document, and the keys that occur twice (the last one counts in `value`).
 #[derive(Clone, Debug)]
 pub struct Parsed {
-    /// The parsed document.
+    /// The document as a JSON value.
     pub value: Value,
     /// One problem for each repeated key.
     pub problems: Vec<Problem>,

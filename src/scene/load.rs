@@ -27,7 +27,7 @@ pub struct Loaded {
     pub scene: Scene,
     /// Warnings: what may not be intended.
     pub warnings: Vec<Problem>,
-    /// Estimated cost.
+    /// Estimated cost of the run.
     pub estimate: Estimate,
     /// Counts, mass and mesh quality of each body.
     pub bodies: Vec<BodySummary>,

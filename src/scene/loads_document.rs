@@ -21,7 +21,7 @@ pub enum RampDocument {
     },
     /// Piecewise linear, constant before the first and after the last point.
     Table {
-        /// Times [s], ascending.
+        /// Times of the points [s], ascending.
         times_s: Vec<f64>,
         /// The factor at each time [-].
         factors: Vec<f64>,

@@ -66,7 +66,7 @@ pub fn rows(m: &Mat3) -> [[f64; 3]; 3] {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MaterialQuestions {
-    /// A single question.
+    /// One question, written without a list.
     One(Box<MaterialQuestion>),
     /// A list of questions.
     Many(Vec<MaterialQuestion>),

@@ -103,7 +103,7 @@ pub struct PersonDocument {
 pub enum Region {
     /// Head or neck.
     Head,
-    /// Chest (thorax).
+    /// Chest (thorax), where criteria of its deflection apply.
     Thorax,
     /// Belly (abdomen).
     Abdomen,

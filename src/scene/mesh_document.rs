@@ -80,7 +80,7 @@ fn is_uniform(grading: &[f64; 2]) -> bool {
 pub struct RotationDocument {
     /// Axis of rotation; any length.
     pub axis: [f64; 3],
-    /// Angle, right-handed [degree].
+    /// Angle of rotation, right-handed about the axis [degree].
     pub angle_deg: f64,
 }
 
@@ -93,9 +93,9 @@ pub enum Generator {
         /// Centre of the ball [m].
         #[serde(default)]
         center_m: [f64; 3],
-        /// Outer radius [m].
+        /// Outer radius of the ball [m].
         outer_radius_m: f64,
-        /// Inner radius [m].
+        /// Inner radius of the ball [m].
         inner_radius_m: f64,
         /// Elements along a quarter of a great circle, n: 6 n² per layer.
         elements_around: u32,
@@ -141,9 +141,9 @@ pub enum Generator {
     },
     /// A block along x, y, z: part `block`, node sets `x_min` … `z_max`.
     Block {
-        /// Lowest corner [m].
+        /// Corner with the least coordinates [m].
         min_m: [f64; 3],
-        /// Highest corner [m].
+        /// Corner with the greatest coordinates [m].
         max_m: [f64; 3],
         /// Elements along x, y, z.
         elements: [u32; 3],

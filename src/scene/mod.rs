@@ -6,9 +6,9 @@
 //! 1. `json`: bytes → JSON value; repeated keys.
 //! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy, in which
 //!    `named_materials` then puts the sets of the library in the place of their names.
-//! 3. `validate`: what the document alone can tell.
-//! 4. `build`: the meshes, in their places, with material axes; then what only they can tell.
-//! 5. `validate::overlap`, `integrator_choice` and `validate::estimate`: what only the whole scene can tell, explicit or implicit
+//! 3. `validate`: what the document alone shows.
+//! 4. `build`: the meshes, in their places, with material axes; then what only they show.
+//! 5. `validate::overlap`, `integrator_choice` and `validate::estimate`: what only the whole scene shows, explicit or implicit
 //!    steps where that is left open, and what the run will cost.
 
 pub mod accuracy_document;
@@ -87,7 +87,7 @@ pub struct Scene {
 impl Scene {
     /// Keeps features that the plan would omit, in addition to those that the document keeps. The problem and its content
     /// hash are unchanged.
-    pub fn put_back(&mut self, things: &[Keep]) {
+    pub fn restore(&mut self, things: &[Keep]) {
         let keep = &mut self.document.solver.keep;
         for thing in things {
             if !keep.contains(thing) {
@@ -124,7 +124,7 @@ impl Scene {
 pub struct RigidSceneBody {
     /// Geometry, in principal axes.
     pub shape: Shape,
-    /// Mass [kg].
+    /// Mass of the body [kg].
     pub mass: f64,
     /// Principal moments of inertia [kg m²].
     pub inertia: Vec3,

@@ -19,9 +19,9 @@ const VISCOSITY: &str = "shear_viscosity_pa_s";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum WrittenMaterial {
-    /// A law.
+    /// A constitutive law with its parameters.
     Law(MaterialDocument),
-    /// A set.
+    /// A set of the library by its name.
     Set(LibraryMaterial),
 }
 
@@ -34,7 +34,7 @@ pub struct LibraryMaterial {
     /// Bulk modulus K [Pa].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bulk_modulus_pa: Option<f64>,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volumetric: Option<VolumetricDocument>,
     /// How far the law may be believed; ranges that are not given stay those of the set.

@@ -20,7 +20,7 @@ pub enum Severity {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = SceneProblem))]
 pub struct Problem {
-    /// `error` or `warning`.
+    /// Whether it refuses the document: `error` or `warning`.
     #[cfg_attr(feature = "service", schema(value_type = String))]
     pub severity: Severity,
     /// Stable code of the kind of problem, for programs.
@@ -70,7 +70,7 @@ impl Problem {
         self.limit = limit.into();
         self
     }
-    /// Sets the remedy.
+    /// Sets the remedy: what to change.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = remedy.into();

@@ -87,7 +87,7 @@ impl Meshes<'_> {
     /// boundary surface. Where no body is a projectile, each of the others may be.
     fn impact_on(&self, body: usize, mesh: &Mesh) -> Option<Vec3> {
         let bodies = &self.document.bodies;
-        let own_skin = self.boundary(body, mesh);
+        let own_surface = self.boundary(body, mesh);
         let others = (0..bodies.len()).filter(|other| *other != body);
         if bodies[body].role == Role::Projectile {
             // From a point far ahead, back towards the projectile.
@@ -96,14 +96,14 @@ impl Meshes<'_> {
                 let way = self.approach(body, other)?;
                 let [low, high] = mesh.bounding_box()?;
                 let far = centre + way.normalize() * (high - low).norm();
-                Some(own_skin.entry(&far, &-way)?.1.place)
+                Some(own_surface.entry(&far, &-way)?.1.place)
             });
             return ahead.take(1).next();
         }
         let has_projectile = bodies.iter().any(|body| body.role == Role::Projectile);
         let strikers = others.filter(|other| !has_projectile || bodies[*other].role == Role::Projectile);
-        let hits =
-            strikers.filter_map(|other| own_skin.entry(&self.centre(other)?, &self.approach(other, body)?));
+        let hits = strikers
+            .filter_map(|other| own_surface.entry(&self.centre(other)?, &self.approach(other, body)?));
         hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, point)| point.place)
     }
 

@@ -23,7 +23,7 @@ pub enum Around {
     /// The point where the path of the projectile's centre first meets the other body; on the projectile, its foremost
     /// point on that path.
     Impact,
-    /// A point [m].
+    /// A point of the scene [m].
     PointM([f64; 3]),
     /// The nodes of a node set of the mesh.
     Set(String),

@@ -35,9 +35,9 @@ pub struct RigidDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeDocument {
-    /// A solid ball.
+    /// A solid ball about the centre of mass.
     Ball {
-        /// Radius [m].
+        /// Radius of the ball [m].
         radius_m: f64,
     },
     /// A box along x, y, z, unless it is rotated.
@@ -47,7 +47,7 @@ pub enum ShapeDocument {
     },
     /// A cylinder with flat ends.
     Cylinder {
-        /// Radius [m].
+        /// Radius of the cylinder [m].
         radius_m: f64,
         /// Half its length [m].
         half_length_m: f64,
@@ -56,7 +56,7 @@ pub enum ShapeDocument {
     },
     /// A cylinder with hemispherical ends, such as a baton.
     Capsule {
-        /// Radius [m].
+        /// Radius of the cylinder and of its ends [m].
         radius_m: f64,
         /// Half the distance between the centres of its ends [m].
         half_length_m: f64,

@@ -93,7 +93,7 @@ mod tests {
 
     /// The check compares a document with one variant, the selected one.
     #[test]
-    fn variants_of_the_schema_are_told_apart() {
+    fn variants_of_the_schema_are_distinguished() {
         for part in parts(&SCENE) {
             let choices = variants(part).map_or_else(Vec::new, |v| choices(v, &SCENE));
             let words: Vec<String> = choices.iter().flat_map(Choice::words).collect();

@@ -105,7 +105,7 @@ pub enum ErrorBarsDocument {
     /// three values of each quantity, and scatter about it widens the error bar. They add two thirds to the run's time. Only
     /// generated meshes can be coarsened.
     ThreeLevels,
-    /// No error bars.
+    /// No other runs, hence no error bars.
     None,
 }
 

@@ -27,7 +27,7 @@ pub enum MeshSourceError {
     /// No mesh of that name in the folder.
     #[error("there is no mesh {name:?}")]
     NotFound {
-        /// The requested name.
+        /// Name of the mesh that was requested.
         name: String,
         /// Names of the existing meshes.
         known: Vec<String>,
@@ -35,21 +35,21 @@ pub enum MeshSourceError {
     /// No uploaded mesh with that id; other ids are not disclosed.
     #[error("there is no mesh {name:?}")]
     NotUploaded {
-        /// The requested id.
+        /// Id of the mesh that was requested.
         name: String,
     },
     /// A name that points outside the folder of the scene.
     #[error("{name:?} is outside the folder of the scene")]
     Outside {
-        /// The requested name.
+        /// Name of the mesh that was requested.
         name: String,
     },
     /// More bytes than the budget allows.
     #[error("the mesh {name:?} has {bytes} bytes")]
     TooLarge {
-        /// The requested name.
+        /// Name of the mesh that was requested.
         name: String,
-        /// Its size [bytes].
+        /// Size of the file [bytes].
         bytes: u64,
         /// The largest accepted size [bytes].
         limit: u64,
@@ -57,7 +57,7 @@ pub enum MeshSourceError {
     /// Reading from the storage failed.
     #[error("the mesh {name:?} cannot be read: {reason}")]
     Unreadable {
-        /// The requested name.
+        /// Name of the mesh that was requested.
         name: String,
         /// Error of the storage.
         reason: String,

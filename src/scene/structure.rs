@@ -60,7 +60,7 @@ pub(super) fn check(document: &Value, schema: &Value) -> Checked {
     let mut walk = Walk { root: schema, checked };
     match longer_than_any_scene(document, &Pointer::root()) {
         Some(problem) => {
-            walk.tell(problem);
+            walk.report(problem);
             walk.checked.is_cut_short = true;
         }
         None => walk.compare(document, &Pointer::root(), schema),
@@ -94,7 +94,7 @@ impl Checked {
 struct Walk<'a> {
     /// The whole schema, which references point into.
     root: &'a Value,
-    /// Results so far.
+    /// Problems found so far, and whether the walk was cut short.
     checked: Checked,
 }
 
@@ -106,7 +106,7 @@ impl Walk<'_> {
         }
         for (code, message, limit) in misfits(found, schema) {
             let remedy = description(schema).unwrap_or_else(|| "change the value".into());
-            self.tell(Problem::error(code, at, message).value(found.clone()).limit(limit).remedy(remedy));
+            self.report(Problem::error(code, at, message).value(found.clone()).limit(limit).remedy(remedy));
             self.mend(at, Some(schema));
         }
         if let Value::Object(members) = found {
@@ -131,7 +131,7 @@ impl Walk<'_> {
         let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();
         for name in required.filter_map(Value::as_str).filter(|name| !members.contains_key(*name)) {
             let member = known.get(name);
-            self.tell(
+            self.report(
                 Problem::error("missing_field", &at.key(name), format!("{name:?} is missing"))
                     .limit(member.map_or_else(String::new, describe))
                     .remedy(member.map_or_else(|| format!("add {name:?}"), |m| remedy_for(name, m))),
@@ -154,7 +154,7 @@ impl Walk<'_> {
         let choices = choices(variants, self.root);
         let makers: BTreeSet<&str> = choices.iter().filter_map(|choice| choice.maker(found)).collect();
         if makers.len() > 1 {
-            self.tell(several_variants(found, at, &makers));
+            self.report(several_variants(found, at, &makers));
             return self.mend(at, Some(schema));
         }
         let chosen = only(&choices, |c| c.is_made_by(found))
@@ -182,7 +182,7 @@ impl Walk<'_> {
             Some(Value::String(word)) => suggest(word, options.iter().map(String::as_str)),
             _ => description(schema).unwrap_or_else(|| "choose one of them".into()),
         };
-        self.tell(
+        self.report(
             problem
                 .value(written.cloned().unwrap_or_default())
                 .limit(format!("one of {}", options.join(", ")))
@@ -193,7 +193,7 @@ impl Walk<'_> {
 
     fn tell_unknown_member(&mut self, name: &str, value: &Value, at: &Pointer, known: &Map<String, Value>) {
         let known: Vec<&str> = known.keys().map(String::as_str).collect();
-        self.tell(
+        self.report(
             Problem::error("unknown_field", &at.key(name), format!("{name:?} is not a field here"))
                 .value(value.clone())
                 .limit(format!("one of {}", known.join(", ")))
@@ -205,7 +205,7 @@ impl Walk<'_> {
     }
 
     /// Adds a problem to the list, unless the list is full.
-    fn tell(&mut self, problem: Problem) {
+    fn report(&mut self, problem: Problem) {
         let Checked { problems, is_cut_short, .. } = &mut self.checked;
         if *is_cut_short {
             return;

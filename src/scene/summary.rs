@@ -17,10 +17,10 @@ use serde::{Deserialize, Serialize};
 pub struct BodySummary {
     /// Name of the body.
     pub name: String,
-    /// Number of nodes.
+    /// Number of nodes of the body.
     #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub nodes: usize,
-    /// Number of elements.
+    /// Number of elements of the body.
     #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub elements: usize,
     /// Volume of the mesh [m³].
@@ -50,7 +50,7 @@ pub struct BodySummary {
 pub struct PartSummary {
     /// Name of the part.
     pub name: String,
-    /// Number of elements.
+    /// Number of elements of the part.
     #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub elements: usize,
     /// Mass of the part [kg].

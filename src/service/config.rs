@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tokens_name_their_owner_and_nobody_else() {
+    fn tokens_name_their_owner_alone() {
         let tokens = Tokens::parse("# staff\nanna 0123456789abcdef\n\nbert fedcba9876543210\n").unwrap();
         assert_eq!(tokens.owner("0123456789abcdef"), Some("anna"));
         assert_eq!(tokens.owner("fedcba9876543210"), Some("bert"));

@@ -21,7 +21,7 @@ mod stall;
 
 use crate::blobs::FolderBlobs;
 use config::ServiceConfig;
-use http::{App, Judges};
+use http::{App, ValidationSlots};
 use jobs::JobsError;
 use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
@@ -37,7 +37,7 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 
 /// Simultaneous validations of scenes and meshes per worker; each may hold a mesh in memory.
-const JUDGES_PER_WORKER: usize = 2;
+const VALIDATIONS_PER_WORKER: usize = 2;
 
 /// Why the service did not start.
 #[derive(Debug, thiserror::Error)]
@@ -88,8 +88,8 @@ impl Service {
         };
         let queue = Queue::open(storage, Arc::clone(&config), engine, Arc::clone(&metrics)).await?;
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
-        let judges = Judges::new(JUDGES_PER_WORKER * config.workers.max(1));
-        let app = Arc::new(App { queue, config, metrics, judges });
+        let validation_slots = ValidationSlots::new(VALIDATIONS_PER_WORKER * config.workers.max(1));
+        let app = Arc::new(App { queue, config, metrics, validation_slots });
         Ok(Self { app, listener, address, workers })
     }
 

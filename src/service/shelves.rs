@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recordings_are_told_by_their_names() {
+    fn recordings_are_known_by_their_names() {
         let id = JobId::now_v7();
         assert!(is_recording(&recording_name(id)));
         for name in

@@ -75,7 +75,7 @@ impl Branches {
         self.of_bodies.get(body).copied().unwrap_or_default()
     }
 
-    /// The branches.
+    /// All branches, body by body.
     pub fn list(&self) -> &[BranchOfBody] {
         &self.list
     }

@@ -127,7 +127,7 @@ impl<'p> ContactStep<'p> {
 
     /// Accounts for eroded elements: the surfaces they expose become contact surfaces.
     pub fn lay_bare(&mut self, plan: &'p Plan, erosion: &Erosion) {
-        let of_body = |body: &usize| plan.bodies[*body].skin_after(erosion).into_owned();
+        let of_body = |body: &usize| plan.bodies[*body].boundary_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
         (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces);
         self.rigid = RigidContact::new(plan, self.plan, &self.surfaces);
@@ -348,14 +348,20 @@ impl<'p> ContactStep<'p> {
         (&self.contacts, &self.reactions)
     }
 
-    /// Projects out the remaining penetration, in a step of a `share` of the usual one [-]: (node, shift), possibly
+    /// Projects out the remaining penetration, in a step of a `fraction` of the usual one [-]: (node, shift), possibly
     /// several per node. Rigid bodies are rotated too, in `poses`.
-    pub fn project(&mut self, plan: &Plan, x: &mut [Vec3], poses: &mut [Pose], share: f64) -> &[(u32, Vec3)] {
+    pub fn project(
+        &mut self,
+        plan: &Plan,
+        x: &mut [Vec3],
+        poses: &mut [Pose],
+        fraction: f64,
+    ) -> &[(u32, Vec3)] {
         let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
-        project_positions(&self.contacts[..meshes], &self.detector, (nodes, share), x, &mut self.moved);
+        project_positions(&self.contacts[..meshes], &self.detector, (nodes, fraction), x, &mut self.moved);
         if let Some(RigidContact { plan, detector, projection, .. }) = &mut self.rigid {
-            projection.project(detector, &plan.of_pairs, (nodes, share), x, poses, &mut self.moved);
+            projection.project(detector, &plan.of_pairs, (nodes, fraction), x, poses, &mut self.moved);
         }
         &self.moved
     }

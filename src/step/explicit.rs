@@ -23,7 +23,7 @@ use super::ledger::Ledger;
 use super::loads;
 use super::motion::Motion;
 use super::phase::Phase;
-use super::place::place_skins;
+use super::place::place_surfaces;
 use super::rigid::{LARGEST_TURN, RigidStep};
 use super::state::State;
 use super::step_work::{Half, StepWork};
@@ -136,7 +136,7 @@ impl Stepper for ExplicitStepper<'_> {
         // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
         let (stable, stiffest) = self.evaluate(state)?;
-        self.put_to_sleep(state);
+        self.deactivate_at_rest(state);
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
         // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
@@ -148,10 +148,10 @@ impl Stepper for ExplicitStepper<'_> {
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
-            self.wake();
+            self.activate_reached();
             // Shorten the step if the strain increment or a rotation would be too large.
-            let share = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
-            let strain_limit = share * self.options.largest_strain_increment;
+            let fraction = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
+            let strain_limit = fraction * self.options.largest_strain_increment;
             let rate = self.forces.largest_stretch_rate(
                 &self.threads,
                 &self.plan.blocks,
@@ -245,8 +245,8 @@ impl Stepper for ExplicitStepper<'_> {
         if let Some(contact) = &mut self.contact {
             state.projected.clear();
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
-            let share = (self.step / self.plan.report.stable_step_s).min(1.0);
-            let shifts = contact.project(self.plan, &mut self.x, poses, share);
+            let fraction = (self.step / self.plan.report.stable_step_s).min(1.0);
+            let shifts = contact.project(self.plan, &mut self.x, poses, fraction);
             state.projected.extend_from_slice(shifts);
             for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
                 *orientation = pose.orientation;
@@ -348,16 +348,16 @@ impl ExplicitStepper<'_> {
     }
 
     /// Deactivates elements at rest, after the first evaluation, which covers all elements.
-    fn put_to_sleep(&mut self, state: &State) {
+    fn deactivate_at_rest(&mut self, state: &State) {
         if self.plan.skip_inactive_elements && !self.has_been_inactive {
             let Plan { blocks, assembly, .. } = self.plan;
-            self.activity.fall_asleep(&mut self.forces, blocks, assembly, (&state.u, &state.v));
+            self.activity.deactivate_at_rest(&mut self.forces, blocks, assembly, (&state.u, &state.v));
             self.has_been_inactive = true;
         }
     }
 
     /// Activates the elements reached by the forces and the contacts of this step.
-    fn wake(&mut self) {
+    fn activate_reached(&mut self) {
         let Plan { blocks, assembly, .. } = self.plan;
         let Self { activity, forces, v_after, contact, .. } = self;
         activity.activate_moving(forces, blocks, assembly, v_after);
@@ -370,7 +370,7 @@ impl ExplicitStepper<'_> {
     /// Absolute positions x_n of the contact surfaces, the only ones needed.
     fn place(&mut self, state: &State, phase: Phase) {
         let surfaces = self.contact.as_ref().map_or(&[][..], ContactStep::surfaces);
-        place_skins(self.plan, surfaces, (state, phase), &mut self.x);
+        place_surfaces(self.plan, surfaces, (state, phase), &mut self.x);
         if let Some(rigid) = &mut self.rigid {
             rigid.place(self.plan, state, phase, &mut self.x);
         }

@@ -19,5 +19,5 @@ pub enum Interrupt {
     },
 }
 
-/// Callback that tells whether to stop.
+/// Callback that decides whether to stop.
 pub type Ask<'a> = &'a (dyn Fn() -> Option<Interrupt> + Sync);

@@ -93,12 +93,12 @@ impl Ledger {
         (*at_hand, *stirred, *available) = (other.at_hand, other.stirred, other.available);
     }
 
-    /// Adds the work of the forces of the branches of relaxation in a step, those at its end with a share [-], those at its start with
+    /// Adds the work of the forces of the branches of relaxation in a step, those at its end with a weight [-], those at its start with
     /// the rest.
-    pub(super) fn add_branch_work(&mut self, branches: &Branches, share: f64) {
+    pub(super) fn add_branch_work(&mut self, branches: &Branches, weight: f64) {
         for (sum, branch) in self.branches.iter_mut().zip(branches.list()) {
             let [start, end] = branch.totals.work;
-            *sum += share * end + (1.0 - share) * start;
+            *sum += weight * end + (1.0 - weight) * start;
         }
     }
 

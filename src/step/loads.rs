@@ -12,7 +12,7 @@ pub(super) fn gravity(plan: &Plan, time: LoadTime) -> Vec3 {
     let full = plan.gravity.unwrap_or_else(Vec3::zeros);
     match (&plan.loads.gravity, time) {
         (Some(ramp), _) => full * time.factor(ramp),
-        (None, LoadTime::Preload(share)) => full * share,
+        (None, LoadTime::Preload(fraction)) => full * fraction,
         (None, LoadTime::Run(_)) => full,
     }
 }

@@ -6,10 +6,10 @@ use crate::plan::{LoadTime, Settle};
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
     /// Dynamic relaxation: gravity and damping, full stick, no flight.
-    Settling(Settle),
+    DynamicRelaxation(Settle),
     /// End of dynamic relaxation, with the friction of the scene: contacts beyond the friction limit slip before the
     /// clock starts, and do not excite vibrations when it does.
-    Releasing(Settle),
+    FrictionalRelaxation(Settle),
     /// Quasi-static loading over a pseudo-time of 1 s, no flight.
     Preloading,
     /// The transient analysis itself.
@@ -24,13 +24,13 @@ impl Phase {
 
     /// Whether contacts are at full stick.
     pub fn sticks(self) -> bool {
-        matches!(self, Self::Settling(_))
+        matches!(self, Self::DynamicRelaxation(_))
     }
 
     /// Mass-proportional damping of the phase [1/s].
     pub fn damping(self) -> f64 {
         match self {
-            Self::Settling(settle) | Self::Releasing(settle) => settle.damping,
+            Self::DynamicRelaxation(settle) | Self::FrictionalRelaxation(settle) => settle.damping,
             Self::Preloading | Self::Running => 0.0,
         }
     }
@@ -38,7 +38,7 @@ impl Phase {
     /// Load time at a time [s], negative before the clock starts.
     pub fn load_time(self, time: f64) -> LoadTime {
         match self {
-            Self::Settling(_) | Self::Releasing(_) => LoadTime::Run(0.0),
+            Self::DynamicRelaxation(_) | Self::FrictionalRelaxation(_) => LoadTime::Run(0.0),
             Self::Preloading => LoadTime::Preload((1.0 + time).clamp(0.0, 1.0)),
             Self::Running => LoadTime::Run(time),
         }

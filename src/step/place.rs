@@ -7,7 +7,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan};
 
 /// Absolute positions x_n [m] of the current contact surfaces, into `x`.
-pub(super) fn place_skins(
+pub(super) fn place_surfaces(
     plan: &Plan,
     surfaces: &[Surface],
     (state, phase): (&State, Phase),

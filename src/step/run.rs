@@ -99,7 +99,7 @@ fn drive(
 ) -> Result<Ending, Failure> {
     // Dynamic relaxation and preload precede the first step.
     if let (Some(settle), 0) = (plan.settle, state.step)
-        && let Some(interrupt) = settle_down(plan, stepper, state, settle, options)?
+        && let Some(interrupt) = relax(plan, stepper, state, settle, options)?
     {
         return interrupted(interrupt, plan, state);
     }
@@ -181,7 +181,7 @@ fn solve(
 
 /// Dynamic relaxation: gravity and damping at full stick, finally with the friction of the scene, until the relaxation
 /// time is over; then the clock starts at rest. Bodies with an initial velocity stay in their initial position.
-fn settle_down(
+fn relax(
     plan: &Plan,
     stepper: &mut dyn Stepper,
     state: &mut State,
@@ -199,7 +199,8 @@ fn settle_down(
             return Ok(Some(interrupt));
         }
         let sticks = state.time < -RELEASING * settle.duration;
-        let phase = if sticks { Phase::Settling(settle) } else { Phase::Releasing(settle) };
+        let phase =
+            if sticks { Phase::DynamicRelaxation(settle) } else { Phase::FrictionalRelaxation(settle) };
         if let Some(interrupt) = solve(stepper, state, phase, -state.time, options.interrupt)? {
             return Ok(Some(interrupt));
         }
@@ -324,9 +325,9 @@ fn recording_failed(state: &State, error: &RecorderError) -> Failure {
     let mut message = error.to_string();
     let mut source = std::error::Error::source(error);
     while let Some(reason) = source {
-        let told = reason.to_string();
-        if !message.contains(&told) {
-            message = format!("{message}: {told}");
+        let said = reason.to_string();
+        if !message.contains(&said) {
+            message = format!("{message}: {said}");
         }
         source = reason.source();
     }

@@ -90,7 +90,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         };
         let is_last =
             accuracy.next_s.is_some_and(|next| clock.is_over_after(next + expected.unwrap_or_default()));
-        let mut tell = |p: Progress| {
+        let mut report = |p: Progress| {
             progress(if is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
         };
         let must_finish = level > 0 && best.is_some();
@@ -103,7 +103,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
             threads,
             interrupt: &stop,
-            progress: &mut tell,
+            progress: &mut report,
         };
         let mut result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
         let failure = match &result.outcome.ending {
@@ -120,7 +120,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             return Ok(best);
         }
 
-        // Whether it is good enough, or there is nothing that a finer mesh would tell.
+        // Whether it is good enough, or there is nothing that a finer mesh would show.
         let seconds = clock.elapsed_s() - started;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });

@@ -11,7 +11,7 @@ use crate::step::Interrupt;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Admissible factors [-].
+/// Least and greatest factor on the bulk modulus [-].
 pub const FACTORS: [f64; 2] = [1e-3, 1e3];
 
 /// What to study, and how.

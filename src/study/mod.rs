@@ -5,8 +5,8 @@ pub mod bulk_modulus;
 pub mod coverage;
 pub mod error;
 mod error_bars;
-pub mod leave_out;
 pub mod material_fit;
+pub mod omissions;
 pub mod palette;
 #[cfg(feature = "png")]
 mod png;
@@ -18,7 +18,7 @@ pub mod stability;
 mod variant;
 pub mod what_if;
 
-pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
+pub use omissions::{Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, study_omissions};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use progress::{Phase, Progress};

@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_told() {
+    fn what_is_no_picture_is_reported() {
         assert!(png("<svg").is_err());
     }
 }

@@ -13,8 +13,10 @@ pub enum Phase {
     Loading,
     /// Other runs of the scene, for the error bars.
     EstimatingErrors,
-    /// Dynamic relaxation before the clock starts.
-    Settling,
+    /// Dynamic relaxation before the clock starts (`settle` of the scene).
+    DynamicRelaxation,
+    /// Quasi-static load steps before the clock starts (`preload` of the scene).
+    Preload,
     /// Time stepping of the run itself.
     Stepping,
     /// The recording is closed and its digest computed.
@@ -24,11 +26,12 @@ pub enum Phase {
 }
 
 impl Phase {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Waiting,
         Self::Loading,
         Self::EstimatingErrors,
-        Self::Settling,
+        Self::DynamicRelaxation,
+        Self::Preload,
         Self::Stepping,
         Self::Closing,
         Self::Done,
@@ -40,7 +43,8 @@ impl Phase {
             Self::Waiting => "waiting",
             Self::Loading => "loading",
             Self::EstimatingErrors => "estimating_errors",
-            Self::Settling => "settling",
+            Self::DynamicRelaxation => "dynamic_relaxation",
+            Self::Preload => "preload",
             Self::Stepping => "stepping",
             Self::Closing => "closing",
             Self::Done => "done",

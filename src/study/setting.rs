@@ -88,8 +88,8 @@ impl Setting {
             document.contact.tolerance = tolerance;
         }
         document.solver.contact = self.contact_solver.or(document.solver.contact);
-        if let Some(share) = self.mass_redistribution {
-            document.contact.mass_redistribution = share;
+        if let Some(fraction) = self.mass_redistribution {
+            document.contact.mass_redistribution = fraction;
         }
         Some(document)
     }
@@ -128,7 +128,8 @@ impl Setting {
             self.implicit_step_s.map(implicit_steps),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
             self.contact_solver.map(|solver| format!("contact by {}", solver.name())),
-            self.mass_redistribution.map(|share| format!("{:.0} % of boundary mass inwards", 100.0 * share)),
+            self.mass_redistribution
+                .map(|fraction| format!("{:.0} % of boundary mass inwards", 100.0 * fraction)),
         ];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }

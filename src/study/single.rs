@@ -74,19 +74,22 @@ pub(super) fn run_with_error_bars(
     let plan = compile(request.scene)?;
     (request.progress)(Progress::beginning(Phase::EstimatingErrors));
     let error_bars = error_bars(&request);
-    let phase =
-        if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Stepping };
+    let phase = match (&plan.settle, &plan.preload) {
+        (Some(_), _) => Phase::DynamicRelaxation,
+        (None, Some(_)) => Phase::Preload,
+        (None, None) => Phase::Stepping,
+    };
     (request.progress)(Progress::beginning(phase));
 
     let measures = measures_of(request.scene, &plan).with_error_bars(error_bars, accuracy);
-    let mut teller = Teller { tell: request.progress, told: None };
+    let mut reporter = Reporter { report: request.progress, last: None };
     let is_kept = !request.sinks.is_empty();
     let mut measuring = MeasuringRecorder::new(measures);
     for sink in request.sinks {
         measuring = measuring.with(sink);
     }
     // The last of the sinks: when it reports the end, the recordings are closed.
-    let mut measuring = measuring.with(&mut teller);
+    let mut measuring = measuring.with(&mut reporter);
     // Run the steps, with the measures on a separate thread if anything is recorded.
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let steps = |measuring: &mut dyn Recorder| {
@@ -131,7 +134,7 @@ pub(super) fn is_stop(ending: &str) -> bool {
 
 /// Processor time of the process so far [s].
 #[cfg(unix)]
-#[allow(clippy::unnecessary_wraps)] // not every system tells
+#[allow(clippy::unnecessary_wraps)] // not every system provides it
 pub fn process_cpu_s() -> Option<f64> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
@@ -144,29 +147,29 @@ pub fn process_cpu_s() -> Option<f64> {
 }
 
 /// A sink that reports the progress of the run.
-struct Teller<'a> {
-    tell: &'a mut (dyn FnMut(Progress) + Send),
-    told: Option<Instant>,
+struct Reporter<'a> {
+    report: &'a mut (dyn FnMut(Progress) + Send),
+    last: Option<Instant>,
 }
 
-impl Sink for Teller<'_> {
+impl Sink for Reporter<'_> {
     fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError> {
-        if self.told.is_none_or(|told| told.elapsed() >= PROGRESS_INTERVAL) {
-            self.told = Some(Instant::now());
+        if self.last.is_none_or(|last| last.elapsed() >= PROGRESS_INTERVAL) {
+            self.last = Some(Instant::now());
             let frame = measured.frame;
-            let share = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
-            (self.tell)(Progress::at(Phase::Stepping, share, frame.step, frame.time));
+            let fraction = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
+            (self.report)(Progress::at(Phase::Stepping, fraction, frame.step, frame.time));
         }
         Ok(())
     }
 
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
         let outcome = end.outcome;
-        let share = match outcome.ending {
+        let fraction = match outcome.ending {
             Ending::Finished => 1.0,
             _ => (outcome.time_s / end.plan.end_time).clamp(0.0, 1.0),
         };
-        (self.tell)(Progress::at(Phase::Closing, share, outcome.steps, outcome.time_s));
+        (self.report)(Progress::at(Phase::Closing, fraction, outcome.steps, outcome.time_s));
         Ok(())
     }
 }

@@ -168,8 +168,8 @@ fn killed_program_leaves_no_job_behind() {
     wait_for(&program.client, &waiting, "succeeded");
     let kinds: Vec<String> =
         program.client.follow(&format!("{running}/events"), None).map(|e| e.kind).collect();
-    let told: Vec<&str> = kinds.iter().map(String::as_str).filter(|k| *k != "progress").collect();
-    assert_eq!(told, ["queued", "running", "requeued", "running", "succeeded"]);
+    let kept: Vec<&str> = kinds.iter().map(String::as_str).filter(|k| *k != "progress").collect();
+    assert_eq!(kept, ["queued", "running", "requeued", "running", "succeeded"]);
     let bytes = program.client.get(&format!("{running}/recording")).body;
     assert!(Summary::read(&bytes).unwrap().is_some());
 }

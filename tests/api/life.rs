@@ -33,8 +33,8 @@ fn shutdown_puts_running_jobs_back_without_counting_the_attempt() {
     let end = wait_for(&again.client(), &job, "succeeded");
     assert_eq!(end["attempts"], 1);
     let kinds: Vec<String> = again.client().follow(&format!("{job}/events"), None).map(|e| e.kind).collect();
-    let told: Vec<&str> = kinds.iter().map(String::as_str).filter(|k| *k != "progress").collect();
-    assert_eq!(told, ["queued", "running", "requeued", "running", "succeeded"]);
+    let kept: Vec<&str> = kinds.iter().map(String::as_str).filter(|k| *k != "progress").collect();
+    assert_eq!(kept, ["queued", "running", "requeued", "running", "succeeded"]);
 }
 
 #[test]

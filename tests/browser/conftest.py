@@ -1,4 +1,4 @@
-"""A service on a free port with an empty data folder, and a Chromium with an empty profile that watches what it is told.
+"""A service on a free port with an empty data folder, and a Chromium with an empty profile that records what it receives.
 
     CONTUSE=target/release/contuse pytest tests/browser
 
@@ -16,7 +16,7 @@ from playwright.sync_api import expect, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
 BINARY = Path(os.environ.get("CONTUSE", ROOT / "target/release/contuse"))
-# WebGL without a graphics card, and a browser that speaks to nobody by itself.
+# WebGL without a graphics card, and a browser that contacts no server by itself.
 FLAGS = """--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
     --disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader""".split()
 # Waits end when their condition holds; this is for what never comes.

@@ -182,7 +182,7 @@ def test_downloads_are_what_they_say(page, service):
     assert float(profile[0]["depth below the skin [mm]"]) == 0 and len(profile) > 5
     layout = json.loads(saved(page, page.get_by_role("button", name="Layout").click).path().read_text())
     assert "/mesh/thigh" in layout["configById"]["3D!mesh"]["topics"]
-    # What others are told to open is the recording, under a name that they know as one.
+    # What other viewers are given to open is the recording, under a name that they know as one.
     link = page.get_by_role("link", name="Open in Lichtblick").get_attribute("href")
     source = parse_qs(urlsplit(link).query)["ds.url"][0]
     assert source.startswith(service.address) and source.endswith(".mcap")

@@ -181,14 +181,14 @@ def check_arrays(recording: Recording) -> str:
             need(all(np.isfinite(a).all() for a in arrays.values()), f"{topic}: a field is not finite")
             need(all((arrays[k] >= 0).all() for k in arrays if k == "von_mises_pa"), f"{topic}: negative von Mises")
             count += len(arrays)
-        check_cloud_and_skin(recording, name, len(nodes))
+        check_cloud_and_surface(recording, name, len(nodes))
     return f"{count} field arrays"
 
 
-def check_cloud_and_skin(recording: Recording, name: str, nodes: int) -> None:
+def check_cloud_and_surface(recording: Recording, name: str, nodes: int) -> None:
     """The Foxglove messages of one body agree with the fields."""
-    skins, stresses = recording.of(f"/mesh/{name}"), recording.of(f"/stress/{name}")
-    for cloud, skin, stress in zip(recording.of(f"/points/{name}"), skins, stresses):
+    surfaces, stresses = recording.of(f"/mesh/{name}"), recording.of(f"/stress/{name}")
+    for cloud, surface, stress in zip(recording.of(f"/points/{name}"), surfaces, stresses):
         names = [f.name for f in cloud.fields]
         need(cloud.point_stride == 4 * len(names) and len(cloud.data) == nodes * cloud.point_stride, f"points of {name}")
         points = np.frombuffer(cloud.data, "<f4").reshape(nodes, len(names))
@@ -198,12 +198,12 @@ def check_cloud_and_skin(recording: Recording, name: str, nodes: int) -> None:
             values = values if values.ndim == 1 else np.linalg.norm(values.astype(float), axis=1)
             column = points[:, names.index(array.name)]
             need(np.allclose(values, column, rtol=1e-5, atol=1e-6 * (1 + abs(values).max())), f"points of {name}: {array.name}")
-        mesh = skin.entities[0].triangles[0]
-        need(len(mesh.indices) % 3 == 0 and max(mesh.indices) < len(mesh.points), f"skin of {name}: indices")
-        need(len(mesh.colors) in (0, len(mesh.points)), f"skin of {name}: colours")
+        mesh = surface.entities[0].triangles[0]
+        need(len(mesh.indices) % 3 == 0 and max(mesh.indices) < len(mesh.points), f"surface of {name}: indices")
+        need(len(mesh.colors) in (0, len(mesh.points)), f"surface of {name}: colours")
         cloud_points = {tuple(p) for p in points[:, :3]}
         on_cloud = all(tuple(np.float32([p.x, p.y, p.z])) in cloud_points for p in mesh.points)
-        need(on_cloud, f"skin of {name}: a vertex is no node")
+        need(on_cloud, f"surface of {name}: a vertex is no node")
 
 
 def check_contacts(recording: Recording) -> str:

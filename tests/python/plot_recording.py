@@ -83,8 +83,8 @@ def draw_cuts(figure, grid, recording: Recording) -> None:
     hexes = {body: unpack(recording.of(f"/reference/{body}")[0].hexes).astype(int) for body in bodies}
     times = np.array([frame[0] for frame in data[bodies[0]]])
     axes = [figure.add_subplot(grid[0, i]) for i in range(4)]
-    for axis, share in zip(axes, (0.25, 0.5, 0.75, 1.0)):
-        index = int(np.argmin(np.abs(times - share * times[-1])))
+    for axis, fraction in zip(axes, (0.25, 0.5, 0.75, 1.0)):
+        index = int(np.argmin(np.abs(times - fraction * times[-1])))
         for body in bodies:
             _, x, stress = data[body][index]
             points, values, triangles = cut(x, stress, hexes[body], origin, np.cross(across, up))

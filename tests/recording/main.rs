@@ -46,7 +46,7 @@ fn record(
     threads: usize,
     interrupt: &(dyn Fn(u64) -> Option<Interrupt> + Sync),
 ) -> (RunResult, Vec<Progress>) {
-    let (asked, mut told) = (AtomicU64::new(0), Vec::new());
+    let (asked, mut reported) = (AtomicU64::new(0), Vec::new());
     let info = RecordingInfo::of(&loaded.scene, document.as_bytes());
     let mut recorder = McapRecorder::new(path, info);
     let result = run_scene(RunRequest {
@@ -55,9 +55,9 @@ fn record(
         also: None,
         threads,
         interrupt: &|| interrupt(asked.fetch_add(1, Ordering::Relaxed)),
-        progress: &mut |progress| told.push(progress),
+        progress: &mut |progress| reported.push(progress),
     });
-    (result.expect("the scene compiles"), told)
+    (result.expect("the scene compiles"), reported)
 }
 
 /// What is in a file, by the reader of the mcap crate.

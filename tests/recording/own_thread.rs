@@ -90,11 +90,11 @@ fn a_recorder_that_fails_ends_the_run_soon_and_is_closed() {
     assert_eq!(failure.cause, FailureCause::RecordingFailed);
     assert!(failure.message.contains("no space left"), "{}", failure.message);
     assert!(slow.finished && slow.steps.last() == Some(&20), "nothing is recorded after a failure");
-    assert!((20..60).contains(&state.step), "told at step {}", state.step);
+    assert!((20..60).contains(&state.step), "reported at step {}", state.step);
 }
 
 #[test]
-fn a_failure_in_the_last_frame_is_told_at_the_end() {
+fn a_failure_in_the_last_frame_is_reported_at_the_end() {
     let plan = small_plan();
     let (all, _) = run(&plan, &NOT_INTERRUPTED, &mut []);
     let mut slow = Slow { fails_at: Some(all.steps), ..Slow::default() };

@@ -91,7 +91,7 @@ fn lengths_that_are_not_there_are_the_end_of_what_is_good() {
 }
 
 #[test]
-fn a_mutated_recording_is_told_and_stops_nothing() {
+fn a_mutated_recording_is_reported_and_stops_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     record(&scene(&[]), &path, 1, &|_| None);

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 fn finished() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let (result, told) = record(&scene(&[]), &path, 1, &|_| None);
+    let (result, reported) = record(&scene(&[]), &path, 1, &|_| None);
     assert_eq!(result.outcome.ending, Ending::Finished);
     assert!(!partial_path(&path).exists());
     let contents = read(&path);
@@ -24,9 +24,9 @@ fn finished() {
     }
     assert_eq!(contents.topics["/reference/ball"].len(), 1);
     assert_eq!(contents.topics["/contact/forces"].len(), contents.topics["/energy"].len());
-    let last = told.last().unwrap();
+    let last = reported.last().unwrap();
     assert_eq!((last.progress, last.phase), (1.0, Phase::Closing));
-    assert!(told.windows(2).all(|w| w[1].progress >= w[0].progress));
+    assert!(reported.windows(2).all(|w| w[1].progress >= w[0].progress));
 
     let Shown::Results(results) = &result.summary.results else { panic!("withheld") };
     let (impact, tissue) = (&results.impacts[0], results.tissue.as_ref().unwrap());

@@ -62,12 +62,12 @@ struct Expectation {
 
 impl Expectation {
     /// What is wrong with the number, if anything.
-    fn judge(&self, got: f64) -> Result<(), String> {
+    fn check(&self, got: f64) -> Result<(), String> {
         let limits =
             match (self.value, self.relative_tolerance, self.absolute_tolerance, self.at_most, self.at_least)
             {
-                (Some(value), Some(share), None, None, None) => {
-                    (value - share * value.abs(), value + share * value.abs())
+                (Some(value), Some(fraction), None, None, None) => {
+                    (value - fraction * value.abs(), value + fraction * value.abs())
                 }
                 (Some(value), None, Some(room), None, None) => (value - room, value + room),
                 (None, None, None, Some(most), None) => (f64::NEG_INFINITY, most),
@@ -139,7 +139,7 @@ fn check(folder: &Path, name: &str, expected: &Expected) -> Vec<String> {
     for expectation in &expected.quantities {
         let got = expectation.quantity.eval(&seen, &outcome);
         println!("    {:?} = {got}", expectation.quantity);
-        if let Err(what) = expectation.judge(got) {
+        if let Err(what) = expectation.check(got) {
             wrong.push(here(format!("{:?}: {what} ({})", expectation.quantity, expectation.source)));
         }
     }

@@ -19,10 +19,10 @@ pub enum Quantity {
     SmallestJacobian,
     /// Kinetic and strain energy at the start [J].
     InitialEnergyJ,
-    /// What is missing of the initial kinetic and strain energy at the end, as a share of it [-].
-    EnergyLostShare,
+    /// What is missing of the initial kinetic and strain energy at the end, as a fraction of it [-].
+    EnergyLostFraction,
     /// Numerical contact dissipation over the energy that errors are measured against [-].
-    NumericalContactShare {
+    NumericalContactFraction {
         /// When [s].
         at_s: Option<f64>,
     },
@@ -125,12 +125,12 @@ impl Quantity {
             Self::BalanceError => outcome.balance_error,
             Self::SmallestJacobian => outcome.smallest_jacobian,
             Self::InitialEnergyJ => first.energy.initial_total_j,
-            Self::EnergyLostShare => {
+            Self::EnergyLostFraction => {
                 let kept =
                     |row: &Row| row.energy.bodies.iter().map(|b| b.kinetic_j + b.strain_j).sum::<f64>();
                 1.0 - seen.at(None, kept) / first.energy.initial_total_j
             }
-            Self::NumericalContactShare { at_s } => {
+            Self::NumericalContactFraction { at_s } => {
                 seen.at(*at_s, |row| row.energy.numerical_contact_j() / row.energy.turnover_j)
             }
             Self::FrictionWorkJPerKg { body } => {

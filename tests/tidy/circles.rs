@@ -179,5 +179,9 @@ fn a_circle_is_found_over_a_signpost_and_by_a_path_in_the_code() {
     };
     let circle = BTreeSet::from(["src/room/a.rs".to_owned(), "src/room/b.rs".to_owned()]);
     assert_eq!(circles(&all("use crate::{room::A, other::{X, Y}};")), BTreeSet::from([circle]));
-    assert_eq!(circles(&all("use crate::room::elsewhere;")), BTreeSet::new(), "it is of the room's door");
+    assert_eq!(
+        circles(&all("use crate::room::elsewhere;")),
+        BTreeSet::new(),
+        "it is another file of the module"
+    );
 }

@@ -20,7 +20,7 @@ struct Problem {
     moduli: [f64; 2],
     /// Whether a node is held along an axis.
     is_held: fn(&Vec3, usize) -> bool,
-    /// Nodes with a force along y, and its share [-].
+    /// Nodes with a force along y, and its fraction of the total [-].
     load: Vec<(usize, f64)>,
     force: f64,
 }
@@ -33,8 +33,8 @@ fn cook(n: u32) -> Problem {
     }
     let at_end = nodes(&mesh, |X| X.x > 48.0 - 1e-9);
     let is_edge = |X: &Vec3| X.y < 44.0 + 1e-9 || X.y > 60.0 - 1e-9;
-    let share = |a: &usize| if is_edge(&mesh.nodes[*a]) { 0.5 } else { 1.0 } / f64::from(2 * n);
-    let load = at_end.iter().map(|a| (*a, share(a))).collect();
+    let fraction = |a: &usize| if is_edge(&mesh.nodes[*a]) { 0.5 } else { 1.0 } / f64::from(2 * n);
+    let load = at_end.iter().map(|a| (*a, fraction(a))).collect();
     Problem {
         mesh: mesh.split_to_tetrahedra(),
         moduli: [80.1938, 400_889.8],
@@ -50,11 +50,12 @@ fn cantilever(n: u32) -> Problem {
     let mesh = Block::uniform(Vec3::zeros(), Vec3::new(10.0, 2.0, 1.0), [5 * n, high, wide], "block")
         .generate()
         .unwrap();
-    let share = |X: &Vec3| {
+    let fraction = |X: &Vec3| {
         let half = |is_edge: bool| if is_edge { 0.5 } else { 1.0 };
         half(X.y < 1e-9 || X.y > 2.0 - 1e-9) * half(X.z < 1e-9 || X.z > 1.0 - 1e-9) / f64::from(high * wide)
     };
-    let load = nodes(&mesh, |X| X.x > 10.0 - 1e-9).into_iter().map(|a| (a, share(&mesh.nodes[a]))).collect();
+    let load =
+        nodes(&mesh, |X| X.x > 10.0 - 1e-9).into_iter().map(|a| (a, fraction(&mesh.nodes[a]))).collect();
     let (G, K) = (1.0, 1e4);
     let E = 9.0 * K * G / (3.0 * K + G);
     // Timoshenko: F L³/3EI + F L/(5/6 G A)
@@ -114,13 +115,14 @@ fn solve(problem: &Problem, formulation: &Value) -> (f64, f64) {
     let mut f = DVector::zeros(free.len());
     for (row, (a, i)) in free.iter().enumerate().filter(|(_, (_, i))| *i == 1) {
         debug_assert_eq!(*i, 1);
-        f[row] = problem.load.iter().filter(|(b, _)| b == a).map(|(_, share)| share * problem.force).sum();
+        f[row] =
+            problem.load.iter().filter(|(b, _)| b == a).map(|(_, fraction)| fraction * problem.force).sum();
     }
     let found = K.cholesky().unwrap().solve(&f);
     for ((a, i), value) in free.iter().zip(found.iter()) {
         u[*a][*i] = *value;
     }
-    let deflection = problem.load.iter().map(|(a, share)| share * u[*a].y).sum();
+    let deflection = problem.load.iter().map(|(a, fraction)| fraction * u[*a].y).sum();
     (deflection, roughness(&plan, &u))
 }
 

@@ -60,7 +60,7 @@ fn impulse_converges_to_the_reference() {
         let error = levels.map(|(impulse, _)| (impulse[i] / reference - 1.0).abs());
         let what = format!("impulse at {} µs, finest mesh [N s]", 25 * (i + 1));
         assert_close(levels[2].0[i], reference, 0.05, &what);
-        // The finest within the 5 % that the reference's own 2–3 % leaves room for; what is below 2 % on the way is settled.
+        // The finest within the 5 % that the reference's own 2–3 % leaves room for; what is below 2 % on the way has converged.
         assert!(error[2] < error[0].max(0.02), "at {} µs: {error:?}", 25 * (i + 1));
     }
     // What lumped contact nodes lose is a matter of the mesh: about halved by each level.

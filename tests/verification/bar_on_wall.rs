@@ -97,7 +97,7 @@ fn contact_pressure_is_constant_and_only_impact_activation_loses_energy() {
         // The strain is v₀/c = 1/3000, and so is what finite strain may add to the linear answer.
         assert_close(seen.mean, 0.3, 1.0 / 3000.0, "pressure");
         assert!(seen.overshoot < 0.08, "{seen:?}");
-        // What the lumped node at the wall loses when it is caught, and nothing else.
+        // What the lumped node at the wall loses on impact activation, and nothing else.
         assert!(seen.lost > 0.0 && seen.lost <= 0.75 / n, "{seen:?}");
         assert_within(
             seen.lost,
@@ -112,7 +112,7 @@ fn contact_pressure_is_constant_and_only_impact_activation_loses_energy() {
     assert_close(fine.impulse, 0.2, 0.005, "impulse");
     assert_close(fine.rebound, 0.01, 0.01, "rebound velocity");
     // The node's impact is of the size of an element: first order in what it costs, faster in the ripple it leaves.
-    assert_order(&[coarse.lost, medium.lost, fine.lost], 0.95, "energy that the caught node loses");
+    assert_order(&[coarse.lost, medium.lost, fine.lost], 0.95, "energy lost on impact activation");
     assert_order(&[&coarse, &medium, &fine].map(|seen| 0.2 - seen.impulse), 0.75, "impulse");
     assert_order(&[coarse.deviation, medium.deviation], 1.0, "ripple of the pressure, 25 to 50 elements");
     assert_order(&[medium.deviation, fine.deviation], 1.0, "ripple of the pressure, 50 to 100 elements");

@@ -38,7 +38,7 @@ fn scene(formulation: &str, bulk_modulus: f64) -> Value {
     })
 }
 
-/// First frequency [Hz], from the motion's part in the first mode, which passes zero after half a period; largest share of the
+/// First frequency [Hz], from the motion's part in the first mode, which passes zero after half a period; largest fraction of the
 /// stabilisation in the strain energy, and the balance's error.
 fn look(formulation: &str, bulk_modulus: f64) -> (f64, f64, f64) {
     let plan = plan(&scene(formulation, bulk_modulus));
@@ -48,7 +48,7 @@ fn look(formulation: &str, bulk_modulus: f64) -> (f64, f64, f64) {
     for (v, shape) in state.v.iter_mut().zip(&shape) {
         v.y = 1e-7 * shape;
     }
-    let (mut before, mut half_period, mut share) = ((0.0, 0.0), None, 0.0_f64);
+    let (mut before, mut half_period, mut fraction) = ((0.0, 0.0), None, 0.0_f64);
     let (outcome, _) = run_on(&plan, state, 1, |frame| {
         let u = |a: usize| frame.u[a].dot(&Vec3::y());
         let q: f64 = (0..plan.node_count()).map(|a| plan.mass[a] * u(a) * shape[a]).sum();
@@ -58,9 +58,9 @@ fn look(formulation: &str, bulk_modulus: f64) -> (f64, f64, f64) {
         }
         before = (frame.time, q);
         let body = &frame.energy.bodies[0];
-        share = share.max(if body.strain_j > 0.0 { body.hourglass_j / body.strain_j } else { 0.0 });
+        fraction = fraction.max(if body.strain_j > 0.0 { body.hourglass_j / body.strain_j } else { 0.0 });
     });
-    (0.5 / half_period.unwrap(), share, outcome.balance_error)
+    (0.5 / half_period.unwrap(), fraction, outcome.balance_error)
 }
 
 /// Shape of the first mode of a cantilever at s = x/L.
@@ -73,7 +73,7 @@ fn first_mode(s: f64) -> f64 {
 #[test]
 fn one_reduced_element_through_the_thickness_bends_as_a_beam_up_to_incompressibility() {
     for bulk_modulus in [2e5, 1e7, 1e9] {
-        let (frequency, share, balance) = look("reduced", bulk_modulus);
+        let (frequency, fraction, balance) = look("reduced", bulk_modulus);
         assert_close(
             frequency,
             exact(bulk_modulus),
@@ -81,10 +81,10 @@ fn one_reduced_element_through_the_thickness_bends_as_a_beam_up_to_incompressibi
             &format!("first frequency [Hz], K = {bulk_modulus:e} Pa"),
         );
         // With one element through the thickness the stabilisation *is* the bending, and the ledger says so.
-        assert!(share > 0.5, "K = {bulk_modulus}: {share}");
+        assert!(fraction > 0.5, "K = {bulk_modulus}: {fraction}");
         assert_at_most(balance, 0.01, "error of the energy balance");
     }
     // Why it is worth having: mean dilatation does not lock in volume, but in shear.
-    let (frequency, share, _) = look("mean_dilatation", 1e7);
-    assert!(frequency / exact(1e7) > 1.3 && share == 0.0, "{}", frequency / exact(1e7));
+    let (frequency, fraction, _) = look("mean_dilatation", 1e7);
+    assert!(frequency / exact(1e7) > 1.3 && fraction == 0.0, "{}", frequency / exact(1e7));
 }

@@ -11,15 +11,19 @@ fn summary(mut document: Value) -> Summary {
     rig::summary(&rig::loaded(&document, None))
 }
 
-/// Asserts that a run came to its end with its energy, and nothing deeper than a share of a face.
+/// Asserts that a run came to its end with its energy, and nothing deeper than a fraction of a face.
 fn assert_holds(summary: &Summary, most: f64) {
     let document: Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
     assert_eq!(document["ending"], "finished");
     let numerics = &summary.numerics;
     assert!(numerics.balance_error < 0.01, "balance {}", numerics.balance_error);
-    let share = numerics.deepest_penetration_share;
-    assert!(share < most, "{share} of a face, {} m deep", numerics.deepest_penetration_m);
-    assert!(numerics.overlapped_volume_share < 0.01, "{} of the volume", numerics.overlapped_volume_share);
+    let fraction = numerics.deepest_penetration_fraction;
+    assert!(fraction < most, "{fraction} of a face, {} m deep", numerics.deepest_penetration_m);
+    assert!(
+        numerics.overlapped_volume_fraction < 0.01,
+        "{} of the volume",
+        numerics.overlapped_volume_fraction
+    );
 }
 
 fn gel_block(name: &str, role: &str, [min, max]: [[f64; 3]; 2], elements: [u32; 3]) -> Value {
@@ -109,9 +113,9 @@ fn soft_bars_that_meet_with_crossed_edges_do_not_cut_each_other() {
             "record": {"field_interval_s": 8e-5}
         }));
         let numerics = &summary.numerics;
-        let (share, volume) = (numerics.deepest_penetration_share, numerics.overlapped_volume_share);
+        let (fraction, volume) = (numerics.deepest_penetration_fraction, numerics.overlapped_volume_fraction);
         assert!(numerics.balance_error < 0.01, "{speed} m/s");
-        assert!(share < deepest, "{speed} m/s: {share} of a face");
+        assert!(fraction < deepest, "{speed} m/s: {fraction} of a face");
         assert!(volume < 0.005, "{speed} m/s: {volume} of a bar");
     }
 }
@@ -140,7 +144,7 @@ fn moving_edges_apart_is_no_source_of_energy() {
     }
 }
 
-/// A hollow rubber ball thrown at a wall, so fast that its inner surface comes together; nobody asks for self-contact.
+/// A hollow rubber ball thrown at a wall, so fast that its inner surface comes together; self-contact is not requested.
 fn hollow_ball(speed: f64, [aside, along]: [f64; 2], thickness: f64, c10: f64) -> Value {
     json!({
         "name": "hollow ball", "end_time_s": 0.1 / speed,
@@ -211,11 +215,15 @@ fn hollow_balls_fold_onto_themselves_wherever_and_however_fast_they_hit() {
         assert!(numerics.balance_error < 0.01, "balance {}", numerics.balance_error);
         // At 100 m/s a point was seen 2.04 % of a face deep, in the others 0.2 % at most.
         let most = if speed > 60.0 { 0.03 } else { 0.02 };
-        let share = numerics.deepest_penetration_share;
-        assert!(share < most, "{speed} m/s: {share} of a face, {} m deep", numerics.deepest_penetration_m);
+        let fraction = numerics.deepest_penetration_fraction;
+        assert!(
+            fraction < most,
+            "{speed} m/s: {fraction} of a face, {} m deep",
+            numerics.deepest_penetration_m
+        );
         let of_itself = summary.values().impacts.iter().find(|impact| impact.is_of_itself());
         assert!(
-            of_itself.is_some_and(contuse::measure::summary::Impact::is_told),
+            of_itself.is_some_and(contuse::measure::summary::Impact::is_reported),
             "the ball at {speed} m/s has not folded"
         );
     }

@@ -1,7 +1,7 @@
 //! Patch test through contact: two blocks of meshes that do not match, pressed together by a uniform pressure.
 //!
 //! The exact stress is uniform. Nodes against faces cannot pass on a uniform pressure between faces that do not match (Taylor &
-//! Papadopoulos 1991): each slave node has a share of the faces around it, which is not the share that the master's nodes want.
+//! Papadopoulos 1991): each slave node has a fraction of the faces around it, which is not the fraction that the master's nodes want.
 //! What is measured is how wrong the stress is beside the contact, and how fast that fades: the error stays of one size in the
 //! layer of elements beside the contact, whose volume falls with their size.
 //!
@@ -12,7 +12,7 @@ use serde_json::json;
 
 const PRESSURE: f64 = 1e4;
 
-/// Errors of σ_zz: the largest at a point, and √(∫ error² dV/V), as shares of the pressure; and of the strain energy.
+/// Errors of σ_zz: the largest at a point, and √(∫ error² dV/V), as fractions of the pressure; and of the strain energy.
 fn look(slave: u32, master: u32, discretisation: &str) -> [f64; 3] {
     let block = |name: &str, low: f64, n: u32| {
         json!({

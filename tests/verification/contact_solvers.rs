@@ -39,8 +39,8 @@ fn compare(integrator: &Value, friction: f64, solvers: &[ContactSolver]) {
         let is_implicit = integrator["kind"] == "implicit";
         let by_products = is_implicit && *solver == ContactSolver::AcceleratedGradient;
         let how = if by_products { "matrix-free" } else { "W formed in every step" };
-        let told = format!("contact problems solved by {}, {how}", solver.name());
-        assert!(plan.report.kept.contains(&told), "{:?}", plan.report.kept);
+        let line = format!("contact problems solved by {}, {how}", solver.name());
+        assert!(plan.report.kept.contains(&line), "{:?}", plan.report.kept);
         assert_eq!(plan.report.pairs[0].unknowns_per_contact, 3);
         let (velocity, balance) = last_velocity(&plan);
         let what = format!(
@@ -139,9 +139,9 @@ fn rigid_sides_are_in_w_too() {
     );
 }
 
-/// While a block settles everything sticks, which some solvers cannot have: the default takes their place, then they go on.
+/// During dynamic relaxation everything sticks, which some solvers cannot handle: the default takes their place, then they go on.
 #[test]
-fn every_solver_settles() {
+fn every_solver_relaxes() {
     use ContactSolver::{AcceleratedGradient, DeSaxce, Extragradient, InteriorPoint, Uzawa};
     let mut scene = crate::incline::scene(15.0, 0.3, 0.0, 2e-3, 1e6);
     let velocity = |scene: &Value| {
@@ -152,12 +152,13 @@ fn every_solver_settles() {
     let expected = velocity(&scene);
     for solver in [InteriorPoint, DeSaxce, Uzawa, Extragradient, AcceleratedGradient] {
         scene["solver"] = json!({"contact": solver});
-        let what = format!("{}: velocity after settling less that by the default [m/s]", solver.name());
+        let what =
+            format!("{}: velocity after dynamic relaxation less that by the default [m/s]", solver.name());
         assert_at_most((velocity(&scene) - expected).norm(), 1e-7, &what);
     }
 }
 
-/// A rigid ball between a floor and a block all of whose nodes are told to move further down than there is room.
+/// A rigid ball between a floor and a block all of whose nodes have a prescribed motion further down than the gap.
 #[test]
 fn what_has_no_room_ends_the_run_with_a_diagnosis() {
     let mut scene = json!({

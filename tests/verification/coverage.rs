@@ -12,13 +12,13 @@ fn nine_of_ten_numbers_are_within_their_error_bars() {
     assert!(study.without.is_empty(), "{:#?}", study.without);
     assert!(study.runs >= 40 && study.numbers.len() >= 100, "{} runs", study.runs);
     let missed: Vec<_> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
-    assert!(study.share(|_| true).0 >= 0.9, "{missed:#?}");
+    assert!(study.fraction(|_| true).0 >= 0.9, "{missed:#?}");
     // Nor does one quantity hide behind the others; the patch is that of a whole face, and its truth is easily met.
     for quantity in
         ["peak_force_n", "impulse_n_s", "contact_duration_s", "absorbed_energy_j", "friction_dissipation_j"]
     {
-        let (share, numbers) = study.share(|number| number.quantity == quantity);
-        assert!(numbers >= 8 && share >= 0.9, "{quantity}: {share} of {numbers}; {missed:#?}");
+        let (fraction, numbers) = study.fraction(|number| number.quantity == quantity);
+        assert!(numbers >= 8 && fraction >= 0.9, "{quantity}: {fraction} of {numbers}; {missed:#?}");
     }
 }
 
@@ -36,7 +36,7 @@ fn nine_of_ten_numbers_of_impacts_on_tissue_are_within_their_error_bars() {
     assert!(study.without.is_empty() && study.runs == 4, "{} runs, {:#?}", study.runs, study.without);
     let missed: Vec<_> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
     for bars in ["two levels", "three levels"] {
-        let (share, numbers) = study.share(|number| number.bars == bars);
-        assert!(numbers >= 60 && share >= 0.9, "{bars}: {share} of {numbers}; {missed:#?}");
+        let (fraction, numbers) = study.fraction(|number| number.bars == bars);
+        assert!(numbers >= 60 && fraction >= 0.9, "{bars}: {fraction} of {numbers}; {missed:#?}");
     }
 }

@@ -219,7 +219,7 @@ fn a_ball_dead_centre_on_gel_runs_to_its_end_as_one_that_is_a_little_aside() {
             assert_at_most(balance_error, 0.01, &format!("{formulation}: error of the energy balance"));
             if formulation == "mean_dilatation" {
                 // 0.8 % was measured: the faces of the gel are held between their nodes, too.
-                assert_at_most(penalty, 1e-2, "share of the corner penalty in the strain energy");
+                assert_at_most(penalty, 1e-2, "fraction of the corner penalty in the strain energy");
             }
         }
     }

@@ -118,7 +118,7 @@ fn what_skin_lays_bare_holds_the_ball() {
         "{:?}",
         said.warnings
     );
-    let depth = said.numerics.deepest_penetration_share;
+    let depth = said.numerics.deepest_penetration_fraction;
     assert_at_most(depth, 0.1, "penetration of a ball that tears skin, of a face");
 }
 

@@ -42,7 +42,7 @@ fn impulse_of_the_bar_converges_to_its_exact_value() {
     });
     assert!(study.rows.iter().all(|row| row.ending == "finished"), "{:?}", study.rows);
     assert_eq!(study.references[&Quantity::ImpulseNS], Reference::Exact { value: 0.2 });
-    // The caught node loses a share of the impulse that falls with the element.
+    // On impact activation the contact node loses a fraction of the impulse that falls with the element.
     let errors: Vec<f64> = study.rows.iter().map(|row| row.errors[&Quantity::ImpulseNS]).collect();
     assert_at_most(errors[2], 0.02, "relative error of the impulse on the finest mesh");
     assert_order(&errors, 0.7, "impulse of the bar, in the study");
@@ -91,7 +91,7 @@ fn a_split_on_the_facets_tells_the_error_of_the_geometry() {
 }
 
 #[test]
-fn geometry_is_told_apart_where_a_generator_knows_a_curved_surface() {
+fn geometry_is_separated_where_a_generator_knows_a_curved_surface() {
     let study_of = |document: &SceneDocument| {
         let ladder = Ladder {
             levels: 0..=1,

@@ -113,7 +113,7 @@ fn a_linear_field_passes_the_patch_test_through_hanging_nodes() {
     assert_at_most(
         inner.into_iter().fold(0.0, f64::max),
         1e-13,
-        "force on an inner node beside hanging ones in a linear field, of those on the skin",
+        "force on an inner node beside hanging ones in a linear field, of those on the surface",
     );
 }
 
@@ -296,8 +296,8 @@ fn contact_on_a_refined_surface_keeps_momentum_and_loses_no_node() {
     assert_at_most(angular, 1e-3, "change of the angular momentum of an impact on a refined block");
     let coarse = small_ball_on_block([4, 1], [10, 10, 5], [5.0, 0.0, -40.0], 6e-4);
     let (coarse, _) = run(&crate::rig::plan(&coarse), |_| {});
-    let share = outcome.balance_error / coarse.balance_error;
-    assert_at_most(share, 1.0, "energy balance of an impact on a refined block, of that on the coarse one");
+    let ratio = outcome.balance_error / coarse.balance_error;
+    assert_at_most(ratio, 1.0, "energy balance of an impact on a refined block, of that on the coarse one");
     let summary = summary(&loaded);
     let failed = summary.gates.iter().filter(|gate| gate.result == GateResult::Failed);
     assert_eq!((summary.gates.len() > 5, failed.count()), (true, 0), "{:#?}", summary.gates);

@@ -43,12 +43,12 @@ fn uniform_flight_is_bitwise_uniform() {
 #[test]
 fn redistributed_mass_tells_what_inertia_it_takes() {
     // All axes of a cube are alike: what its polar moment loses its angular momentum loses.
-    let spinning = |share: f64| {
+    let spinning = |fraction: f64| {
         let mut scene = block([0.0, 0.0, 100.0], None);
         scene["bodies"][0]["mesh"]["generator"]["max_m"] = json!([0.02, 0.02, 0.02]);
         scene["bodies"][0]["mesh"]["generator"]["elements"] = json!([6, 6, 6]);
         scene["bodies"][0]["velocity_m_per_s"] = json!([0, 0, 0]);
-        scene["contact"] = json!({"mass_redistribution": share});
+        scene["contact"] = json!({"mass_redistribution": fraction});
         scene["end_time_s"] = json!(1e-5);
         let plan = plan(&scene);
         let mut spin = None;
@@ -59,9 +59,9 @@ fn redistributed_mass_tells_what_inertia_it_takes() {
     };
     let ((none, whole), (lost, lighter)) = (spinning(0.0), spinning(0.5));
     assert_eq!(none, 0.0);
-    assert_close(lost, 1.0 - lighter / whole, 1e-6, "share of a cube's inertia that redistribution takes");
+    assert_close(lost, 1.0 - lighter / whole, 1e-6, "fraction of a cube's inertia that redistribution takes");
     // Eighths of elements counted by hand.
-    assert_close(lost, 5.0 / 38.0, 1e-9, "the same, of 6×6×6 elements at a share of a half");
+    assert_close(lost, 5.0 / 38.0, 1e-9, "the same, of 6×6×6 elements at a fraction of a half");
 }
 
 /// Largest relative errors over the run: angular momentum about the centre of mass, energy.
@@ -93,7 +93,7 @@ fn a_spinning_block_keeps_its_momenta_and_its_energy() {
         // Internal forces act at x_n, where the momenta are taken: conserved but for the rounding of 10⁴ steps.
         assert_at_most(linear, 1e-13, "relative change of the momentum");
         assert_at_most(angular, 1e-12, "relative change of the angular momentum");
-        // Of the half-step scheme, second order in the step; a share of the energy of the spin alone.
+        // Of the half-step scheme, second order in the step; a fraction of the energy of the spin alone.
         assert_at_most(energy, 1e-5, "error of the energy balance");
     }
     assert_order(&[coarse.1, fine.1], 1.9, "energy of a spinning block, in the step");

@@ -43,9 +43,9 @@ fn foot(n: u32, is_half: bool) -> Mesh {
     let mut mesh = block.generate().unwrap();
     for X in &mut mesh.nodes {
         let (x, y) = ((WIDTH * X.x).tan(), (WIDTH * X.y).tan());
-        let skin = Vec3::new(x, y, -1.0).normalize() * R;
+        let surface = Vec3::new(x, y, -1.0).normalize() * R;
         let top = Vec3::new(x, y, 0.0) * R;
-        *X = skin * (1.0 - X.z) + top * X.z + Vec3::z() * R;
+        *X = surface * (1.0 - X.z) + top * X.z + Vec3::z() * R;
     }
     mesh
 }
@@ -89,17 +89,17 @@ struct Look {
     time: f64,
 }
 
-fn look(frame: &Frame, plan: &Plan, share: f64) -> Look {
+fn look(frame: &Frame, plan: &Plan, part: f64) -> Look {
     let mut look = Look { time: frame.time, ..Look::default() };
     for (contact, reaction) in frame.contacts.iter().zip(frame.reactions) {
         let [p_n, p_1, p_2] = reaction.impulse.map(|p| p / frame.mean_step);
         let along = (contact.frame[1] * p_1 + contact.frame[2] * p_2).x;
-        look.normal += p_n / share;
-        look.tangential += along / share;
+        look.normal += p_n / part;
+        look.tangential += along / part;
         let x = frame.position(contact.slave);
         let r_squared = x.x * x.x + x.y * x.y;
-        look.normal_moment += p_n / share * r_squared;
-        look.tangential_moment += along / share * r_squared;
+        look.normal_moment += p_n / part * r_squared;
+        look.tangential_moment += along / part * r_squared;
         if plan.X[contact.slave as usize].xy().norm() < 1e-9 {
             let area = pole_area(frame, plan, contact.slave);
             look.p0 = p_n / area;
@@ -127,10 +127,10 @@ fn pole_area(frame: &Frame, plan: &Plan, pole: u32) -> f64 {
 }
 
 /// The looks of all load steps.
-fn looks(scene: &Value, mesh: Mesh, share: f64) -> Vec<Look> {
+fn looks(scene: &Value, mesh: Mesh, part: f64) -> Vec<Look> {
     let plan = plan_with(scene, Some(mesh));
     let mut looks = Vec::new();
-    let (outcome, _) = run(&plan, |frame| looks.push(look(frame, &plan, share)));
+    let (outcome, _) = run(&plan, |frame| looks.push(look(frame, &plan, part)));
     assert_at_most(outcome.balance_error, 1e-6, "error of the energy balance");
     assert!(outcome.warnings.is_empty(), "{outcome:#?}");
     looks

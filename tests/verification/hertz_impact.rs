@@ -13,7 +13,7 @@ const FORCE: f64 = 0.314_599_56;
 const DEPTH: f64 = 0.166_433_410e-3;
 const DURATION: f64 = 4.898_593_25e-3;
 const IMPULSE: f64 = 8.377_580_41e-4;
-/// Over which the force is averaged [s]: nodes are caught one by one.
+/// Over which the force is averaged [s]: nodes come into contact one by one.
 const WINDOW: f64 = 2e-4;
 /// Gap at the start [m].
 const GAP: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! The impact point moved over the skin of any mesh: against straight lines, arcs of a ball, and the section of a limb.
+//! The impact point moved over the surface of any mesh: against straight lines, arcs of a ball, and the section of a limb.
 
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::write::gmsh::{Encoding, Version, write_gmsh};
@@ -10,7 +10,7 @@ use nalgebra::{Rotation3, Unit};
 use serde_json::{Value, json};
 
 const BALL_RADIUS: f64 = 0.05;
-/// From the skin to the centre of the projectile [m].
+/// From the surface to the centre of the projectile [m].
 const HEIGHT: f64 = 0.011;
 
 fn part(name: &str) -> Value {
@@ -21,7 +21,7 @@ fn part(name: &str) -> Value {
 /// A steel ball that flies at a body with a mesh.
 fn scene(mesh: &Value, parts: &[&str], center: Vec3, velocity: Vec3) -> Value {
     json!({
-        "name": "over the skin", "end_time_s": 1e-4,
+        "name": "over the surface", "end_time_s": 1e-4,
         "bodies": [
             {"name": "steel", "role": "projectile",
              "rigid": {"shape": {"kind": "ball", "radius_m": 0.0105}, "center_m": center.as_slice(), "mass_kg": 0.03},
@@ -118,7 +118,7 @@ fn on_a_ball_place_and_flight_turn_by_the_arc() {
             worst = worst.max(spin.norm() / 10.0_f64.sqrt());
             let pose = turned(over.bodies[0].rigid.as_ref().unwrap().rotation.as_ref());
             worst = worst.max((turn.inverse() * pose).angle());
-            // It does not come nearer to the skin than the facets are deep.
+            // It does not come nearer to the surface than the facets are deep.
             assert!((flight.norm() - slanted.norm()).abs() < 1e-12);
         }
         errors.push(worst);
@@ -172,8 +172,8 @@ fn on_a_limb_it_is_the_arc_of_the_section() {
 /// Length of the ellipse x = a sin τ, z = b cos τ from the top to the direction at an angle from +z towards +x, by Simpson's rule.
 fn arc(a: f64, b: f64, angle: f64) -> f64 {
     let end = (b * angle.sin()).atan2(a * angle.cos());
-    let speed = |share: f64| {
-        let tau = end * share;
+    let speed = |fraction: f64| {
+        let tau = end * fraction;
         (a * tau.cos()).hypot(b * tau.sin())
     };
     let pieces = 200;
@@ -218,7 +218,7 @@ fn an_uploaded_mesh_is_walked_over_and_its_edits_make_the_case() {
         cache: &Cache::default(),
         shares_plans: true,
         interrupt: &|| None,
-        tell: &mut |_| {},
+        report: &mut |_| {},
     });
     assert!(answer.cases.iter().all(|case| case.ending == "finished"), "{:?}", answer.cases);
     for (case, value) in answer.cases[1..].iter().zip([-0.03, 0.03]) {
@@ -242,14 +242,14 @@ fn an_uploaded_mesh_is_walked_over_and_its_edits_make_the_case() {
 }
 
 #[test]
-fn all_that_does_not_fit_is_told_at_once() {
+fn all_that_does_not_fit_is_reported_at_once() {
     let mut document = scene(&block(), &["block"], Vec3::new(0.0, 0.0, HEIGHT), Vec3::new(0.0, 0.0, -30.0));
     let lost = json!({"name": "lost", "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [1, 0, 0], "mass_kg": 1},
                       "velocity_m_per_s": [0, 0, -1]});
     let post = json!({"name": "post", "rigid": {"shape": {"kind": "ball", "radius_m": 0.0105}, "center_m": [-0.03, 0, HEIGHT], "mass_kg": 1}});
     document["bodies"].as_array_mut().unwrap().extend([lost, post]);
     let base = loaded(&document, &NoFiles);
-    let told = |changes: &[Value]| -> Vec<[String; 2]> {
+    let refused = |changes: &[Value]| -> Vec<[String; 2]> {
         let parameter = |(index, change): (usize, &Value)| json!({"name": format!("p{index}"), "change": change, "low": -0.02, "high": 0.07});
         let parameters: Vec<Value> = changes.iter().enumerate().map(parameter).collect();
         let question: WhatIfDocument =
@@ -266,7 +266,7 @@ fn all_that_does_not_fit_is_told_at_once() {
         change.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         change
     };
-    let found = told(&[
+    let found = refused(&[
         over(json!({"along": [0, 0, 0]})),
         over(json!({"along": [0, 0, 3]})),
         over(json!({"target": "boddy"})),
@@ -288,7 +288,7 @@ fn all_that_does_not_fit_is_told_at_once() {
     assert_eq!(places, expected);
 
     // The edge of the block is 60 mm from its middle, and a post stands in the way to the other side.
-    let found = told(&[over(json!({}))]);
+    let found = refused(&[over(json!({}))]);
     assert_eq!(found[0][0], "/parameters/0/low");
     assert_eq!(found[1..], [["/parameters/0/high", "less than 6.0000e-2 m in this direction"]]);
 }

@@ -1,4 +1,4 @@
-//! Implicit steps: what θ keeps and damps, contact that does not chatter, restarts, failures that are told.
+//! Implicit steps: what θ keeps and damps, contact that does not chatter, restarts, failures with a diagnosis.
 
 use crate::rig::{
     assert_at_most, assert_close, contact_force, mean_velocity, plan, run, run_on, small_ball_on_block,
@@ -47,13 +47,13 @@ fn energy_falls_by_the_factor_of_theta() {
         for (n, (energy, algorithmic)) in (0..).zip(&energies) {
             // The strain is 10⁻⁶, and so is what is not linear.
             let expected = energies[0].0 * factor.powi(n);
-            let share = (energy - expected) / energies[0].0;
+            let fraction = (energy - expected) / energies[0].0;
             assert_at_most(
-                share,
+                fraction,
                 1e-5,
                 &format!("energy of an oscillation less its closed form, θ = {theta}, h = {step} s"),
             );
-            assert_close(energy + algorithmic, energies[0].0, 1e-9, "what is lost is told");
+            assert_close(energy + algorithmic, energies[0].0, 1e-9, "algorithmic dissipation in the ledger");
         }
     }
 }
@@ -69,12 +69,12 @@ fn bar(n: u32, theta: f64) -> Value {
 #[test]
 fn a_bar_on_a_wall_does_not_chatter() {
     // What θ = ½ does not damp of what the mesh does not resolve stays in the bar as vibration; θ = 0.6 damps it.
-    // What is lost when the end is caught, over the energy of an element: more than the ¾ that verifications of explicit schemes
-    // allow, and that by theory. The node is caught with what the step's matrix S couples to it, which is √(¼ + ξ θ ν²) elements
+    // What is lost on impact activation of the end, over the energy of an element: more than the ¾ that verifications of explicit schemes
+    // allow, and that by theory. The node is stopped with what the step's matrix S couples to it, which is √(¼ + ξ θ ν²) elements
     // of mass for a Courant number ν and not ½ (0.67 and 0.74 here); and the wall lies at two thirds of a step's way, so that it is
-    // caught in two steps, the second of which works against the force of the first. The numbers are those of the same scheme
+    // stopped in two steps, the second of which works against the force of the first. The numbers are those of the same scheme
     // on a chain of linear springs, written apart from this code.
-    for (theta, ripple, loss, catch) in [(0.5, 1e-3, 0.02, 0.883), (0.6, 1e-6, 0.03, 0.941)] {
+    for (theta, ripple, loss, activation) in [(0.5, 1e-3, 0.02, 0.883), (0.6, 1e-6, 0.03, 0.941)] {
         let plan = plan(&bar(100, theta));
         let (mut force, mut energy, mut rebound, mut deepest) = (Vec::new(), None, 0.0, 0.0_f64);
         let (outcome, _) = run(&plan, |frame| {
@@ -94,11 +94,16 @@ fn a_bar_on_a_wall_does_not_chatter() {
         assert_close(mean, 0.3, 1.0 / 3000.0, "pressure");
         assert_at_most(deviation, ripple, &format!("ripple of the pressure, θ = {theta}"));
         assert_close(rebound, energy.pairs[0].impulse_n_s[0] / 10.0 - 0.01, 1e-9, "momentum");
-        // The energy of the rebound is what the ledger does not tell as lost, but for vibration.
+        // The energy of the rebound is what the ledger does not have as lost, but for vibration.
         let lost = (energy.numerical_contact_j() + energy.algorithmic_j()) / energy.initial_total_j;
         let kept = (rebound / 0.01).powi(2);
         assert!(kept < 1.0 - lost && kept > 1.0 - lost - 1.5 * loss, "θ = {theta}: {kept} of {}", 1.0 - lost);
-        assert_close(100.0 * energy.numerical_contact_j() / energy.initial_total_j, catch, 0.01, "catch");
+        assert_close(
+            100.0 * energy.numerical_contact_j() / energy.initial_total_j,
+            activation,
+            0.01,
+            "energy lost on impact activation",
+        );
         if theta == 0.5 {
             assert!(
                 energy.algorithmic_j().abs() < 1e-5 * energy.initial_total_j,
@@ -159,7 +164,7 @@ fn a_run_that_is_stopped_and_restarted_has_the_same_bits() {
 }
 
 #[test]
-fn a_step_that_does_not_converge_is_cut_and_then_told() {
+fn a_step_that_does_not_converge_is_cut_and_then_reported() {
     // A bar thrown at a wall at half its wave speed, in steps as long as the impact.
     let mut scene = bar_on_wall::scene(10, "full");
     scene["bodies"][0]["velocity_m_per_s"] = json!([-15, 0, 0]);
@@ -214,7 +219,7 @@ fn a_block_on_a_gentle_incline_does_not_creep() {
     let bottom: Vec<usize> = (0..plan.node_count()).filter(|a| plan.X[*a].z == 0.0).collect();
     let (mut first, mut most, mut sticking) = (None, 0.0_f64, usize::MAX);
     let (outcome, _) = run(&plan, |frame| {
-        // Settled with full stick, some nodes slip a little when friction has its limit: that is over after a few steps.
+        // Relaxed with full stick, some nodes slip a little when friction has its limit: that is over after a few steps.
         if frame.time < 0.2 {
             return;
         }

@@ -6,7 +6,7 @@
 //!
 //! An elastic block that slides without damping is unstable: the complex eigenvalues of the linear block on the plane (friction −μ times
 //! the normal reaction) grow at 5 % of the frequency of its first shear mode for 4×4×2 elements and μ = 0.3, whatever its stiffness. So
-//! the vibrations into which a release throws it do not die but grow. Settling that ends with friction leaves none.
+//! the vibrations into which a release throws it do not die but grow. Dynamic relaxation that ends with friction leaves none.
 
 use crate::rig::{assert_at_most, assert_close, assert_within, mean_velocity, plan, run};
 use contuse::mechanics::tensor::Vec3;
@@ -79,7 +79,7 @@ fn at_15_degrees_it_sticks_for_ever() {
     let last = rows.last().unwrap();
     let moved =
         |row: &Row| row.bottom.iter().zip(&last.bottom).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    // Settling held every node; on release the few that were held too strongly slip once, by less than a thousandth of the
+    // Dynamic relaxation held every node; on release the few that were held too strongly slip once, by less than a thousandth of the
     // block's height, and then no node moves by a single bit.
     assert_at_most(moved(&rows[0]), 5e-5, "slip on release at 15° [m]");
     let second = rows.iter().find(|row| row.t >= 1.0).unwrap();
@@ -148,7 +148,7 @@ fn on_the_flat_it_stops() {
     let last = rows.last().unwrap();
     assert_close(last.x, 2.293_577_982, 1e-6, "stopping distance");
     assert_close(last.friction, 4.5, 1e-5, "friction work per mass, v₀²/2");
-    // It stops rocking: a share of the period 4H/c_s = 6 ms.
+    // It stops rocking: a fraction of the period 4H/c_s = 6 ms.
     let stopped = rows.iter().find(|row| row.v <= 0.0).unwrap();
     assert_within(stopped.t, 1.529_051_988, 1e-3, "time of the stop [s]");
 }
@@ -163,7 +163,7 @@ fn the_scale_of_errors_does_not_grow_with_the_way_down() {
         (scales[scales.len() / 10], scales[scales.len() - 1])
     };
     let (early, late) = scales(30.0);
-    // 2 kg that have come down by 0.6 m have turned over 11 J, of which errors are still judged by what deforms them.
+    // 2 kg that have come down by 0.6 m have turned over 11 J, of which errors are still relative to the energy that deforms them.
     assert!(late.1 > 5.0, "{late:?}");
     assert_at_most(late.0, 2e-3, "energy scale of a block that slides for a second [J]");
     assert!(early.0 > 0.0);

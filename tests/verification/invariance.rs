@@ -1,7 +1,7 @@
 //! Who looks does not matter: a free block of tissue struck by a hollow rubber ball, with a common velocity, turned by an odd angle about
 //! a skew axis, and mirrored, has the same summary.
 //!
-//! Contact makes rounding grow: nodes are caught a little earlier or later. So the scene ends while the growth is far below 10⁻⁶.
+//! Contact makes rounding grow: nodes come into contact a little earlier or later. So the scene ends while the growth is far below 10⁻⁶.
 
 use crate::rig::{assert_at_most, plan, small_ball_on_block};
 use contuse::measure::{Measures, MeasuringRecorder};
@@ -77,7 +77,7 @@ fn assert_same(scene: &Value, other: &Value, what: &str) {
     let mut worst = (0.0, String::new());
     for ((name, a), (other, b)) in numbers.iter().zip(&others) {
         assert_eq!(name, other);
-        // Parts of an energy are told against the energy.
+        // Parts of an energy are compared relative to the energy.
         let whole = if name.contains("split") { numbers[0].1 } else { a.abs() };
         let error = (a - b).abs() / whole;
         if a != b && error > worst.0 {
@@ -102,8 +102,9 @@ fn a_common_fall_changes_no_energy() {
     falling["gravity_m_per_s2"] = json!([400, 0, -1000]);
     let energies = |scene: &Value| {
         let is_energy = |name: &str| name.contains("absorbed_energy") || name.contains("loss");
-        let told = numbers(scene).into_iter().filter(|(name, _)| is_energy(name) && name.ends_with("value"));
-        told.filter(|(name, _)| !name.contains("time")).collect::<Vec<_>>()
+        let listed =
+            numbers(scene).into_iter().filter(|(name, _)| is_energy(name) && name.ends_with("value"));
+        listed.filter(|(name, _)| !name.contains("time")).collect::<Vec<_>>()
     };
     let (own, falling) = (energies(&own), energies(&falling));
     assert!(own.len() >= 4, "{own:?}");

@@ -38,7 +38,7 @@ fn failure(outcome: Outcome) -> Failure {
     }
 }
 
-/// A block of gel thrown flat on a wall: the whole face is caught at once, and the step after the first is a half of it. That is no error of
+/// A block of gel thrown flat on a wall: the whole face is activated at once, and the step after the first is a half of it. That is no error of
 /// the balance, and the first step is cut to a fifth of the strain of others.
 #[test]
 fn a_change_of_the_step_is_no_error_of_the_balance() {

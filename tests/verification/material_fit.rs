@@ -213,7 +213,7 @@ fn what_curves_do_not_determine_is_reported() {
     let answer = fitted(&question);
     assert!(codes(&answer).contains(&"nearly_dependent"), "{:#?}", answer.problems);
     assert!(answer.problems.iter().any(|p| p.message.contains("c10_pa, /material/c01_pa")));
-    // Another kind of test tells them apart.
+    // Another kind of test separates them.
     let more = noisy(&curve(&truth, Path::Equibiaxial, &spaced(1.1, 1.8, 12)), 20.0, &mut normal);
     let mut both = question.clone();
     both["tests"].as_array_mut().unwrap().push(json!({"kind": "equibiaxial", "points": more}));

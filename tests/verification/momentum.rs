@@ -85,7 +85,7 @@ fn check(errors: &Errors) {
 /// Where a node of the master is in a face of the slave by 1 % of its size, friction acts on either side of that: with two
 /// passes that share of its moment is missing, however short the step.
 #[test]
-fn two_passes_keep_angular_momentum_to_a_share_of_a_face() {
+fn two_passes_keep_angular_momentum_to_a_fraction_of_a_face() {
     let errors = look(4e-6, "two_pass");
     assert_at_most(errors.angular, 2e-5, "relative change of the angular momentum");
     check(&errors);

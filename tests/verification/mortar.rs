@@ -40,7 +40,7 @@ fn ball(around: u32, height: f64) -> Value {
     })
 }
 
-/// Largest departure of normal and tangential force from their means, as shares of these, while a ball that is pressed 3 mm into
+/// Largest departure of normal and tangential force from their means, as fractions of these, while a ball that is pressed 3 mm into
 /// the block slides over two of its elements.
 fn ripple(discretisation: &str, around: u32, block: [u32; 3]) -> [f64; 2] {
     let mut ball = ball(around, 0.0);

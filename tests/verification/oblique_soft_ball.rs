@@ -110,7 +110,7 @@ fn assert_moments(seen: &Seen, v_t: f64) {
         seen.kept,
         1.0,
         missing.max(0.002),
-        "share of the angular momentum about the contact point",
+        "fraction of the angular momentum about the contact point",
     );
 }
 

@@ -1,4 +1,4 @@
-//! What a plan leaves out changes no bit: the same scene with it put back ends in the same state.
+//! What a plan omits changes no bit: the same scene with it restored ends in the same state.
 //!
 //! Equality is of every component as a number, so that the sign of a zero does not count.
 
@@ -15,7 +15,7 @@ fn keeping(document: &Value, keep: &[Keep]) -> Plan {
     plan(&document)
 }
 
-/// Runs the scene with everything left out and with `keep` put back; every step must be the same to the last bit.
+/// Runs the scene with everything omitted and with `keep` restored; every step must be the same to the last bit.
 fn assert_same(document: &Value, keep: &[Keep]) -> (Plan, Outcome, State) {
     let motion = |plan: &Plan| {
         let mut steps: Vec<(f64, Vec<Vec3>, Vec<f64>)> = Vec::new();
@@ -96,7 +96,7 @@ fn pairs_without_friction_beside_pairs_with_it() {
 
 #[test]
 fn elements_that_nothing_has_reached() {
-    // Many chunks, of which most sleep at the end; the ball flies until it touches, and sleeps in its own frame.
+    // Many chunks, of which most are inactive at the end; the ball flies until it touches, inactive in its own frame.
     for formulation in ["mean_dilatation", "full", "reduced"] {
         let mut scene = oblique(0.3);
         scene["bodies"][1] = block("block", [-0.02, -0.02, -0.04], 0.04, 20, [0.0, 0.0, 0.0]);
@@ -106,8 +106,8 @@ fn elements_that_nothing_has_reached() {
         scene["end_time_s"] = json!(6e-5);
         let (plan, outcome, _) = assert_same(&scene, &[Keep::InactiveElements]);
         assert!(plan.skip_inactive_elements && plan.element_count() > 8000);
-        let swept = outcome.evaluated_element_steps as f64 / outcome.element_steps as f64;
-        assert!((0.001..0.6).contains(&swept), "{formulation}: {swept}");
+        let evaluated = outcome.evaluated_element_steps as f64 / outcome.element_steps as f64;
+        assert!((0.001..0.6).contains(&evaluated), "{formulation}: {evaluated}");
         let (outcome, _) = run(&keeping(&scene, &[Keep::InactiveElements]), |_| {});
         assert_eq!(outcome.evaluated_element_steps, outcome.element_steps);
     }

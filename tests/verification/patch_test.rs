@@ -88,8 +88,8 @@ fn check(mesh: &Mesh, count: usize, material: &Value, formulation: &str) {
     let scale = forces.iter().map(Vec3::norm).fold(0.0, f64::max);
     let mut inner = 0;
     for (X, f) in plan.X.iter().zip(&forces).filter(|(X, _)| is_inside(X)) {
-        assert!(f.norm() < 1e-13 * scale, "{what}: {f:?} N at {X:?} against {scale} N on the skin");
-        assert_at_most(f.norm() / scale, 1e-13, "force on an inner node, of those on the skin");
+        assert!(f.norm() < 1e-13 * scale, "{what}: {f:?} N at {X:?} against {scale} N on the surface");
+        assert_at_most(f.norm() / scale, 1e-13, "force on an inner node, of those on the surface");
         inner += 1;
     }
     assert!(inner >= 8);

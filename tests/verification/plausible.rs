@@ -1,4 +1,4 @@
-//! What is shown of a run that cannot be a result: nothing touched, nobody knows the error, the law was left.
+//! What is shown of a run that cannot be a result: nothing touched, the error is unknown, the law was left.
 
 use crate::rig;
 use contuse::measure::summary::{ErrorEstimate, Shown};
@@ -52,7 +52,7 @@ fn a_miss_says_so_first_and_shows_no_number() {
 }
 
 #[test]
-fn a_number_whose_error_nobody_knows_is_no_plain_one() {
+fn a_number_of_unknown_error_is_no_plain_one() {
     let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
     scene["solver"] = json!({"error_bars": "none"});
     let summary = summary(&scene, None);
@@ -81,7 +81,7 @@ fn rigid_bodies_have_no_mesh_whose_error_could_be_estimated() {
 }
 
 #[test]
-fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
+fn a_law_that_was_left_is_reported_and_beyond_its_limit_nothing_is_shown() {
     let with_range = |valid_to: Value| {
         let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
         scene["solver"] = json!({"error_bars": "none"});
@@ -90,7 +90,10 @@ fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
     };
     let left = with_range(json!({"stretch": [0.999, 1.001], "jacobian": [0.5, 2.0]}));
     let gel = left.law_ranges.iter().find(|law| law.body == "gel").unwrap();
-    assert!(gel.share_outside > 0.01 && gel.share_outside <= 1.0 && gel.share_beyond_limit == 0.0, "{gel:?}");
+    assert!(
+        gel.fraction_outside > 0.01 && gel.fraction_outside <= 1.0 && gel.fraction_beyond_limit == 0.0,
+        "{gel:?}"
+    );
     assert!(gel.stretch[1] > 1.001 && gel.outside_since_s > 0.0, "{gel:?}");
     let Shown::Results(results) = &left.results else { panic!("{:?}", left.plain_words) };
     // The largest principal strain E of the summary is the same number as the largest stretch: 2E = λ² − 1.
@@ -151,7 +154,7 @@ fn what_is_withheld_does_not_depend_on_what_is_recorded() {
 }
 
 #[test]
-fn a_body_with_a_velocity_waits_while_others_settle() {
+fn a_body_with_a_velocity_waits_while_others_relax() {
     let mut scene = ball_on_gel([0.0, 0.0, -2.0], 4e-3);
     scene["solver"] = json!({"error_bars": "none"});
     let touched = |scene: &Value| {
@@ -173,13 +176,13 @@ fn the_44_mm_ball_has_no_peaks_where_its_laws_do_not_hold() {
     scene["solver"] = json!({"error_bars": "none"});
     let summary = summary(&scene, None);
     // Half a per cent of the energy is beyond the limit: forces and energies stand, peaks at points do not.
-    let share = summary.numerics.energy_share_beyond_law;
-    assert!((1e-3..0.02).contains(&share), "{share}");
+    let fraction = summary.numerics.energy_fraction_beyond_law;
+    assert!((1e-3..0.02).contains(&fraction), "{fraction}");
     let Shown::Results(results) = &summary.results else { panic!("{:?}", summary.plain_words) };
     let tissue = results.tissue.as_ref().unwrap();
     assert!(tissue.peaks.peak_von_mises_pa.is_none() && tissue.peaks.peak_principal_strain.is_none());
-    let told = |word: &str| summary.warnings.iter().any(|w| w.contains(word));
-    assert!(told("beyond the limit of its law") && told("omitted"), "{:?}", summary.warnings);
+    let warns = |word: &str| summary.warnings.iter().any(|w| w.contains(word));
+    assert!(warns("beyond the limit of its law") && warns("omitted"), "{:?}", summary.warnings);
     // Stretches of 4 at most, where one-point elements that turned over had strains of 8 to 17.
     assert!(summary.law_ranges.iter().all(|law| law.stretch[1] < 5.0), "{:?}", summary.law_ranges);
 }
@@ -254,14 +257,14 @@ fn what_reaches_an_end_of_the_model_says_so() {
 }
 
 #[test]
-fn the_force_is_averaged_over_a_share_of_the_contact_and_a_short_window_is_told() {
-    let told = |measures: Value| {
+fn the_force_is_averaged_over_a_fraction_of_the_contact_and_a_short_window_is_reported() {
+    let summary_of = |measures: Value| {
         let mut scene = ball_on_gel([0.0, 0.0, -5.0], 2e-2);
         scene["solver"] = json!({"error_bars": "none"});
         scene["measures"] = measures;
         summary(&scene, None)
     };
-    let by_default = told(json!({"skin_set": "z_max"}));
+    let by_default = summary_of(json!({"skin_set": "z_max"}));
     let impact = &by_default.values().impacts[0];
     let (window, duration) = (impact.force_window_s.unwrap(), impact.contact_duration_s.value);
     assert!(impact.contact_ended && window >= duration / 50.0 * (1.0 - 1e-12), "{window} of {duration}");
@@ -273,14 +276,14 @@ fn the_force_is_averaged_over_a_share_of_the_contact_and_a_short_window_is_told(
     assert!(render_table(&by_default).contains(&impact.force_average));
     assert!(impact.peak_force_n.value < impact.peak_step_force_n.value);
     // A wider window flattens the peak, the same window gives the same force.
-    let same = told(json!({"skin_set": "z_max", "force_window_s": window}));
+    let same = summary_of(json!({"skin_set": "z_max", "force_window_s": window}));
     let asked = &same.values().impacts[0];
     assert!((asked.peak_force_n.value / impact.peak_force_n.value - 1.0).abs() < 1e-9);
     assert!((asked.patch_area_mm2.value / impact.patch_area_mm2.value - 1.0).abs() < 1e-9);
-    let short = told(json!({"skin_set": "z_max", "force_window_s": 1e-6}));
+    let short = summary_of(json!({"skin_set": "z_max", "force_window_s": 1e-6}));
     assert!(short.warnings.iter().any(|w| w.contains("less than two steps")), "{:?}", short.warnings);
     // A class far above what the contact has in it changes little, and is named.
-    let filtered = told(json!({"skin_set": "z_max", "force_filter": "cfc_1000"}));
+    let filtered = summary_of(json!({"skin_set": "z_max", "force_filter": "cfc_1000"}));
     let by_class = &filtered.values().impacts[0];
     assert_eq!((by_class.force_window_s, by_class.force_filter), (None, Some("CFC 1000")));
     assert!(

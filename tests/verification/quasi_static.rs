@@ -57,7 +57,7 @@ fn a_stretched_cube_has_the_stress_and_the_energy_of_its_law() {
     let corner = (state.u[corner] - Vec3::new(a - 1.0, b - 1.0, b - 1.0)).norm();
     assert_at_most(corner, 1e-9, "place of the corner, error [m]");
     assert_close(energy.bodies[0].strain_j, strain, 1e-9, "strain energy");
-    // Work by the mean of the forces at both ends of each load step: off by a share of 1/steps² of what the law curves.
+    // Work by the mean of the forces at both ends of each load step: off by a fraction of 1/steps² of what the law curves.
     assert_close(energy.external_work_j, strain, 2e-3, "work of the prescribed displacement");
     assert_at_most(outcome.balance_error, 1e-8, "error of the energy balance");
     assert_eq!(energy.bodies[0].kinetic_j, 0.0);
@@ -133,7 +133,7 @@ fn loads_act_in_all_integrators_and_their_work_closes_the_balance() {
 }
 
 #[test]
-fn what_nothing_holds_is_told() {
+fn what_nothing_holds_is_reported() {
     // A block on an incline without friction.
     let mut scene = crate::incline::scene(15.0, 0.0, 0.0, 1.0, 1e6);
     scene.as_object_mut().unwrap().remove("settle");

@@ -56,7 +56,7 @@ pub fn picture(title: &str, [x_axis, y_axis]: [&str; 2], curves: &[Curve]) {
     record(&json!({"picture": title, "x": x_axis, "y": y_axis, "curves": curves}));
 }
 
-/// A line of the test's file; nothing where nobody asked.
+/// A line of the test's file; nothing where no record is requested.
 fn record(line: &Value) {
     let Some(folder) = std::env::var_os("CONTUSE_VERIFICATION_RECORDS").map(PathBuf::from) else { return };
     // The harness gives each test a thread of its own, with the test's name.

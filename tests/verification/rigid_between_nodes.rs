@@ -36,7 +36,7 @@ fn scene(shape: &Value, mass: f64, centre: [f64; 3], velocity: [f64; 3], gel: &V
     })
 }
 
-/// How deep points of the surface of the body lie below faces of the skin, over the size of the face [-].
+/// How deep points of the surface of the body lie below faces of the mesh, over the size of the face [-].
 fn depth(plan: &Plan, frame: &Frame) -> f64 {
     let pose = frame.pose(0).unwrap();
     let (vertices, _) = triangulated(&plan.rigid_bodies()[0].shape);
@@ -57,7 +57,7 @@ fn depth(plan: &Plan, frame: &Frame) -> f64 {
     deepest
 }
 
-/// Runs a scene; the deepest share of a face, and the velocity of the body at the end.
+/// Runs a scene; the deepest fraction of a face, and the velocity of the body at the end.
 fn run_with_depth(scene: &Value) -> (f64, Vec3) {
     let plan = plan(scene);
     let (mut deepest, mut last) = (0.0_f64, Vec3::zeros());
@@ -87,8 +87,8 @@ fn a_ball_of_ten_millimetres_does_not_pass_a_thin_plate() {
                 for face in &plan.bodies[1].boundary.faces {
                     let patch = Patch { corners: face.map(|a| frame.position(a)), triangle: false };
                     let closest = patch.closest(&centre);
-                    let share = (0.005 - (closest.point - centre).norm()) / patch.area().sqrt();
-                    deepest = deepest.max(share);
+                    let fraction = (0.005 - (closest.point - centre).norm()) / patch.area().sqrt();
+                    deepest = deepest.max(fraction);
                 }
                 lowest = lowest.min(centre.z);
                 slowest = slowest.max(frame.v_after[plan.rigid_bodies()[0].centre as usize].z);

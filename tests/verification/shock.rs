@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 const DENSITY: f64 = 1000.0;
 
-/// The jump conditions solved, with more digits for the share than their source gives (18.69 % and 1.644 %).
+/// The jump conditions solved, with more digits for the fraction than their source gives (18.69 % and 1.644 %).
 struct Exact {
     v0: f64,
     /// U, referential [m/s].
@@ -28,8 +28,8 @@ const SLOW: Exact =
     Exact { v0: 1.0, front_speed: 17.749_449_2, pressure: 17_749.449_2, stretch: 0.943_660_22 };
 
 impl Exact {
-    /// Share of the kinetic energy that the shock dissipates [-].
-    fn share(&self) -> f64 {
+    /// Fraction of the kinetic energy that the shock dissipates [-].
+    fn fraction(&self) -> f64 {
         let ln = self.stretch.ln();
         let psi = 0.5e5 * (self.stretch.powi(2) - 1.0) - 1e5 * ln + 0.5e5 * ln * ln;
         1.0 - psi / (0.5 * DENSITY * self.v0 * self.v0)
@@ -63,8 +63,8 @@ struct Seen {
     front_speed: f64,
     pressure: f64,
     stretch: f64,
-    /// Viscous dissipation over kinetic energy of the material that the front swept in the second half.
-    share: f64,
+    /// Viscous dissipation over kinetic energy of the material that the front passed in the second half.
+    fraction: f64,
 }
 
 /// Reference position of the front: where the velocity is half of v₀ [m].
@@ -97,18 +97,18 @@ fn look(n: u32, safety_factor: f64, exact: &Exact) -> Seen {
             stretches.push(point.F[(0, 0)]);
         }
     });
-    let swept = 0.5 * DENSITY * exact.v0 * exact.v0 * area * exact.front_speed * time;
+    let passed = 0.5 * DENSITY * exact.v0 * exact.v0 * area * exact.front_speed * time;
     Seen {
         front_speed: (last.1 - half.1) / time,
         pressure: (last.3 - half.3) / time / area,
         stretch: stretches.iter().sum::<f64>() / stretches.len() as f64,
-        share: (last.2 - half.2) / swept,
+        fraction: (last.2 - half.2) / passed,
     }
 }
 
 #[test]
 fn a_strong_shock_dissipates_what_the_jump_conditions_say() {
-    assert_close(FAST.share(), 0.1869, 2e-4, "share");
+    assert_close(FAST.fraction(), 0.1869, 2e-4, "fraction");
     let [coarse, fine] = [50, 200].map(|n| look(n, 0.9, &FAST));
     // The front is three elements wide wherever it is: its place is known to a tenth of an element of the 0.4 m (n = 50)
     // that it goes; pressure and stretch are means that feel the ripple behind it.
@@ -119,14 +119,14 @@ fn a_strong_shock_dissipates_what_the_jump_conditions_say() {
     let errors = [&coarse, &fine].map(|seen| (seen.pressure / FAST.pressure - 1.0).abs());
     assert!(order(errors[0], errors[1]) > 1.5, "{errors:?}");
 
-    // Strain rates at the front are one over a few steps on every mesh, so the last fifth of a per cent of the share does
+    // Strain rates at the front are one over a few steps on every mesh, so the last fifth of a per cent of the fraction does
     // not go with the elements but with the Courant number.
     let short_steps = look(200, 0.3, &FAST);
-    let errors = [&coarse, &fine, &short_steps].map(|seen| (seen.share / FAST.share() - 1.0).abs());
+    let errors = [&coarse, &fine, &short_steps].map(|seen| (seen.fraction / FAST.fraction() - 1.0).abs());
     for (error, most, what) in [
-        (errors[0], 0.01, "dissipated share, 50 elements"),
-        (errors[1], 0.0025, "dissipated share, 200 elements"),
-        (errors[2], 0.0003, "dissipated share, 200 elements, Courant number 0.3"),
+        (errors[0], 0.01, "dissipated fraction, 50 elements"),
+        (errors[1], 0.0025, "dissipated fraction, 200 elements"),
+        (errors[2], 0.0003, "dissipated fraction, 200 elements, Courant number 0.3"),
     ] {
         assert_at_most(error, most, &format!("{what}: relative error"));
     }
@@ -135,15 +135,15 @@ fn a_strong_shock_dissipates_what_the_jump_conditions_say() {
 #[test]
 fn a_weak_shock_dissipates_more_in_its_width_and_converges() {
     // At a Mach number of 1.025 the linear viscosity makes a front many elements wide, which needs its time to form.
-    assert_close(SLOW.share(), 0.01644, 1e-3, "share");
+    assert_close(SLOW.fraction(), 0.01644, 1e-3, "fraction");
     let seen = [100, 200, 400, 800].map(|n| look(n, 0.9, &SLOW));
-    let errors = [0, 1, 2, 3].map(|i| seen[i].share - SLOW.share());
+    let errors = [0, 1, 2, 3].map(|i| seen[i].fraction - SLOW.fraction());
     for pair in errors.windows(2) {
         assert!(pair[1] > 0.0, "{errors:?}");
-        assert_order(pair, 0.9, "dissipated share of a weak shock, elements halved");
+        assert_order(pair, 0.9, "dissipated fraction of a weak shock, elements halved");
     }
     let [.., fine] = &seen;
-    assert_close(fine.share, SLOW.share(), 0.02, "share");
+    assert_close(fine.fraction, SLOW.fraction(), 0.02, "fraction");
     assert_close(fine.front_speed, SLOW.front_speed, 2e-4, "front speed");
     assert_close(fine.pressure, SLOW.pressure, 3e-5, "wall pressure");
     assert_close(fine.stretch, SLOW.stretch, 2e-6, "stretch");

@@ -49,7 +49,7 @@ fn look(mesh: Mesh) -> f64 {
                 "kind": "affine", "center_m": [0, 0, 0], "deformation_gradient": [[1.00001, 0, 0], [0, 1.00001, 0], [0, 0, 1.00001]]
             }
         }],
-        // Half the usual step: the sudden release excites the highest modes, whose energy a long first step misjudges.
+        // Half the usual step: the sudden release excites the highest modes, whose energy a long first step integrates badly.
         "integrator": {"kind": "explicit", "safety_factor": 0.45, "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0},
         "record": {"fields": [], "field_times_s": []}
     });

@@ -20,7 +20,7 @@ fn short_matrix_has_no_undiagnosed_cell() {
     let study = study_stability(&cases(true), &steppings, 2, &|| None, &mut |_| {});
     assert_eq!(study.wrong, 0);
     // Of what could happen all but a seventh finishes; most of the rest are steps at θ = ½ ten times as long as the explicit one, which
-    // leave a caught node half of their length inside.
+    // leave a node that comes into contact half of their length inside.
     assert!(
         7 * study.physical_finished >= 6 * study.physical,
         "{} of {}",

@@ -1,4 +1,4 @@
-//! What-if: sharing and remembering change no bit, the edits that are told make the case, and what must rise rises.
+//! What-if: sharing and remembering change no bit, the reported edits make the case, and what must rise rises.
 
 use crate::rig;
 use contuse::measure::summary::ErrorEstimate;
@@ -66,7 +66,7 @@ fn ask(
         cache,
         shares_plans,
         interrupt: &|| None,
-        tell: &mut |_| {},
+        report: &mut |_| {},
     })
 }
 
@@ -173,10 +173,10 @@ fn faster_means_more_energy_and_limits_lie_between() {
         "one_at_a_time": true,
         "error_bars": "none"
     }));
-    let mut told = Vec::new();
-    let mut tell = |partial: Partial| {
+    let mut reported = Vec::new();
+    let mut report = |partial: Partial| {
         if let Partial::Case { case, of } = partial {
-            told.push((case.index, of));
+            reported.push((case.index, of));
         }
     };
     let answer = study_what_if(&mut WhatIfRequest {
@@ -188,9 +188,9 @@ fn faster_means_more_energy_and_limits_lie_between() {
         cache: &Cache::default(),
         shares_plans: true,
         interrupt: &|| None,
-        tell: &mut tell,
+        report: &mut report,
     });
-    assert_eq!(told, (0..7).map(|index| (index, 7)).collect::<Vec<_>>());
+    assert_eq!(reported, (0..7).map(|index| (index, 7)).collect::<Vec<_>>());
     let energies: Vec<f64> =
         answer.cases[1..5].iter().map(|case| value(case, Quantity::AbsorbedEnergyJ)).collect();
     assert!(energies.is_sorted_by(|a, b| a < b), "{energies:?}");
@@ -223,7 +223,7 @@ fn faster_means_more_energy_and_limits_lie_between() {
 }
 
 #[test]
-fn all_that_is_wrong_is_told_at_once() {
+fn all_that_is_wrong_is_reported_at_once() {
     let base = loaded(&limb());
     let asked = question(json!({
         "parameters": [
@@ -257,7 +257,7 @@ fn all_that_is_wrong_is_told_at_once() {
     assert_eq!(pointers, expected);
     assert!(problems.iter().all(|problem| !problem.remedy.is_empty()), "{problems:#?}");
 
-    // What only the scene can tell, at the end of the range that it is about.
+    // What only the scene shows, at the end of the range that it is about.
     let asked = question(json!({
         "parameters": [{"name": "fat", "change": {"kind": "layer_thickness_m", "layer": "fat"}, "low": 0.004, "high": 0.05}],
         "one_at_a_time": true
@@ -267,7 +267,7 @@ fn all_that_is_wrong_is_told_at_once() {
 }
 
 #[test]
-fn speeds_that_no_body_has_are_told_where_they_stand() {
+fn speeds_that_no_body_has_are_reported_where_they_stand() {
     let mut scene = limb();
     scene["end_time_s"] = json!(2e-5);
     let base = loaded(&scene);
@@ -371,7 +371,7 @@ fn what_was_stopped_says_what_is_missing() {
             cache: &Cache::default(),
             shares_plans: true,
             interrupt: &|| (asking.fetch_add(1, Ordering::SeqCst) >= most).then_some(Interrupt::Deadline),
-            tell: &mut |_| {},
+            report: &mut |_| {},
         });
         (answer, asking.into_inner())
     };

@@ -95,8 +95,8 @@ def test_what_was_not_measured_is_said():
 def test_an_address_without_a_service_is_named(monkeypatch):
     monkeypatch.setattr("contuse.client.REST_S", 0)
     # No service can listen on port 0.
-    with Client("http://127.0.0.1:0") as nobody:
-        for call in (lambda: nobody.job("x"), lambda: nobody.delete("x"), lambda: nobody.wait("x")):
+    with Client("http://127.0.0.1:0") as without_service:
+        for call in (lambda: without_service.job("x"), lambda: without_service.delete("x"), lambda: without_service.wait("x")):
             with pytest.raises(Unreachable, match="http://127.0.0.1:0"):
                 call()
 

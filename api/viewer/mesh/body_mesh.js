@@ -1,8 +1,8 @@
-// One body in space: its skin with values, its edges, its section with a plane.
+// One body in space: its surface with values, its edges, its section with a plane.
 
 import * as THREE from "three";
 import { lineMaterial, surfaceMaterial } from "./materials.js";
-import { planeSection, skinOf } from "./cells.js";
+import { planeSection, surfaceOf } from "./cells.js";
 
 /** Light lines: both maps begin dark, and most of a body is at the beginning. */
 const EDGE = [0.93, 0.96, 1, 0.2];
@@ -11,24 +11,24 @@ const SECTION_EDGE = [0.93, 0.96, 1, 0.26];
 export class BodyMesh {
   group = new THREE.Group();
   #body;
-  #skin = new THREE.BufferGeometry();
+  #surface = new THREE.BufferGeometry();
   #section = new THREE.BufferGeometry();
   #sectionLines = new THREE.BufferGeometry();
   #material;
 
   constructor(body, shared) {
     this.#body = body;
-    const points = body.cells ? Float32Array.from(body.X) : body.skin.points;
-    const skin = body.cells ? skinOf(body.cells, points.length / 3) : { triangles: body.skin.triangles, lines: null };
+    const points = body.cells ? Float32Array.from(body.X) : body.surface.points;
+    const surface = body.cells ? surfaceOf(body.cells, points.length / 3) : { triangles: body.surface.triangles, lines: null };
     this.#material = surfaceMaterial(shared);
-    this.#skin.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
-    this.#skin.setAttribute("value", new THREE.BufferAttribute(new Float32Array(points.length / 3), 1));
-    this.#skin.setIndex(new THREE.BufferAttribute(skin.triangles, 1));
-    this.#add(new THREE.Mesh(this.#skin, this.#material));
-    if (skin.lines) {
+    this.#surface.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
+    this.#surface.setAttribute("value", new THREE.BufferAttribute(new Float32Array(points.length / 3), 1));
+    this.#surface.setIndex(new THREE.BufferAttribute(surface.triangles, 1));
+    this.#add(new THREE.Mesh(this.#surface, this.#material));
+    if (surface.lines) {
       const lines = new THREE.BufferGeometry();
-      for (const name of ["position", "value"]) lines.setAttribute(name, this.#skin.getAttribute(name));
-      lines.setIndex(new THREE.BufferAttribute(skin.lines, 1));
+      for (const name of ["position", "value"]) lines.setAttribute(name, this.#surface.getAttribute(name));
+      lines.setIndex(new THREE.BufferAttribute(surface.lines, 1));
       this.#add(new THREE.LineSegments(lines, lineMaterial(shared, EDGE)));
     }
     this.sectionMaterial = surfaceMaterial(shared, { isCut: false, shading: 0 });
@@ -56,7 +56,7 @@ export class BodyMesh {
   }
 
   #put(name, array) {
-    const attribute = this.#skin.getAttribute(name);
+    const attribute = this.#surface.getAttribute(name);
     attribute.array.set(array);
     attribute.needsUpdate = true;
   }

@@ -1,4 +1,4 @@
-// Geometry of cells of mixed kinds: skin, plane section, values along a line.
+// Geometry of cells of mixed kinds: surface, plane section, values along a line.
 
 /** Kinds by VTK's cell type, nodes in the order of VTK: sides seen from outside, with all nodes around them, and tetrahedra that fill them. */
 const KINDS = new Map([
@@ -88,7 +88,7 @@ export function boxAround(points) {
 }
 
 /** Faces that belong to one element only: triangles, and the edges of the faces, as node indices. */
-export function skinOf(cells, nodeCount) {
+export function surfaceOf(cells, nodeCount) {
   const faces = new Map();
   for (let e = 0; e < cells.length; e++) {
     const start = cells.startOf(e);
@@ -127,10 +127,10 @@ export function planeSection({ cells, positions, values, normal, offset }) {
     for (let i = 0; i < kind.nodes; i++) above += (heights[i] = distance(cells.nodes[start + i])) > 0 ? 1 : 0;
     if (above === 0 || above === kind.nodes) continue;
     const cross = (a, b) => {
-      const share = heights[a] / (heights[a] - heights[b]);
+      const fraction = heights[a] / (heights[a] - heights[b]);
       const [i, j] = [cells.nodes[start + a], cells.nodes[start + b]];
-      const at = [0, 1, 2].map((k) => positions[3 * i + k] + share * (positions[3 * j + k] - positions[3 * i + k]));
-      return { at, value: values ? values[i] + share * (values[j] - values[i]) : 0 };
+      const at = [0, 1, 2].map((k) => positions[3 * i + k] + fraction * (positions[3 * j + k] - positions[3 * i + k]));
+      return { at, value: values ? values[i] + fraction * (values[j] - values[i]) : 0 };
     };
     const isCut = ([a, b]) => heights[a] > 0 !== heights[b] > 0;
     for (const tetrahedron of kind.tetrahedra) {

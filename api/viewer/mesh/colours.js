@@ -48,7 +48,7 @@ export class Legend {
     const image = context.createImageData(256, 1);
     image.data.set(lookupTable(map));
     context.putImageData(image, 0, 0);
-    const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) => html("li", {}, number((low + share * (high - low)) * factor, 3)));
+    const ticks = [0, 0.25, 0.5, 0.75, 1].map((fraction) => html("li", {}, number((low + fraction * (high - low)) * factor, 3)));
     const words = `${label}${unit ? ` [${unit}]` : " [–]"}`;
     this.element.replaceChildren(
       html("figcaption", {}, words, html("small", {}, ` fixed range; beyond it the end colour${isMean ? "; means at nodes, across layers too" : ""}`)),

@@ -33,8 +33,8 @@ varying float shown;
 varying vec3 toEye;
 void main() {
   clip();
-  float share = clamp((shown - range.x) / (range.y - range.x), 0.0, 1.0);
-  vec3 colour = mix(texture2D(map, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb, plain, isPlain);
+  float fraction = clamp((shown - range.x) / (range.y - range.x), 0.0, 1.0);
+  vec3 colour = mix(texture2D(map, vec2((fraction * 255.0 + 0.5) / 256.0, 0.5)).rgb, plain, isPlain);
   vec3 normal = normalize(cross(dFdx(toEye), dFdy(toEye)));
   // Light comes from the eye and a little from above; colours stay readable against the legend.
   float light = 0.62 + 0.38 * pow(abs(dot(normal, normalize(toEye + vec3(0.0, 0.35, 0.0) * length(toEye)))), 0.8);

@@ -71,8 +71,8 @@ function numberCell(summary, { quantity }) {
 
 function differenceCell(p, q) {
   const difference = q.value - p.value;
-  const share = p.value === 0 ? "" : ` (${change((100 * difference) / p.value, 100, 2)} %)`;
-  return html("span", {}, `${change(difference, Math.max(Math.abs(p.value), Math.abs(q.value)))}${share} `, verdict(p, q, difference));
+  const fraction = p.value === 0 ? "" : ` (${change((100 * difference) / p.value, 100, 2)} %)`;
+  return html("span", {}, `${change(difference, Math.max(Math.abs(p.value), Math.abs(q.value)))}${fraction} `, verdict(p, q, difference));
 }
 
 function verdict(p, q, difference) {

@@ -135,7 +135,7 @@ class JobPage {
     const bar = html("progress", { max: 1, value: 0, "aria-label": "Reading the recording" });
     const loading = html("p", { class: "quiet" }, `Reading the recording (${bytes(job.recording.bytes)}) `, bar);
     this.#body.append(loading);
-    const recording = await Recording.open(job.links.recording, (share) => (bar.value = share));
+    const recording = await Recording.open(job.links.recording, (fraction) => (bar.value = fraction));
     loading.remove();
     if (this.#ending.signal.aborted) return;
     this.#panel = new RunPanel(job.name, recording, summary);

@@ -1,4 +1,4 @@
-// A new impact: an example or an earlier job, changed in a form or as JSON, judged by the service as one types.
+// A new impact: an example or an earlier job, changed in a form or as JSON, validated by the service as one types.
 
 import { ApiProblem, getJson, postJson } from "../api.js";
 import { button, html, select, table } from "../dom.js";
@@ -106,7 +106,7 @@ class SubmitPage {
     this.#preview.replaceChildren(
       html("details", { open: true }, html("summary", {}, "What it would be"),
         table("Bodies", ["body", "elements", "mass [g]", "smallest scaled Jacobian"], bodies),
-        html("p", { class: "quiet" }, "Left out, because the scene does not need it: ", plan.omitted.map((item) => item.what).join("; "), ".")),
+        html("p", { class: "quiet" }, "Omitted, because the scene does not need it: ", plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }
 

@@ -37,7 +37,7 @@ class WhatIfPage {
   #state = html("p", { class: "quiet", "aria-live": "polite" });
   #answers = html("div");
 
-  /** `threshold` [Pa] is what depths of stress are above; null where nobody knows yet. */
+  /** `threshold` [Pa] is what depths of stress are above; null until it is known. */
   constructor(job, parameters, threshold) {
     this.#job = job;
     this.#threshold = threshold;

@@ -3,8 +3,8 @@
 /** Spread of the stiffness of a tissue over people, standard deviation over mean: an assumption, and said to be. */
 const STIFFNESS_SPREAD = 0.3;
 
-/** How far an impact may be moved over the skin [m], to each side. */
-const OVER_SKIN = 0.02;
+/** How far an impact may be moved over the surface [m], to each side. */
+const OVER_SURFACE = 0.02;
 
 const norm = (v) => Math.hypot(...v);
 /** An axis across a direction, for turning. */
@@ -15,7 +15,7 @@ const axesAcross = (v) => [0, 1, 2].sort((a, b) => Math.abs(v[a]) - Math.abs(v[b
 
 /**
  * The parameters that fit a scene: {name, label, unit, factor, base, low, high, change}; base, low and high are in the unit of
- * the change, and times `factor` in `unit`. Where `mayEnd` stands nobody knows yet whether the scene goes as far as `low` and `high`.
+ * the change, and times `factor` in `unit`. Where `mayEnd` is set, it is not known yet whether the scene extends to `low` and `high`.
  */
 export function parametersOf(scene) {
   const bodies = scene.bodies ?? [];
@@ -45,7 +45,7 @@ export function parametersOf(scene) {
     for (const axis of axesAcross(projectile.velocity_m_per_s)) {
       const along = [0, 1, 2].map((i) => (i === axis ? 1 : 0));
       const letter = "xyz"[axis];
-      found.push({ name: `over ${letter}`, label: `Place along ${letter} over the skin`, unit: "mm", factor: 1e3, base: 0, low: -OVER_SKIN, high: OVER_SKIN, mayEnd: true, change: { kind: "impact_offset_m", body: projectile.name, target: tissue.name, along } });
+      found.push({ name: `over ${letter}`, label: `Place along ${letter} over the surface`, unit: "mm", factor: 1e3, base: 0, low: -OVER_SURFACE, high: OVER_SURFACE, mayEnd: true, change: { kind: "impact_offset_m", body: projectile.name, target: tissue.name, along } });
     }
   }
   const friction = scene.contact?.pairs?.[0]?.friction ?? scene.contact?.friction;

@@ -4,7 +4,7 @@ import uPlot from "../vendor/uplot/uPlot.esm.js";
 import { button, html, saveFile, table } from "../dom.js";
 import { number } from "../format.js";
 
-/** Colours after Okabe and Ito, which the colour-blind tell apart; and dashes, for those without any colour. */
+/** Colours after Okabe and Ito, which the colour-blind can distinguish; and dashes, for those without any colour. */
 const COLOURS = ["#0072b2", "#d55e00", "#00805f", "#b0508c", "#8a6d00", "#333333", "#56b4e9"];
 const DASHES = [[], [9, 4], [2, 3], [9, 3, 2, 3], [14, 5], [5, 3], [1, 2]];
 const MOST_ROWS = 200;

@@ -34,7 +34,7 @@ export function contactPlots(runs, shared) {
   });
   const columns = ({ recording }) => recording.series.pairs.get(mainPair(recording));
   // Without a summary yet: a fiftieth of the time so far.
-  const window = ({ window: told, recording }) => told || (recording.series.forceTimes.at(-1) || 1) / 50;
+  const window = ({ window: chosen, recording }) => chosen || (recording.series.forceTimes.at(-1) || 1) / 50;
   const force = {
     ...shared,
     title: "Contact force",

@@ -17,7 +17,7 @@ export class HttpRange {
     this.#path = path;
   }
 
-  /** Length of the file. The first request also tells which file it is: of a running job, a numbered snapshot. */
+  /** Length of the file. The first request also shows which file it is: of a running job, a numbered snapshot. */
   async size() {
     if (this.#size == null) await this.#fetch(0, AT_LEAST);
     return BigInt(this.#size);

@@ -1,4 +1,4 @@
-// A layout for Lichtblick and Foxglove that shows a recording: skins in space, forces and energies over time.
+// A layout for Lichtblick and Foxglove that shows a recording: surfaces in space, forces and energies over time.
 
 import { number, timeUnit } from "../format.js";
 import { boxAround } from "../mesh/cells.js";
@@ -10,7 +10,7 @@ export function layoutOf(recording) {
   const hasContact = topics.includes("/contact/forces");
   const panels = {
     "3D!mesh": {
-      foxglovePanelTitle: "Skin, von Mises stress",
+      foxglovePanelTitle: "Surface, von Mises stress",
       followTf: "world",
       cameraState: camera(recording),
       // The axes of the one frame are a metre long otherwise: longer than a leg.

@@ -28,7 +28,7 @@ export class Recording {
   /** Metadata of the run and of its end, by name of the record. */
   run = {};
   ending = {};
-  /** Bodies: name, role, and `X` [m], `cells` (deformable) or `skin` {points, triangles} (rigid). */
+  /** Bodies: name, role, and `X` [m], `cells` (deformable) or `surface` {points, triangles} (rigid). */
   bodies = new Map();
   /** States at the field times: `time` [s], `bodies` by name ({positions, fields} or {pose}), `contacts` by pair. */
   frames = [];
@@ -36,7 +36,7 @@ export class Recording {
   /** Every how many field times a frame is kept. */
   stride = 1;
 
-  /** Opens the recording at an address and reads all of it; `onProgress(share)` on the way. */
+  /** Opens the recording at an address and reads all of it; `onProgress(fraction)` on the way. */
   static async open(path, onProgress = () => {}) {
     const source = new HttpRange(path);
     const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
@@ -162,7 +162,7 @@ export class Recording {
     if (!this.bodies.has(entity.id)) {
       const points = Float32Array.from(mesh.points.flatMap((p) => [p.x, p.y, p.z]));
       const role = this.#latestPoses.get(topicName)?.message.role ?? "other";
-      this.bodies.set(entity.id, { name: entity.id, role, skin: { points, triangles: Uint32Array.from(mesh.indices) } });
+      this.bodies.set(entity.id, { name: entity.id, role, surface: { points, triangles: Uint32Array.from(mesh.indices) } });
     }
     const { position, orientation: q } = mesh.pose;
     this.#frameAt(at, Number(at) * 1e-9).bodies.set(entity.id, {

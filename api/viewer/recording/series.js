@@ -64,7 +64,7 @@ export class Series {
       else high = middle;
     }
     const span = times[high] - times[low];
-    const share = span > 0 ? Math.min(Math.max((time - times[low]) / span, 0), 1) : 0;
-    return impulse[low].map((value, k) => value + share * (impulse[high][k] - value));
+    const fraction = span > 0 ? Math.min(Math.max((time - times[low]) / span, 0), 1) : 0;
+    return impulse[low].map((value, k) => value + fraction * (impulse[high][k] - value));
   }
 }

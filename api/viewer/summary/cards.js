@@ -32,7 +32,7 @@ function card({ label, unit, quantity, notes }, summary) {
 
 function badge(quantity) {
   const resolved = isResolved(quantity);
-  if (resolved === null) return html("span", { class: "badge warn", title: "Nobody knows how far off the number is" }, "error not estimated");
+  if (resolved === null) return html("span", { class: "badge warn", title: "The numerical error of this number was not estimated" }, "error not estimated");
   if (resolved) return html("span", { class: "badge good" }, "resolved");
   return html("span", { class: "badge warn", title: "The estimated error is larger than the number" }, "not resolved");
 }

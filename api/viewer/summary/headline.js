@@ -22,7 +22,7 @@ export function isMiss(summary) {
   return resultsOf(summary).nothing_touched === true;
 }
 
-/** Whether a number is larger than its error; null when nobody knows. */
+/** Whether a number is larger than its error; null when its error was not estimated. */
 export function isResolved(quantity) {
   return hasError(quantity) ? quantity.error.resolved : null;
 }

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Least mesh error of a number relative to it, in units of the median of all numbers [-]: where most numbers change by much from mesh
 /// to mesh, one that hardly does so may agree by chance.
-const LEAST_SHARE: f64 = 0.05;
+const LEAST_FRACTION: f64 = 0.05;
 
 /// Source of the error bars.
 #[derive(Clone, Debug, Default)]
@@ -220,7 +220,7 @@ impl Results {
             let differences = runs.differences(listed.quantity.value, own_steps, &values);
             all_found.push((listed, differences));
         }
-        let least = LEAST_SHARE * median_mesh_error(&all_found);
+        let least = LEAST_FRACTION * median_mesh_error(&all_found);
         for (Listed { quantity, steps_known, spacing, missing, is_peak }, found) in all_found {
             let Differences { mesh, step, contact } = found;
             let mesh = mesh.max(missing).max(least * quantity.value.abs());
@@ -363,14 +363,14 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_agrees_by_chance_has_a_share_of_the_error_of_the_others() {
+    fn a_number_that_agrees_by_chance_has_a_fraction_of_the_error_of_the_others() {
         let mut runs = runs([9.0; 3]);
         runs.levels[0].run.results.impacts[0].impulse_n_s.value = 10.0;
         let mut own = results(10.0);
         own.estimate_errors(&runs, 100, 1.0);
         let [force, impulse] = [&own.impacts[0].peak_force_n, &own.impacts[0].impulse_n_s].map(estimate);
         assert!((force.mesh - 3.0).abs() < 1e-12, "{force:?}");
-        assert!((impulse.mesh - LEAST_SHARE * 3.0).abs() < 1e-12, "{impulse:?}");
+        assert!((impulse.mesh - LEAST_FRACTION * 3.0).abs() < 1e-12, "{impulse:?}");
     }
 
     #[test]

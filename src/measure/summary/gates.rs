@@ -101,19 +101,19 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         gate(
             PENETRATION_GATE,
             "deepest penetration over the size of a face",
-            numerics.deepest_penetration_share,
+            numerics.deepest_penetration_fraction,
             DEPTH_LIMIT,
         ),
         gate(
             OVERLAP_GATE,
             "overlapping volume of two bodies over that of the smaller one",
-            numerics.overlapped_volume_share,
+            numerics.overlapped_volume_fraction,
             OVERLAP_LIMIT,
         ),
         gate(
             DISSIPATION_GATE,
             "numerical contact dissipation over the energy scale",
-            numerics.numerical_contact_dissipation_share,
+            numerics.numerical_contact_dissipation_fraction,
             CONTACT_DISSIPATION_LIMIT,
         ),
         gate(
@@ -125,7 +125,7 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         gate(
             LAW_GATE,
             "fraction of a body's strain energy beyond the limits of its laws; 1 if elements inverted",
-            numerics.energy_share_beyond_law,
+            numerics.energy_fraction_beyond_law,
             LAW_LIMIT,
         ),
     ]
@@ -151,7 +151,7 @@ pub(super) fn withholding(
         return Some(Withholding { reason, remedy: failure.cause.remedy() });
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
-    let beyond = || beyond_limit(&measures.laws).map(|told| share_in_words(told, numerics));
+    let beyond = || beyond_limit(&measures.laws).map(|excess| fraction_in_words(excess, numerics));
     Some(match (failed.name, measures.penetration.excess(), beyond()) {
         (LAW_GATE, _, Some(reason)) => Withholding { reason, remedy: BEYOND_LAW },
         (PENETRATION_GATE | OVERLAP_GATE, Some(reason), _) => Withholding { reason, remedy: TOO_DEEP },
@@ -169,9 +169,13 @@ pub(super) fn withholding(
 }
 
 /// Appends the fraction of the strain energy, unless elements have inverted, which leaves it undefined.
-fn share_in_words(told: String, numerics: &Numerics) -> String {
-    let share = numerics.energy_share_beyond_law;
-    if share < 1.0 { format!("{told}; {:.1} % of the strain energy was there", 100.0 * share) } else { told }
+fn fraction_in_words(excess: String, numerics: &Numerics) -> String {
+    let fraction = numerics.energy_fraction_beyond_law;
+    if fraction < 1.0 {
+        format!("{excess}; {:.1} % of the strain energy was there", 100.0 * fraction)
+    } else {
+        excess
+    }
 }
 
 /// Warnings that follow from the measures.
@@ -185,12 +189,12 @@ pub(super) fn own_warnings(
     // Force windows.
     let touched = measures.pairs.iter().filter(|pair| has_ended && pair.force.contact_span.is_some());
     warnings.extend(touched.filter_map(|pair| window_warning(pair, measures.time)));
-    let share = numerics.numerical_contact_dissipation_share;
+    let fraction = numerics.numerical_contact_dissipation_fraction;
     // At the end the stepper itself issues this warning.
-    if share > CONTACT_DISSIPATION_WARNING && !has_ended {
+    if fraction > CONTACT_DISSIPATION_WARNING && !has_ended {
         warnings.push(format!(
             "Numerical contact dissipation is {:.1} % of the energy scale (above {:.0} %): refine the contact surfaces.",
-            100.0 * share,
+            100.0 * fraction,
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
@@ -198,12 +202,12 @@ pub(super) fn own_warnings(
     warnings.extend(softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
-    if numerics.energy_share_beyond_law <= LAW_LIMIT
-        && let Some(told) = beyond_limit(&measures.laws)
+    if numerics.energy_fraction_beyond_law <= LAW_LIMIT
+        && let Some(excess) = beyond_limit(&measures.laws)
     {
         warnings.push(format!(
             "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.",
-            share_in_words(told, numerics)
+            fraction_in_words(excess, numerics)
         ));
     }
     // Artefacts, penetration and projection.
@@ -219,13 +223,13 @@ pub(super) fn own_warnings(
         ));
     }
     // Unresolved deformation.
-    for (body, share) in plan.bodies.iter().zip(measures.hourglass.shares()) {
-        if share > HOURGLASS_WARNING {
+    for (body, fraction) in plan.bodies.iter().zip(measures.hourglass.fractions()) {
+        if fraction > HOURGLASS_WARNING {
             warnings.push(format!(
                 "The stabilisation of {} (hourglass modes of one-point elements, crushed corners of others) held {:.1} % of its strain \
                  energy (above {:.0} %): its mesh does not resolve the deformation. Refine it.",
                 body.name,
-                100.0 * share,
+                100.0 * fraction,
                 100.0 * HOURGLASS_WARNING
             ));
         }
@@ -331,13 +335,13 @@ fn projection_warning(energy: &Energy) -> Option<String> {
 
 /// Warns of penetration deeper than contact normally leaves.
 fn penetration_warning(deepest: &Depth) -> Option<String> {
-    let Depth { depth, share, between, time } = deepest;
-    (*share > PENETRATION_WARNING).then(|| {
+    let Depth { depth, fraction, between, time } = deepest;
+    (*fraction > PENETRATION_WARNING).then(|| {
         format!(
             "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %). {TOO_DEEP}",
             number(1e3 * depth),
             seconds(*time),
-            100.0 * share,
+            100.0 * fraction,
             100.0 * PENETRATION_WARNING
         )
     })

@@ -206,22 +206,22 @@ fn viscous(
 fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool, String) {
     const LIMIT: f64 = VISCOUS_CRITERION_M_PER_S;
     let risk = format!("the 25 % risk of AIS 4 or more ({LIMIT} m/s)");
-    let (half_width, told) = match error {
+    let (half_width, shown) = match error {
         ErrorEstimate::Estimated(e) => (e.total, format!("{value:.3} m/s (± {})", rounded(e.total))),
         _ => (0.0, format!("{value:.3} m/s (error not estimated)")),
     };
     // The criterion only grows: a value above the limit stays above it.
     if value - half_width > LIMIT {
         let so_far = unfinished.map_or_else(String::new, |why| format!("; at least, since {why}"));
-        return (true, format!("{told} is above {risk}{so_far}"));
+        return (true, format!("{shown} is above {risk}{so_far}"));
     }
     if let Some(why) = unfinished {
-        return (false, format!("not applicable: the impact is not over ({why}); at least {told} so far"));
+        return (false, format!("not applicable: the impact is not over ({why}); at least {shown} so far"));
     }
     if value + half_width > LIMIT {
-        return (false, format!("not decided: {told} straddles {risk}"));
+        return (false, format!("not decided: {shown} straddles {risk}"));
     }
-    (true, format!("{told} is at or below {risk}"))
+    (true, format!("{shown} is at or below {risk}"))
 }
 
 #[cfg(test)]

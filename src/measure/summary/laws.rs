@@ -7,7 +7,7 @@ use crate::mechanics::material::Given;
 use serde::Serialize;
 
 /// Fraction of a part's volume outside the fitted range above which it is reported [-].
-const NOTABLE_SHARE: f64 = 1e-3;
+const NOTABLE_FRACTION: f64 = 1e-3;
 
 /// A part whose law was used beyond its fitted range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,11 +25,11 @@ pub struct LawRange {
     /// Fitted range of J [-].
     pub fitted_jacobian: [f64; 2],
     /// Largest fraction of the part's volume outside the fitted range [-].
-    pub share_outside: f64,
+    pub fraction_outside: f64,
     /// First field time with any volume outside [s].
     pub outside_since_s: f64,
     /// Largest fraction of the part's volume beyond the limit of the law [-].
-    pub share_beyond_limit: f64,
+    pub fraction_beyond_limit: f64,
     /// Which ranges the scene or the set of its library gives; the others are those usual for the law.
     #[serde(skip)]
     pub given: Given,
@@ -45,9 +45,9 @@ pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
             fitted_stretch: part.validity.fitted.stretch,
             jacobian: part.jacobian,
             fitted_jacobian: part.validity.fitted.jacobian,
-            share_outside: part.share(&part.left),
+            fraction_outside: part.fraction(&part.left),
             outside_since_s: part.left.since?,
-            share_beyond_limit: part.share(&part.beyond),
+            fraction_beyond_limit: part.fraction(&part.beyond),
             given: part.validity.given,
         })
     };
@@ -69,7 +69,7 @@ impl LawRange {
             self.part,
             self.body,
             if is_fitted { "fitted" } else { "usual" },
-            number(100.0 * self.share_outside),
+            number(100.0 * self.fraction_outside),
             seconds(self.outside_since_s),
             between(self.stretch),
             range(self.fitted_stretch, self.given.stretch),
@@ -80,7 +80,7 @@ impl LawRange {
 
     /// Whether the fraction is large enough to be reported.
     pub fn is_notable(&self) -> bool {
-        self.share_outside > NOTABLE_SHARE
+        self.fraction_outside > NOTABLE_FRACTION
     }
 }
 
@@ -106,7 +106,7 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
         part.part,
         part.body,
         what.join(", "),
-        number(100.0 * part.share(&part.beyond)),
+        number(100.0 * part.fraction(&part.beyond)),
         seconds(part.beyond.since.unwrap_or_default())
     ))
 }
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_that_nobody_gave_are_not_called_fitted() {
+    fn ranges_that_no_source_gives_are_not_called_fitted() {
         let words = |stretch: bool, jacobian: bool| {
             let law = LawRange {
                 body: "thigh".into(),
@@ -141,9 +141,9 @@ mod tests {
                 fitted_stretch: [0.6, 1.5],
                 jacobian: [0.8, 1.0],
                 fitted_jacobian: [0.9, 1.1],
-                share_outside: 0.5,
+                fraction_outside: 0.5,
                 outside_since_s: 1e-5,
-                share_beyond_limit: 0.0,
+                fraction_beyond_limit: 0.0,
                 given: Given { stretch, jacobian },
             };
             law.in_words()

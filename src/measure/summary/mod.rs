@@ -56,7 +56,7 @@ pub const NOTICE: &str = "For research use only. Contuse is no medical device, a
 /// Clinical summary of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// The disclaimer, [`NOTICE`].
+    /// What the numbers must not be used for, [`NOTICE`].
     pub notice: &'static str,
     /// Version of the engine.
     pub engine_version: &'static str,

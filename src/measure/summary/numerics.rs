@@ -26,24 +26,24 @@ pub struct Numerics {
     /// Energy lost by lumped contact nodes at impact activation, all pairs [J]: a discretisation error.
     pub numerical_contact_dissipation_j: f64,
     /// The same over the energy scale, or over the total dissipation if that is larger [-].
-    pub numerical_contact_dissipation_share: f64,
+    pub numerical_contact_dissipation_fraction: f64,
     /// Energy dissipated by friction, all pairs [J].
     pub friction_dissipation_j: f64,
     /// Peak energy of the stabilisation of one-point elements over peak strain energy, maximum over the bodies [-]:
     /// deformation that the mesh does not resolve.
-    pub hourglass_energy_share: f64,
+    pub hourglass_energy_fraction: f64,
     /// Largest penetration depth between the sides of a pair at a field time [m].
     pub deepest_penetration_m: f64,
     /// The same over the size of the nearest face [-].
-    pub deepest_penetration_share: f64,
+    pub deepest_penetration_fraction: f64,
     /// Largest overlapping volume of the sides of a pair at a field time [m³].
     pub overlapped_volume_m3: f64,
     /// The same over the volume of the smaller body [-].
-    pub overlapped_volume_share: f64,
+    pub overlapped_volume_fraction: f64,
     /// Largest difference between the two computations of the absorbed energy over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
     /// Largest fraction of a body's strain energy beyond the limits of its laws [-]; 1 if elements have inverted.
-    pub energy_share_beyond_law: f64,
+    pub energy_fraction_beyond_law: f64,
 }
 
 /// Evaluates the measures; `outcome` is `None` while the run is in progress.
@@ -63,14 +63,14 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         energy_scale_j: scale,
         balance_error: balance,
         numerical_contact_dissipation_j: numerical,
-        numerical_contact_dissipation_share: over(numerical, energy.turnover_j),
+        numerical_contact_dissipation_fraction: over(numerical, energy.turnover_j),
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
-        hourglass_energy_share: measures.hourglass.largest_share(),
-        energy_share_beyond_law: measures.laws.share_beyond(),
+        hourglass_energy_fraction: measures.hourglass.largest_fraction(),
+        energy_fraction_beyond_law: measures.laws.fraction_beyond(),
         deepest_penetration_m: measures.penetration.deepest.depth,
-        deepest_penetration_share: measures.penetration.deepest.share,
+        deepest_penetration_fraction: measures.penetration.deepest.fraction,
         overlapped_volume_m3: measures.penetration.largest.volume,
-        overlapped_volume_share: measures.penetration.largest.share,
+        overlapped_volume_fraction: measures.penetration.largest.fraction,
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
 }

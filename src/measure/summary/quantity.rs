@@ -32,7 +32,7 @@ pub enum ErrorEstimate {
     /// Nothing touched: there is no impact that the number could describe.
     #[serde(rename = "nothing touched")]
     NothingTouched,
-    /// Error estimate.
+    /// The error was estimated: its half-width and its contributions.
     #[serde(untagged)]
     Estimated(Estimate),
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 pub struct RelaxationOfBody {
     /// Name of the body.
     pub body: String,
-    /// Relaxation time [s].
+    /// Relaxation time of the branch [s].
     pub relaxation_time_s: f64,
     /// Energy stored in the branch [J].
     pub stored_j: f64,

@@ -11,7 +11,7 @@ pub struct Results {
     /// Whether the run has ended without contact: then no number describes an impact, and none has an error.
     pub nothing_touched: bool,
     /// One entry for each contact pair; self-contact pairs come last, and are omitted if they never touched.
-    #[serde(serialize_with = "told")]
+    #[serde(serialize_with = "serialize_reported")]
     pub impacts: Vec<Impact>,
     /// Response of the tissue; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,8 +21,8 @@ pub struct Results {
 }
 
 #[allow(clippy::ptr_arg)] // serde's signature
-fn told<S: Serializer>(impacts: &Vec<Impact>, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(impacts.iter().filter(|impact| impact.is_told()))
+fn serialize_reported<S: Serializer>(impacts: &Vec<Impact>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(impacts.iter().filter(|impact| impact.is_reported()))
 }
 
 /// Selects the numbers shown where only some are: the same everywhere.
@@ -120,7 +120,7 @@ impl Impact {
     }
 
     /// Whether to list it: self-contact that never touched is omitted.
-    pub fn is_told(&self) -> bool {
+    pub fn is_reported(&self) -> bool {
         self.contact_span_s.is_some() || !self.is_of_itself()
     }
 
@@ -276,7 +276,7 @@ pub struct StressedLayer {
 /// The volume in which a measure exceeds a threshold that the scene sets.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DoseVolume {
-    /// `strain_energy_density_j_per_m3` or `principal_strain`.
+    /// What exceeds the threshold: `strain_energy_density_j_per_m3` or `principal_strain`.
     pub measure: &'static str,
     /// The threshold, in the unit of the measure.
     pub threshold: f64,
@@ -303,7 +303,7 @@ pub struct Exceeded {
     /// The value, with its error.
     #[serde(flatten)]
     pub quantity: Quantity,
-    /// Its time [s].
+    /// Field time at which the value is largest [s].
     pub time_s: f64,
     /// Its difference from the value exceeded in a volume with half a point spacing more all around, part of its error.
     #[serde(skip)]

@@ -35,7 +35,7 @@ pub fn render_table(summary: &Summary) -> String {
             table.line(&format!("  The results are withheld: {reason}. {remedy}"));
         }
         Shown::Results(results) => {
-            results.impacts.iter().filter(|i| i.is_told()).for_each(|impact| table.impact(impact));
+            results.impacts.iter().filter(|i| i.is_reported()).for_each(|impact| table.impact(impact));
             if let Some(tissue) = results.tissue.as_ref().filter(|_| !results.nothing_touched) {
                 table.tissue(tissue);
             }
@@ -52,24 +52,24 @@ pub fn render_table(summary: &Summary) -> String {
     if let Some(J) = n.smallest_jacobian {
         table.row("smallest Jacobian J", &format!("{J:.4}"), "");
     }
-    if let Some(share) = n.active_element_fraction {
-        table.row("active elements, mean over the steps", &percent(share), "");
+    if let Some(fraction) = n.active_element_fraction {
+        table.row("active elements, mean over the steps", &percent(fraction), "");
     }
     table.row("error of the energy balance", &percent(n.balance_error), "");
     let numerical = format!(
         "{} J ({})",
         number(n.numerical_contact_dissipation_j),
-        percent(n.numerical_contact_dissipation_share)
+        percent(n.numerical_contact_dissipation_fraction)
     );
     table.row("numerical contact dissipation", &numerical, "");
     table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
     for branch in &summary.relaxation {
         table.row(&branch.title(), &branch.in_words(), "");
     }
-    if n.hourglass_energy_share > 0.0 {
-        table.row("strain energy in the stabilisation", &percent(n.hourglass_energy_share), "");
+    if n.hourglass_energy_fraction > 0.0 {
+        table.row("strain energy in the stabilisation", &percent(n.hourglass_energy_fraction), "");
     }
-    let deepest = percent(n.deepest_penetration_share);
+    let deepest = percent(n.deepest_penetration_fraction);
     table.row(
         "deepest penetration",
         &format!("{} mm ({deepest} of a face)", number(1e3 * n.deepest_penetration_m)),
@@ -284,8 +284,8 @@ fn ending(state: &RunState) -> &'static str {
     }
 }
 
-fn percent(share: f64) -> String {
-    format!("{} %", number(100.0 * share))
+fn percent(fraction: f64) -> String {
+    format!("{} %", number(100.0 * fraction))
 }
 
 #[cfg(test)]

@@ -44,8 +44,8 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
 
 /// First and only sentence on a run in which nothing touched.
 fn nothing_touched(results: &Results, is_over: bool) -> String {
-    let told = results.impacts.iter().filter(|impact| impact.is_told());
-    let names = told.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
+    let reported = results.impacts.iter().filter(|impact| impact.is_reported());
+    let names = reported.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
     let pairs = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
     if !is_over {
         return format!("Nothing has touched{pairs} so far: there are no numbers of an impact.");
@@ -71,7 +71,7 @@ fn value(quantity: &Quantity, unit: &str) -> String {
         ErrorEstimate::Estimated(error) => {
             let is_small = error.total < quantity.value.abs();
             let doubt = if is_small {
-                "two meshes cannot tell whether it converges"
+                "two meshes do not show whether it converges"
             } else {
                 "its numerical error exceeds the value"
             };
@@ -247,7 +247,7 @@ mod tests {
             let error = ErrorEstimate::Estimated(error);
             value(&Quantity { value: 0.24, error, gate: super::super::GateResult::Passed }, "")
         };
-        assert_eq!(said(0.02), "about 0.24 (two meshes cannot tell whether it converges)");
+        assert_eq!(said(0.02), "about 0.24 (two meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
     }
 

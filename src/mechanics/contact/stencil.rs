@@ -79,7 +79,9 @@ impl Stencil {
         }
         let movers = |is_master: bool| {
             let nodes = self.side(is_master);
-            nodes.flat_map(|(node, w)| followers.movers(node).map(move |(mover, share)| (mover, w * share)))
+            nodes.flat_map(|(node, w)| {
+                followers.movers(node).map(move |(mover, fraction)| (mover, w * fraction))
+            })
         };
         Self::new(movers(false), movers(true))
     }

@@ -2,7 +2,7 @@
 //!
 //! Quadrature does not look at the corners: hourglass modes that add up at one of them can fold it, its Jacobian negative, while
 //! the points nearby and the mean are fine. So a corner whose Jacobian det = e₁·(e₂×e₃), the triple product of its three edges,
-//! falls below the share θ₀ of that at rest is given energy:
+//! falls below the fraction θ₀ of that at rest is given energy:
 //!
 //! ```text
 //! W = Σ_c ½ k l² (1 + ⅓ η l⁴)      l = ⟨t_c − det_c⟩      t_c = θ₀ det_c at rest
@@ -19,7 +19,7 @@ use super::Element;
 use super::hex8_modes::V3;
 use crate::mechanics::real::Real;
 
-/// Share of the Jacobian at rest below which a corner is penalised, θ₀ [-].
+/// Fraction of the Jacobian at rest below which a corner is penalised, θ₀ [-].
 pub const CORNER_THRESHOLD: f64 = 0.3;
 
 /// Stiffness of the penalty, κ [-]. With it the least J at a corner of gel under a ball stays above 0, and the least at a point is
@@ -29,9 +29,9 @@ const STIFFNESS: f64 = 20.0;
 /// W and its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct CornerResponse<R, const N: usize> {
-    /// W [J].
+    /// Energy W of the penalty [J].
     pub energy: R,
-    /// ∂W/∂u [N]: `[component][corner]`.
+    /// Corner forces ∂W/∂u [N]: `[component][corner]`.
     pub forces: [[R; N]; 3],
     /// Bound of the norm of the Hessian of W [N/m].
     pub stiffness: R,
@@ -46,10 +46,10 @@ pub fn corner_stiffness<E: Element<N, Q>, const N: usize, const Q: usize>(
     if E::CORNERS.is_empty() {
         return [0.0; 2];
     }
-    let share = CORNER_THRESHOLD * E::CORNER_DETERMINANT;
-    let lack = share * volume;
+    let fraction = CORNER_THRESHOLD * E::CORNER_DETERMINANT;
+    let lack = fraction * volume;
     let soft = STIFFNESS * mu;
-    let k = soft / (E::CORNERS.len() as f64 * share * lack);
+    let k = soft / (E::CORNERS.len() as f64 * fraction * lack);
     [k, 1.5 * (bulk + 4.0 / 3.0 * mu) / (soft * lack.powi(4))]
 }
 
@@ -142,8 +142,8 @@ mod tests {
     }
 
     /// Crushed along z, and its corners moved at random.
-    fn crushed(X: &Nodal, share: f64, q: f64, seed: usize) -> Nodal {
-        nodal(|i, a| if i == 2 { -share * X[2][a] } else { 0.0 } + q * wave(91 * seed + 3 * a + i + 7))
+    fn crushed(X: &Nodal, fraction: f64, q: f64, seed: usize) -> Nodal {
+        nodal(|i, a| if i == 2 { -fraction * X[2][a] } else { 0.0 } + q * wave(91 * seed + 3 * a + i + 7))
     }
 
     #[test]

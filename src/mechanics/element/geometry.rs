@@ -1,4 +1,4 @@
-//! Reference geometry of one element: volumes, lumped shares of them, and what the critical time step needs of its gradients.
+//! Reference geometry of one element: volumes, lumped volumes, and what the critical time step needs of its gradients.
 
 use super::kind::for_each_element;
 use super::largest_eigenvalue::largest_eigenvalue;
@@ -8,13 +8,13 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 /// Reference geometry of one element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceGeometry {
-    /// What it is.
+    /// Kind of element, which gives nodes and quadrature.
     pub kind: ElementKind,
     /// Reference volume of each point [m³].
     pub volume: Vec<f64>,
     /// Smallest Jacobian determinant over the points, relative to the mean: ≤ 0 for an inverted element.
     pub smallest_jacobian: f64,
-    /// Share of the element's volume at each node, by which mass is lumped; [`Element::volume_shares`] unless moved [m³].
+    /// Volume lumped at each node, by which mass is lumped; [`Element::lumped_volumes`] unless moved [m³].
     pub corner_volume: Vec<f64>,
     /// Largest eigenvalue λ of `Σ_q V_q ∇N_a·∇N_b` against the nodes' volumes [1/m²]: with a tangent of norm α and density
     /// ρ, `ω² ≤ α λ / ρ`.
@@ -24,10 +24,10 @@ pub struct ReferenceGeometry {
 impl ReferenceGeometry {
     /// From the positions X of the nodes [m]; one that lacks is at zero, so that the element has no volume.
     pub fn new(kind: ElementKind, nodes: &[Vec3]) -> Self {
-        Self::with_mass_at(kind, nodes, |shares| shares)
+        Self::with_mass_at(kind, nodes, |volumes| volumes)
     }
 
-    /// The same with volume moved from node to node, by which mass is lumped: `move_volume` changes the shares.
+    /// The same with volume moved from node to node, by which mass is lumped: `move_volume` changes these volumes.
     pub fn with_mass_at(
         kind: ElementKind,
         nodes: &[Vec3],
@@ -54,7 +54,7 @@ impl ReferenceGeometry {
         let volume = jacobians.map(|j| j.determinant() * E::WEIGHT);
         let mean = volume.iter().sum::<f64>() / Q as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
-        let corner_volume = move_volume(E::volume_shares(&volume).to_vec());
+        let corner_volume = move_volume(E::lumped_volumes(&volume).to_vec());
         let gradient_bound = gradient_bound::<E, N, Q>(&inverse_jacobian, &volume, &corner_volume);
         let smallest_jacobian =
             volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);

@@ -35,7 +35,7 @@ const EDGES_ALONG: [[[(usize, usize); 2]; 2]; 3] = [
     [[(0, 4), (1, 5)], [(3, 7), (2, 6)]],
 ];
 
-/// The 12 edges.
+/// The 12 edges of the hexahedron, as pairs of corners.
 pub const HEX8_EDGES: [(usize, usize); 12] =
     [(0, 1), (3, 2), (4, 5), (7, 6), (0, 3), (1, 2), (4, 7), (5, 6), (0, 4), (1, 5), (3, 7), (2, 6)];
 

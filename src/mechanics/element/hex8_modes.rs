@@ -129,13 +129,13 @@ impl Modes<f64> {
 /// Reference geometry of one element by its modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalGeometry {
-    /// Volume V [m³].
+    /// Reference volume V of the element [m³].
     pub volume: f64,
     /// ∂X/∂ξ_k at the centre [m], the linear modes of the positions.
     pub base: [Vec3; 3],
     /// X_α [m], the other modes of the positions.
     pub curvature: [Vec3; 4],
-    /// A_k [1/m].
+    /// A_k, the derivative of the volume by G_k over the volume [1/m].
     pub A: [Vec3; 3],
     /// B_α [1/m], α = 1, 2, 3; B₄ is 0 for every hexahedron.
     pub B: [Vec3; 3],

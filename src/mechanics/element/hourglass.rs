@@ -49,7 +49,7 @@ const PLANE: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 pub struct Hourglass<R> {
     /// G_k/|G_k|, unit vectors along the base at rest [-].
     pub base: [V3<R>; 3],
-    /// 1/|G_k| [1/m].
+    /// Inverse lengths 1/|G_k| of the base at rest [1/m].
     pub inverse_length: V3<R>,
     /// Stiffness of the plane across each direction against (ε_kk, ε_ll, γ_kl) in unit base vectors, V/3 included [J]:
     /// `[[d0, d1, d2], [d1, d0, d2], [d2, d2, d3]]`.
@@ -65,11 +65,11 @@ pub struct Hourglass<R> {
 /// ψ_hg and its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct HourglassResponse<R> {
-    /// ψ_hg [J].
+    /// Energy of the stabilisation ψ_hg [J].
     pub energy: R,
     /// ∂ψ_hg/∂l_k [N], q_α held.
     pub on_linear: [V3<R>; 3],
-    /// ∂ψ_hg/∂q_α [N].
+    /// Forces ∂ψ_hg/∂q_α on the hourglass modes [N].
     pub on_hourglass: [V3<R>; 4],
     /// Bound s of the stiffness against hourglass over that at rest, [`Hourglass::stiffness_bound`] [-]; 1 at rest.
     pub stiffening: R,
@@ -229,7 +229,7 @@ impl<R: Real> Hourglass<R> {
     /// ```
     ///
     /// the latter since the stress s has s·s ≤ 2 D ψ₂ ≤ 2 D² C w. Of ψ₂ (1 + ψ₂/(μV)), whose Hessian has the square of the gradient in
-    /// it, (1 + 6 ψ₂/(μV)) times the sum is a bound. The mixed term is split by the share 2 c √w.
+    /// it, (1 + 6 ψ₂/(μV)) times the sum is a bound. The mixed term is split by the fraction 2 c √w.
     #[inline(always)]
     fn stiffness(&self, lengths: &RelativeLengths<R>, x: &V3<R>, q: &[V3<R>; 4], growth: R) -> (R, R) {
         let square = self.inverse_length.map(|inverse| inverse * inverse);
@@ -252,7 +252,7 @@ impl<R: Real> Hourglass<R> {
 struct RelativeLengths<R> {
     /// c_kk of each direction.
     own: V3<R>,
-    /// −2 ∂c_kk/∂x_k.
+    /// −2 ∂c_kk/∂x_k of each direction.
     own_slope: V3<R>,
     /// c_kl of the plane across each direction.
     shear: V3<R>,

@@ -18,7 +18,7 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// What reference positions are divided by, s.
     const SCALE: f64;
     /// Pairs of nodes whose distances are watched so that no step stretches an element too much: edges, and more where they do not
-    /// tell the whole of a uniform rate of strain.
+    /// determine a uniform rate of strain.
     const LENGTHS: &'static [(usize, usize)];
     /// Neighbours of each corner along its three edges, right-handed, where corners can fold while all points are well: they are penalised
     /// ([`eval_corner_penalty`](super::eval_corner_penalty)).
@@ -46,9 +46,9 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// ∂N_a/∂ξ_k at the points: `[point][node a][axis k]`.
     fn shape_gradients() -> &'static [[[f64; 3]; N]; Q];
 
-    /// Shares of the volume at the nodes, by which mass is lumped, from that of the points [m³]: row sums of the consistent mass, unless
+    /// Volume lumped at each node, by which mass is lumped, from that of the points [m³]: row sums of the consistent mass, unless
     /// these are not positive.
-    fn volume_shares(volume: &[f64; Q]) -> [f64; N] {
+    fn lumped_volumes(volume: &[f64; Q]) -> [f64; N] {
         std::array::from_fn(|a| (0..Q).map(|q| Self::shapes()[q][a] * volume[q]).sum())
     }
 }

@@ -32,7 +32,7 @@ macro_rules! kinds {
             /// All of them, in the order of their discriminants.
             pub const ALL: [Self; [$($N),*].len()] = [$(Self::$Kind),*];
 
-            /// Number of nodes.
+            /// Nodes of one element of this kind.
             pub const fn node_count(self) -> usize {
                 match self { $(Self::$Kind => $N,)* }
             }
@@ -44,7 +44,7 @@ macro_rules! kinds {
             pub fn shapes_at(self, q: usize) -> &'static [f64] {
                 match self { $(Self::$Kind => &<super::$Kind as Element<$N, $Q>>::shapes()[q],)* }
             }
-            /// See [`Element::LENGTHS`].
+            /// Pairs of nodes whose distances bound the rate of strain, see [`Element::LENGTHS`].
             pub fn lengths(self) -> &'static [(usize, usize)] {
                 match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::LENGTHS,)* }
             }

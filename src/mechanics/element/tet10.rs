@@ -19,10 +19,10 @@ use crate::mechanics::tensor::{Tensor, tensor};
 const OWN: f64 = 0.585_410_196_624_968_5;
 const OTHER: f64 = 0.138_196_601_125_010_5;
 
-/// Shares of the volume by which mass is lumped, at a corner and between two: in proportion to the diagonal of the consistent mass, V/70
+/// Fractions of the volume by which mass is lumped, at a corner and between two: in proportion to the diagonal of the consistent mass, V/70
 /// and 8 V/105 (Hinton, Rock & Zienkiewicz 1976). Row sums would be negative at the corners.
-const CORNER_SHARE: f64 = 1.0 / 36.0;
-const MIDDLE_SHARE: f64 = 4.0 / 27.0;
+const CORNER_FRACTION: f64 = 1.0 / 36.0;
+const MIDDLE_FRACTION: f64 = 4.0 / 27.0;
 
 /// The node of m_ij.
 const NODE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
@@ -34,7 +34,7 @@ pub struct Tet10;
 impl Element<10, 4> for Tet10 {
     const DERIVATIVE: f64 = 1.0;
     const WEIGHT: f64 = 1.0 / 24.0;
-    /// √24
+    /// (ω d³)^(−½) = √24, exact to rounding.
     const SCALE: f64 = 4.898_979_485_566_356;
     /// The edges of the four tetrahedra at the corners.
     const LENGTHS: &'static [(usize, usize)] = &[
@@ -137,9 +137,9 @@ impl Element<10, 4> for Tet10 {
         &SHAPE_GRADIENTS
     }
 
-    fn volume_shares(volume: &[f64; 4]) -> [f64; 10] {
+    fn lumped_volumes(volume: &[f64; 4]) -> [f64; 10] {
         let volume: f64 = volume.iter().sum();
-        std::array::from_fn(|a| volume * if a < 4 { CORNER_SHARE } else { MIDDLE_SHARE })
+        std::array::from_fn(|a| volume * if a < 4 { CORNER_FRACTION } else { MIDDLE_FRACTION })
     }
 }
 

@@ -14,7 +14,7 @@ pub struct Tet4;
 impl Element<4, 1> for Tet4 {
     const DERIVATIVE: f64 = 1.0;
     const WEIGHT: f64 = 1.0 / 6.0;
-    /// √6
+    /// (ω d³)^(−½) = √6, exact to rounding.
     const SCALE: f64 = 2.449_489_742_783_178;
     /// Six lengths are as many as a rate of strain has components.
     const LENGTHS: &'static [(usize, usize)] = &[(0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)];

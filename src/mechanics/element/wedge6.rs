@@ -38,7 +38,7 @@ pub struct WedgeGradients<R> {
 impl Element<6, 6> for Wedge6 {
     const DERIVATIVE: f64 = 1.0;
     const WEIGHT: f64 = 1.0 / 6.0;
-    /// √6
+    /// (ω d³)^(−½) = √6, exact to rounding.
     const SCALE: f64 = 2.449_489_742_783_178;
     /// Edges, and the diagonals of the sides.
     const LENGTHS: &'static [(usize, usize)] = &[

@@ -1,6 +1,6 @@
 //! Inactive elements: not evaluated until something reaches them, with identical results.
 //!
-//! In an explicit step news travels one element. An element whose nodes have u = 0 and v = 0 bit by bit, without load, has
+//! In an explicit step a disturbance travels by one element. An element whose nodes have u = 0 and v = 0 bit by bit, without load, has
 //! no force, so it need not be evaluated until one of its nodes moves; the bits are those of an evaluation over everything. What is
 //! active stays active: a node that has come back to exactly zero is not worth looking for.
 
@@ -17,7 +17,7 @@ pub struct Activity {
     moved: Vec<bool>,
     /// Blocks of nodes that belong to an element that is active, or have moved.
     active: Vec<bool>,
-    /// Chunks with a node that has just moved.
+    /// Chunks with a node that has just been marked.
     dirty: Vec<u32>,
 }
 
@@ -25,10 +25,10 @@ impl Activity {
     /// Nodes that are stepped, or not, together.
     pub const NODES: usize = 64;
 
-    /// Everything active.
+    /// Every node and element is active, as before the first evaluation.
     pub fn everything(node_count: usize, forces: &ElementForces) -> Self {
         let blocks = node_count.div_ceil(Self::NODES);
-        // A node notes its chunks once in a run: with room for all of them a step allocates nothing.
+        // A node marks its chunks once in a run: with capacity for all of them a step allocates nothing.
         let places = forces.chunks.iter().map(|chunk| chunk.force.len()).sum();
         Self { moved: vec![true; node_count], active: vec![true; blocks], dirty: Vec::with_capacity(places) }
     }
@@ -45,9 +45,9 @@ impl Activity {
         blocks.flat_map(move |block| (block * Self::NODES).max(first)..((block + 1) * Self::NODES).min(end))
     }
 
-    /// Puts to sleep what is at rest: nodes with u = 0 and v = 0 bit by bit, and elements without a history whose nodes all
-    /// are. Call after an evaluation over everything, so that what sleeps has its sums and extremes.
-    pub fn fall_asleep(
+    /// Deactivates what is at rest: nodes with u = 0 and v = 0 bit by bit, and elements without a history whose nodes all
+    /// are. Call after an evaluation over all elements, so that the inactive ones have their sums and extremes.
+    pub fn deactivate_at_rest(
         &mut self,
         forces: &mut ElementForces,
         blocks: &[ElementBlock],
@@ -57,7 +57,7 @@ impl Activity {
         self.moved.fill(false);
         self.active.fill(false);
         for chunk in &mut forces.chunks {
-            chunk.awake = 0;
+            chunk.active = 0;
             let rows = blocks[chunk.block as usize].history_rows();
             for i in 0..chunk.batches.len() {
                 let history = &chunk.history[i * rows..(i + 1) * rows];
@@ -68,12 +68,12 @@ impl Activity {
         }
         let at_rest = |node: &usize| u[*node] == Vec3::zeros() && v[*node] == Vec3::zeros();
         for node in (0..u.len()).filter(|node| !at_rest(node)) {
-            self.note(assembly, node);
+            self.mark(assembly, node);
         }
         self.spread(forces, blocks, assembly);
     }
 
-    /// Wakes the elements of those nodes that have begun to move, among the nodes that are stepped.
+    /// Activates the elements of those nodes that have begun to move, among the nodes that are stepped.
     pub fn activate_moving(
         &mut self,
         forces: &mut ElementForces,
@@ -89,7 +89,7 @@ impl Activity {
                 let nodes = block * Self::NODES..((block + 1) * Self::NODES).min(self.moved.len());
                 for node in nodes {
                     if !self.moved[node] && v[node] != Vec3::zeros() {
-                        self.note(assembly, node);
+                        self.mark(assembly, node);
                     }
                 }
             }
@@ -97,7 +97,7 @@ impl Activity {
         self.spread(forces, blocks, assembly);
     }
 
-    /// Wakes the elements of nodes that have been moved from outside.
+    /// Activates the elements of nodes that have been moved from outside.
     pub fn activate_nodes(
         &mut self,
         forces: &mut ElementForces,
@@ -106,20 +106,20 @@ impl Activity {
         nodes: impl Iterator<Item = u32>,
     ) {
         for node in nodes {
-            self.note(assembly, node as usize);
+            self.mark(assembly, node as usize);
         }
         self.spread(forces, blocks, assembly);
     }
 
-    /// A node has moved, and those that follow it.
-    fn note(&mut self, assembly: &Assembly, node: usize) {
-        self.note_itself(assembly, node);
+    /// Marks a node that has moved, and those that follow it, with their chunks.
+    fn mark(&mut self, assembly: &Assembly, node: usize) {
+        self.mark_itself(assembly, node);
         for (follower, _) in assembly.followers().led_by(node) {
-            self.note_itself(assembly, *follower as usize);
+            self.mark_itself(assembly, *follower as usize);
         }
     }
 
-    fn note_itself(&mut self, assembly: &Assembly, node: usize) {
+    fn mark_itself(&mut self, assembly: &Assembly, node: usize) {
         if !self.moved[node] {
             self.moved[node] = true;
             self.active[node / Self::NODES] = true;
@@ -127,7 +127,7 @@ impl Activity {
         }
     }
 
-    /// Wakes the sleeping batches of dirty chunks that have a node that has moved.
+    /// Activates the inactive batches of dirty chunks that have a node that has moved.
     fn spread(&mut self, forces: &mut ElementForces, blocks: &[ElementBlock], assembly: &Assembly) {
         self.dirty.sort_unstable();
         self.dirty.dedup();
@@ -142,7 +142,7 @@ impl Activity {
                     let batch = block.nodes_of_batch(first + i);
                     batch.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
                 };
-                if chunk.awake & (1 << i) == 0 && is_reached() {
+                if chunk.active & (1 << i) == 0 && is_reached() {
                     self.activate_batch(block, assembly, chunk, i);
                 }
             }
@@ -158,7 +158,7 @@ impl Activity {
         chunk: &mut ChunkForces,
         i: usize,
     ) {
-        chunk.awake |= 1 << i;
+        chunk.active |= 1 << i;
         let nodes = block.nodes_of_chunk(chunk.chunk as usize);
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         for node in block.nodes_of_batch(first + i).as_flattened() {

@@ -5,7 +5,7 @@ use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
 use std::sync::Arc;
 
-/// Where each node finds its share in each chunk: a compressed list, ascending in the chunk.
+/// Where each node finds its entry in each chunk: a compressed list, ascending in the chunk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Assembly {
     /// Where the list of each node starts, nodes + 1.
@@ -56,7 +56,7 @@ impl Assembly {
         &self.followers
     }
 
-    /// Sum of a force of each chunk's nodes, by chunk and node in it, at a node. A node gets its shares of those of its followers, in
+    /// Sum of a force of each chunk's nodes, by chunk and node in it, at a node. A node gets its fractions of those of its followers, in
     /// ascending order, a follower nothing.
     #[inline]
     pub(super) fn sum_at(&self, node: usize, force: impl Fn(usize, usize) -> Vec3) -> Vec3 {
@@ -77,7 +77,7 @@ impl Assembly {
         led.iter().fold(own(node), |sum, (follower, w)| sum + own(*follower as usize) * *w)
     }
 
-    /// Bytes in memory.
+    /// Memory of the lists [bytes].
     pub fn memory(&self) -> usize {
         4 * self.start.len() + 8 * self.places.len() + self.followers.memory()
     }

@@ -17,7 +17,7 @@ pub(super) const BULK_ROWS: usize = 2;
 pub struct ElementBlock {
     /// Index of the body.
     pub body: usize,
-    /// Law, density, viscosity.
+    /// Law, density, viscosity and formulation of all elements of the block.
     pub parameters: BlockParameters,
     /// Global element of each slot.
     pub elements: Vec<u32>,
@@ -79,7 +79,7 @@ impl ElementBlock {
         Ok(block)
     }
 
-    /// Number of batches.
+    /// Batches of [`BATCH`] elements, the last one padded.
     pub fn batch_count(&self) -> usize {
         self.elements.len().div_ceil(BATCH)
     }
@@ -110,7 +110,7 @@ impl ElementBlock {
         self.parameters.memory.history_len()
     }
 
-    /// Branches of relaxation.
+    /// Number of branches of the Prony series of its law; 0 without relaxation.
     pub fn branch_count(&self) -> usize {
         self.parameters.memory.prony.branches().len()
     }
@@ -135,7 +135,7 @@ impl ElementBlock {
         self.first_slot + self.chunks.len() * Chunk::SLOTS
     }
 
-    /// Number of chunks.
+    /// Chunks of batches, the unit of work of a thread.
     pub fn chunk_count(&self) -> usize {
         self.chunks.len()
     }
@@ -162,7 +162,7 @@ impl ElementBlock {
         with_elements!(&self.packed, elements => &elements.batches[batch].nodes)
     }
 
-    /// Bytes in memory.
+    /// Memory of the constants of its elements [bytes].
     pub fn memory(&self) -> usize {
         with_elements!(&self.packed, elements => size_of_val(&elements.batches[..]) + size_of_val(&elements.one_point[..]))
             + self.fibres.len() * size_of::<[Row; 3]>()

@@ -74,8 +74,8 @@ pub struct ChunkForces {
     /// Block and chunk in the block.
     pub(super) block: u32,
     pub(super) chunk: u32,
-    /// Which batches are evaluated, a bit each. A batch that sleeps keeps what its last evaluation wrote.
-    pub(super) awake: u32,
+    /// Which batches are evaluated, a bit each. An inactive batch keeps what its last evaluation wrote.
+    pub(super) active: u32,
     /// Internal force on each node of the chunk [N].
     pub(super) force: Vec<Vec3>,
     /// Force of viscosity and memory on each node of the chunk [N]; empty without.
@@ -121,6 +121,6 @@ impl ChunkForces {
 
     /// Whether every batch is evaluated.
     pub(super) fn is_wholly_active(&self) -> bool {
-        self.awake == Self::all(self.batches.len())
+        self.active == Self::all(self.batches.len())
     }
 }

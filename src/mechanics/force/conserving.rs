@@ -23,7 +23,7 @@ use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
-/// An energy below this share of what it is the difference of is rounding.
+/// An energy below this fraction of what it is the difference of is rounding.
 const ROUNDING: f64 = 1e-14;
 
 impl ElementForces {

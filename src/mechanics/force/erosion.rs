@@ -30,9 +30,9 @@ pub struct Erosion {
 /// An element that has gone beyond what its part bears.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eroding {
-    /// Global number.
+    /// Global number of the element.
     pub element: u32,
-    /// Its body.
+    /// Index of its body in the plan.
     pub body: usize,
     /// Strain energy that goes with it, that in branches of Prony series included [J].
     pub energy: f64,
@@ -48,7 +48,7 @@ pub struct Eroding {
 }
 
 impl Erosion {
-    /// Of nothing.
+    /// No element is eroded, as at the start.
     pub fn none() -> &'static Self {
         static NONE: Erosion = Erosion { elements: Vec::new(), lanes: Vec::new() };
         &NONE
@@ -169,7 +169,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for ErosionChec
         chunk.eroding.resize(chunk.batches.len(), 0);
         for i in 0..chunk.batches.len() {
             chunk.eroding[i] = 0;
-            if chunk.awake & (1 << i) == 0 {
+            if chunk.active & (1 << i) == 0 {
                 continue;
             }
             let batch = &elements.batches[first + i];

@@ -18,7 +18,7 @@ use crate::mechanics::tensor::Vec3;
 #[derive(Debug)]
 pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,
-    /// Of each block.
+    /// Averaged pressure at the nodes of each block.
     pub(super) nodal: Vec<NodalState>,
 }
 
@@ -45,7 +45,7 @@ impl ElementForces {
                 let at_nodes = &nodal[chunk.block as usize].response;
                 volumes.gather(&block.chunks[chunk.chunk as usize], at_nodes, &mut chunk.nodal);
             }
-            if chunk.awake != 0 {
+            if chunk.active != 0 {
                 with_elements!(&block.packed, block.parameters.material; elements, law => {
                     evaluate_chunk(law, elements, block, input, chunk);
                 });
@@ -116,15 +116,15 @@ impl ElementForces {
         let of_chunk = |chunk: &ChunkForces| {
             let block = &blocks[chunk.block as usize];
             let batches = &block.chunks[chunk.chunk as usize].batches;
-            let all = chunk.awake.count_ones() as usize * BATCH;
+            let all = chunk.active.count_ones() as usize * BATCH;
             let has_padding = batches.end as usize == block.batch_count();
-            let last_is_active = chunk.awake & (1 << (batches.len() - 1)) != 0;
+            let last_is_active = chunk.active & (1 << (batches.len() - 1)) != 0;
             all - if has_padding && last_is_active { block.slot_count() - block.elements.len() } else { 0 }
         };
         self.chunks.iter().map(of_chunk).sum()
     }
 
-    /// Bytes in memory.
+    /// Memory of all buffers of the evaluation [bytes].
     pub fn memory(&self) -> usize {
         let of_chunk = |chunk: &ChunkForces| {
             size_of::<ChunkForces>()
@@ -151,7 +151,7 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
     ChunkForces {
         block: block_index as u32,
         chunk: chunk as u32,
-        awake: ChunkForces::all(batches),
+        active: ChunkForces::all(batches),
         force: vec![Vec3::zeros(); nodes],
         viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
         u: vec![Vec3::zeros(); nodes],

@@ -120,11 +120,11 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
         let mut lanes = BatchLanes { nodal, before: [zero; 2], after: [zero; 2], of_nodes, first_pass };
-        let share = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.share);
+        let fraction = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.fraction);
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
-            if forces.awake & (1 << i) == 0 {
+            if forces.active & (1 << i) == 0 {
                 continue;
             }
             let b = first_batch + i;
@@ -136,7 +136,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
                 parameters: &block.parameters,
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
-                share,
+                fraction,
             };
             let history = i * rows..i * rows + bulk;
             if let Some(before) = before {
@@ -159,13 +159,13 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
 pub(super) struct ElementForcePass<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
     pub batch: &'a Batch<E, N, Q>,
-    /// Of one-point elements.
+    /// Constants of the batch in one-point elements; `None` in other formulations.
     pub one_point: Option<&'a E::OnePoint>,
     pub parameters: &'a BlockParameters,
     pub fibres: &'a [[Row; 3]],
     pub inverse_step: f64,
-    /// Share of U(J) that is not of the nodes [-].
-    pub share: f64,
+    /// Fraction of U(J) that is not of the nodes [-].
+    pub fraction: f64,
 }
 
 /// All points of the element. `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985), which with `NODAL` is in part
@@ -259,8 +259,8 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
             Some(U) if NODAL => {
                 let own = pressure_at(U, mean, zero);
                 Some(Pressure {
-                    p: shared(self.share, own.p, of_nodes!(1)) - viscous.0,
-                    stiffness: shared(self.share, own.stiffness, of_nodes!(2)),
+                    p: shared(self.fraction, own.p, of_nodes!(1)) - viscous.0,
+                    stiffness: shared(self.fraction, own.stiffness, of_nodes!(2)),
                 })
             }
             Some(U) if MEAN => Some(pressure_at(U, mean, viscous.0)),
@@ -304,7 +304,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         strain = strain * E::SCALE;
         if let (true, Some(U)) = (MEAN, U) {
             let own = U.energy(mean);
-            let energy = if NODAL { shared(self.share, own, of_nodes!(0)) } else { own };
+            let energy = if NODAL { shared(self.fraction, own, of_nodes!(0)) } else { own };
             strain = volume.mul_add(energy, strain);
         }
 

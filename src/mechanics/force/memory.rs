@@ -51,7 +51,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
         let none = [[Row::default(); N]; 3];
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
-        for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
+        for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
             let nodes = &elements.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);
@@ -96,7 +96,7 @@ struct BatchMemory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     size: Row,
     /// History at t_{n−1}, `None` at rest.
     before: Option<&'a [Row]>,
-    /// History at t_n.
+    /// History at t_n, which the pass writes.
     after: &'a mut [Row],
     /// Energies of the branches of relaxation in the step to t_n, see [`BranchTotals`](super::BranchTotals).
     branches: &'a mut [Row],

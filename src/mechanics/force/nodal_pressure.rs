@@ -2,7 +2,7 @@
 //!
 //! One pressure a tetrahedron sets more conditions than its mesh has freedoms. So most of the volumetric energy is that of the volumes
 //! around the nodes (Bonet & Burton 1998), averaged once more over the neighbours, without which the pressure still alternates; and a
-//! small share is that of the elements themselves, which keeps their volumes together (Puso & Solberg 2006; Gee, Dohrmann, Key & Wall
+//! small fraction is that of the elements themselves, which keeps their volumes together (Puso & Solberg 2006; Gee, Dohrmann, Key & Wall
 //! 2009):
 //!
 //! ```text

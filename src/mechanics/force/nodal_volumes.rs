@@ -8,7 +8,7 @@ use crate::mechanics::material::Volumetric;
 use crate::mechanics::real::Real;
 use std::collections::BTreeMap;
 
-/// Largest modulus of the elements' share over the shear modulus, c [-]. From 0.03 to 0.3 the deflection of a cantilever changes by one per
+/// Largest modulus of the elements' fraction over the shear modulus, c [-]. From 0.03 to 0.3 the deflection of a cantilever changes by one per
 /// cent; at 1 it is stiffer, and the pressure less smooth.
 const STABILISATION: f64 = 0.3;
 
@@ -18,15 +18,15 @@ const NODES: usize = 512;
 /// The volumes around the nodes of a block.
 #[derive(Debug)]
 pub(super) struct NodalVolumes {
-    /// Share s of U that is of the elements [-].
-    pub share: f64,
+    /// Fraction s of U that is of the elements [-].
+    pub fraction: f64,
     /// For each node of each chunk, in their order, its number among the nodes of the block.
     number: Vec<u32>,
     /// Where the list of each node starts, nodes + 1.
     start: Vec<u32>,
     /// (chunk of the block, node in the chunk), ascending.
     places: Vec<(u32, u32)>,
-    /// 1/V_a [1/m³].
+    /// Inverse reference volume 1/V_a of each node [1/m³].
     inverse: Vec<f64>,
     /// R, row by row: where each begins, nodes + 1, and its columns, ascending, with their values.
     rows: Vec<u32>,
@@ -86,9 +86,9 @@ impl NodalVolumes {
             rows.push(neighbours.len() as u32);
         }
         let (G, K) = parameters.material.moduli_at_rest();
-        let share = if K > 0.0 { (STABILISATION * G / K).min(1.0) } else { 1.0 };
+        let fraction = if K > 0.0 { (STABILISATION * G / K).min(1.0) } else { 1.0 };
         let inverse = volume.into_iter().map(|V| 1.0 / V).collect();
-        Some(Self { share, number, start, places, inverse, rows, neighbours })
+        Some(Self { fraction, number, start, places, inverse, rows, neighbours })
     }
 
     /// Copies the responses at the nodes of a chunk.
@@ -97,7 +97,7 @@ impl NodalVolumes {
         to.iter_mut().zip(numbers).for_each(|(to, number)| *to = from[*number as usize]);
     }
 
-    /// The share s, and the means over the nodes of the elements of a batch of a chunk.
+    /// The fraction s, and the means over the nodes of the elements of a batch of a chunk.
     pub fn of_batch<const N: usize>(
         &self,
         chunk: &Chunk,
@@ -105,7 +105,7 @@ impl NodalVolumes {
         from: &[NodalResponse],
     ) -> (f64, [Row; 3]) {
         let numbers = &self.number[chunk.nodes.start as usize..chunk.nodes.end as usize];
-        (self.share, mean_over_nodes(nodes, |node| &from[numbers[node as usize] as usize]))
+        (self.fraction, mean_over_nodes(nodes, |node| &from[numbers[node as usize] as usize]))
     }
 
     /// J_a − 1 [-] of a node, from the sums of the chunks [m³].
@@ -153,7 +153,7 @@ impl NodalVolumes {
         });
     }
 
-    /// Bytes in memory.
+    /// Memory of the lists of a block [bytes].
     pub fn memory(&self) -> usize {
         4 * (self.number.len() + self.start.len())
             + 8 * (self.places.len() + self.inverse.len())
@@ -179,7 +179,7 @@ impl NodalState {
         Self { dilatation: vec![0.0; nodes], own: vec![[0.0; 3]; nodes], response: vec![[0.0; 3]; nodes] }
     }
 
-    /// Bytes in memory.
+    /// Memory of the responses at the nodes [bytes].
     pub fn memory(&self) -> usize {
         size_of_val(&self.dilatation[..]) + 2 * size_of_val(&self.response[..])
     }
@@ -212,8 +212,8 @@ pub(super) fn mean_over_nodes<'a, const N: usize>(
     sums
 }
 
-/// The volumetric quantity of an element, of which the share s is its own.
+/// The volumetric quantity of an element, of which the fraction s is its own.
 #[inline(always)]
-pub(super) fn shared<R: Real>(share: f64, own: R, of_nodes: R) -> R {
-    of_nodes.mul_add(own.constant(1.0 - share), own * share)
+pub(super) fn shared<R: Real>(fraction: f64, own: R, of_nodes: R) -> R {
+    of_nodes.mul_add(own.constant(1.0 - fraction), own * fraction)
 }

@@ -44,7 +44,7 @@ pub enum BlockError {
 /// Law, formulation, density and viscosity of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockParameters {
-    /// The constitutive law.
+    /// Constitutive law of every element of the block.
     pub material: Material,
     /// How it is integrated.
     pub formulation: Formulation,
@@ -102,7 +102,7 @@ pub struct ErosionLimits {
 pub struct BlockInput {
     /// Global number of the element.
     pub element: u32,
-    /// Its nodes (global).
+    /// Global numbers of its nodes, in the order of the kind.
     pub nodes: Vec<u32>,
     /// Their reference positions X [m].
     pub corners: Vec<Vec3>,

@@ -25,13 +25,13 @@ pub type PointScalar = [Row; POINTS];
 /// The quadrature points of one batch of elements, `[point][lane]`; lanes beyond the elements of the block are padding
 /// without volume.
 ///
-/// What a one-point element has at its point stands at all eight, each with its share of the volume; the energy of the
+/// What a one-point element has at its point stands at all eight, each with its fraction of the volume; the energy of the
 /// stabilisation is not in ψ.
 #[derive(Clone, Debug)]
 pub struct PointBatch {
     /// Points of an element; rows beyond mean nothing, and have no volume.
     pub count: usize,
-    /// Reference volume [m³].
+    /// Reference volume of the point [m³].
     pub volume: PointScalar,
     /// Deformation gradient F [-], `[point][3 row + column][lane]`.
     pub F: [[Row; 9]; POINTS],
@@ -73,12 +73,12 @@ impl Default for PointBatch {
     }
 }
 
-/// One quadrature point.
+/// Deformation, stress and energy at one quadrature point, for recorders and measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointField {
     /// Reference position X [m].
     pub position: Vec3,
-    /// Reference volume [m³].
+    /// Reference volume of the point [m³].
     pub volume: f64,
     /// Deformation gradient F [-].
     pub F: Mat3,
@@ -246,7 +246,7 @@ struct PointResponse<'a> {
     block: &'a ElementBlock,
     fibres: &'a [[Row; 3]],
     memory: Option<BatchHistory<'a>>,
-    /// Share s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
+    /// Fraction s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
     of_nodes: Option<(f64, [Row; 3])>,
 }
 
@@ -254,7 +254,7 @@ struct PointResponse<'a> {
 struct Points<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     response: PointResponse<'a>,
     batch: &'a Batch<E, N, Q>,
-    /// Of one-point elements.
+    /// Constants of the batch in one-point elements; `None` in other formulations.
     reduced: Option<&'a E::OnePoint>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
@@ -336,7 +336,7 @@ struct PointStress<'a, S: Simd> {
     mean: Lane<S>,
     /// Viscous Cauchy stress [Pa].
     viscous: Option<&'a Sym<Lane<S>>>,
-    /// Register and point.
+    /// Instruction set, register of the batch and quadrature point.
     at: (S, usize, usize),
     to: &'a mut PointBatch,
 }
@@ -355,9 +355,9 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
         let j = if parameters.formulation == Formulation::MeanDilatation { mean } else { k.j };
         let mut psi = response.psi;
         let (energy, pressure) = match (law.volumetric(), &of.of_nodes) {
-            (Some(U), Some((share, [energy, pressure, _]))) => (
-                shared(*share, U.energy(j), Lane::load(simd, energy, part)),
-                shared(*share, U.pressure(j), Lane::load(simd, pressure, part)),
+            (Some(U), Some((fraction, [energy, pressure, _]))) => (
+                shared(*fraction, U.energy(j), Lane::load(simd, energy, part)),
+                shared(*fraction, U.pressure(j), Lane::load(simd, pressure, part)),
             ),
             (Some(U), None) => (U.energy(j), U.pressure(j)),
             (None, _) => (zero, zero),

@@ -27,7 +27,7 @@ const BARRIER_STIFFNESS: f64 = 20.0;
 /// The element's pressure knows the mean of J alone, and the isochoric energy of a point grows like J^(−2/3) only.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Barrier {
-    /// k [Pa].
+    /// Modulus k of the barrier [Pa].
     stiffness: f64,
 }
 

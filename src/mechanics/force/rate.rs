@@ -12,7 +12,7 @@ use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// A rate below this share of the allowed one is below it in exact arithmetic too.
+/// A rate below this fraction of the allowed one is below it in exact arithmetic too.
 const CERTAIN: f64 = 1.0 - 1e-12;
 
 /// Least length that stretch is relative to, over that at rest. Where an edge or diagonal passes through zero while its element
@@ -42,7 +42,7 @@ impl ElementForces {
         limit: f64,
     ) -> f64 {
         threads.for_each(&mut self.chunks, |chunk| {
-            if chunk.awake == 0 {
+            if chunk.active == 0 {
                 chunk.stretch_rate = 0.0;
                 return;
             }
@@ -86,7 +86,7 @@ impl ElementForces {
 }
 
 impl ElementBlock {
-    /// See [`Rate`].
+    /// Largest rate of a chunk, or what it exceeds `allowed` by, and its shortest length, see [`Rate`].
     fn rate<const EXACT: bool>(&self, chunk: &ChunkForces, allowed: f64) -> (f64, f64) {
         let range = &self.chunks[chunk.chunk as usize].batches;
         with_elements!(&self.packed, elements => {
@@ -243,9 +243,9 @@ mod tests {
     fn an_edge_that_passes_through_zero_is_stretched_at_a_finite_rate() {
         let x = row().0;
         let (a, b) = (x[0], x[1]);
-        for share in [1e-3, 1e-6, 0.0, -1e-6] {
+        for fraction in [1e-3, 1e-6, 0.0, -1e-6] {
             let mut u = vec![Vec3::zeros(); x.len()];
-            u[1] = (a - b) * (1.0 - share);
+            u[1] = (a - b) * (1.0 - fraction);
             let mut v = vec![Vec3::zeros(); x.len()];
             v[1] = a - b;
             let blocks = [row().1];
@@ -254,8 +254,8 @@ mod tests {
             forces.evaluate(&Threads::ONE, &blocks, &input);
             // Within the step that a limit of a tenth allows the edge gets to the other side.
             let rate = forces.largest_stretch_rate(&Threads::ONE, &blocks, &v, 1.0, 0.0);
-            assert!((0.1..4.0).contains(&rate), "{share}: {rate}");
-            assert!(stretch_rate(&(b - a), &((b - a) * share), &(a - b)) <= 16.0 * share.abs() + 1e-15);
+            assert!((0.1..4.0).contains(&rate), "{fraction}: {rate}");
+            assert!(stretch_rate(&(b - a), &((b - a) * fraction), &(a - b)) <= 16.0 * fraction.abs() + 1e-15);
         }
     }
 

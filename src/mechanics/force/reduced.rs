@@ -25,7 +25,7 @@ const FOLDED: f64 = 40.0;
 /// Constants of a batch of one-point elements, lane by lane; all zero in padding but `length` and `base`.
 #[derive(Clone, Debug)]
 pub(super) struct ReducedBatch {
-    /// V [m³].
+    /// Reference volume V of each lane [m³].
     pub volume: Row,
     /// A_k [1/m]: `[3 k + j][lane]`, see [`ModalGeometry`].
     pub A: [Row; 9],
@@ -45,7 +45,7 @@ pub(super) struct ReducedBatch {
     pub inverse_scale: Row,
     /// Largest stiffness of the stabilisation's planes [J].
     pub largest: Row,
-    /// λ / ρ: largest ω² per tangent norm, the stabilisation's share in it [1/(m² kg/m³)].
+    /// λ / ρ: largest ω² per tangent norm, the stabilisation's fraction in it [1/(m² kg/m³)].
     pub frequency_bound: Row,
     /// Largest ω² per stiffness against the unit base vectors [1/(kg m²)].
     pub base_bound: Row,
@@ -201,15 +201,15 @@ impl ReducedBatch {
 /// Constants of the energy of one-point elements, in any number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnePointElement<R> {
-    /// V [m³].
+    /// Reference volume V of the element [m³].
     pub volume: R,
     /// A_k [1/m], see [`ModalGeometry`].
     pub A: Tensor<R>,
-    /// B_α [1/m].
+    /// B_α [1/m], see [`ModalGeometry`].
     pub B: Tensor<R>,
-    /// X_α [m].
+    /// X_α, the bilinear and trilinear modes of the positions [m].
     pub curvature: [V3<R>; 4],
-    /// The stabilisation.
+    /// Constants of the stabilisation.
     pub constants: Hourglass<R>,
 }
 

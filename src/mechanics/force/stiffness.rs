@@ -41,7 +41,7 @@ pub const fn corner_pair(a: usize, b: usize) -> usize {
 pub struct StiffnessBatch(pub Vec<[Row; 9]>);
 
 impl StiffnessBatch {
-    /// All zero.
+    /// All pairs of corners with zero stiffness.
     pub fn zeros() -> Self {
         Self(vec![[Row::default(); 9]; CORNER_PAIRS])
     }
@@ -68,7 +68,7 @@ struct Stiffness<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: &'a Material,
     mean_dilatation: bool,
     batch: &'a Batch<E, N, Q>,
-    /// Of one-point elements.
+    /// Constants of the batch in one-point elements; `None` in other formulations.
     reduced: Option<&'a E::OnePoint>,
     fibres: &'a [[Row; 3]],
     u: [[Row; N]; 3],
@@ -138,7 +138,7 @@ pub(super) fn fixed_fibres<S: Simd>(
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, E, N, Q> {
-    /// From all points.
+    /// Adds the stiffness of every quadrature point of a register.
     #[inline(always)]
     fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
         let zero = Lane::splat(simd, 0.0);

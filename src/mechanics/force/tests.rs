@@ -38,7 +38,7 @@ struct Evaluated {
     j: f64,
 }
 
-/// Elastic.
+/// Parameters of an elastic block: no viscosity, no memory.
 fn parameters(material: Material, formulation: Formulation) -> BlockParameters {
     BlockParameters {
         material,
@@ -105,7 +105,7 @@ impl Element {
         }
     }
 
-    /// The tangent [N/m].
+    /// The tangent ∂f/∂u by dual numbers [N/m].
     fn stiffness(&self, u: &U) -> Matrix {
         let mut batch = StiffnessBatch::zeros();
         self.blocks[0].eval_stiffness(0, u, &mut batch);
@@ -115,7 +115,7 @@ impl Element {
         })
     }
 
-    /// Largest ω² [1/s²].
+    /// Largest ω² of the generalised eigenproblem K x = ω² M x [1/s²].
     fn largest_frequency(&self, u: &U) -> f64 {
         let K = self.stiffness(u);
         let scaled = Matrix::from_fn(|r, c| K[(r, c)] / (self.mass[r / 3] * self.mass[c / 3]).sqrt());
@@ -261,11 +261,11 @@ fn the_stable_step_is_below_that_of_the_highest_frequency_however_an_element_is_
                 if evaluated.j <= -0.99 {
                     continue;
                 }
-                let share = 0.5 * evaluated.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
-                (largest, sum, count) = (largest.max(share), sum + share, count + 1.0);
+                let ratio = 0.5 * evaluated.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
+                (largest, sum, count) = (largest.max(ratio), sum + ratio, count + 1.0);
                 assert!(
-                    share < 1.0 + 1e-9,
-                    "{formulation:?}, {law:?}, sample {sample}: h ω/2 = {share}, J = {}",
+                    ratio < 1.0 + 1e-9,
+                    "{formulation:?}, {law:?}, sample {sample}: h ω/2 = {ratio}, J = {}",
                     1.0 + evaluated.j
                 );
             }

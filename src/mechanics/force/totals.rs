@@ -72,7 +72,7 @@ pub struct BlockTotals {
 }
 
 impl BlockTotals {
-    /// Of no element.
+    /// Totals of no element: zero sums, and extremes that any element replaces.
     pub const NONE: Self = Self {
         strain: 0.0,
         hourglass: 0.0,

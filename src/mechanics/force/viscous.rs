@@ -55,7 +55,7 @@ pub(super) fn viscous_stress<R: Real>(eta: f64, rate: &Tensor<R>, cof_F: &Tensor
     P
 }
 
-/// 1/J, capped.
+/// 1/J, capped where an element is nearly crushed [-].
 #[inline(always)]
 fn inverse_J<R: Real>(j: R) -> R {
     j.constant(1.0) / (j + 1.0).max(j.constant(LEAST_J))
@@ -86,7 +86,7 @@ impl ElementBlock {
     #[inline(never)]
     fn add_viscous(&self, input: &ForceInput, v: &[Vec3], chunk: &mut ChunkForces) {
         let block = self;
-        if !block.parameters.is_viscous() || chunk.awake == 0 {
+        if !block.parameters.is_viscous() || chunk.active == 0 {
             return;
         }
         chunk.viscous.fill(Vec3::zeros());
@@ -123,7 +123,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_,
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let (mut x, mut rates) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
-        for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
+        for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
             let batch = &elements.batches[first + i];
             gather(&batch.nodes, &chunk.u, &mut x);
             gather(&batch.nodes, &chunk.v, &mut rates);

@@ -1,4 +1,4 @@
-//! Blatz–Ko foam rubber.
+//! Blatz–Ko foam rubber: a coupled law of highly compressible solids.
 
 use super::isochoric::eval_second_invariant;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};

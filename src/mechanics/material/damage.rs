@@ -73,7 +73,7 @@ impl Memory for Softening {
 struct Tear<R> {
     /// Energy at the onset ψ₀ [J/m³].
     onset: R,
-    /// τ_s/τ₀ [-].
+    /// Ratio of τ_s to τ₀ [-].
     slope: R,
 }
 

@@ -31,7 +31,7 @@ macro_rules! memories {
             $($(#[$doc])* pub $name: $file::$Memory,)*
         }
 
-        /// [`Memory::Step`] of each.
+        /// [`Memory::Step`] of each kind of memory, prepared once a step.
         #[derive(Clone, Copy, Debug)]
         pub struct MemorySteps {
             $($name: <$file::$Memory as Memory>::Step,)*
@@ -77,9 +77,9 @@ macro_rules! memories {
 
 // A new memory is a file in this folder and a line here.
 memories! {
-    /// Relaxation.
+    /// Stress relaxation by a Prony series.
     prony: prony::PronySeries,
-    /// Softening.
+    /// Softening of the isochoric stress beyond an energy.
     softening: damage::Softening,
 }
 

@@ -10,7 +10,7 @@ use crate::mechanics::tensor::Sym;
 /// Elastic response at a point, to which memories add.
 #[derive(Clone, Copy, Debug)]
 pub struct ElasticPoint<'a, R> {
-    /// Deformation.
+    /// Invariants and metrics of the deformation gradient.
     pub k: &'a Kinematics<R>,
     /// Strain energy without U(J) [J/m³].
     pub psi: R,

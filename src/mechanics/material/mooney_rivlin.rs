@@ -1,4 +1,4 @@
-//! Mooney–Rivlin rubber.
+//! Mooney–Rivlin rubber: linear in both isochoric invariants.
 
 use super::isochoric::{
     bound_first_invariant, bound_second_invariant, eval_first_invariant, eval_second_invariant,

@@ -50,7 +50,7 @@ impl Ogden {
 
 /// Sums over the terms at the principal stretches, from the largest on.
 struct Sums<R> {
-    /// ψ [J/m³].
+    /// Strain energy ψ without U(J) [J/m³].
     psi: R,
     /// Σ μ λ̄^α [Pa], its differences as [`Power::differences`](super::principal_strain::Power::differences), and its mean m.
     powers: [R; 3],

@@ -27,14 +27,14 @@ const LEAST: f64 = 1e-15;
 pub(super) struct PrincipalStrain<R> {
     /// Their logarithms from the largest on; the sum is 0 [-].
     pub logs: [R; 3],
-    /// They themselves.
+    /// The squared isochoric principal stretches themselves [-].
     pub values: Power<R>,
 }
 
 /// The powers y^k of the principal values.
 #[derive(Clone, Copy)]
 pub(super) struct Power<R> {
-    /// Of each.
+    /// Power of each principal value.
     pub of: [R; 3],
     /// y₁ᵏ − y₂ᵏ and y₃ᵏ − y₂ᵏ; where they are zero, in the ratio of their limits.
     pub differences: [R; 2],
@@ -54,7 +54,7 @@ impl<R: Real> PrincipalStrain<R> {
         let logs = [most, -(most + least), least];
         Self { logs, values: Power::new(1.0, &logs) }
     }
-    /// Their powers.
+    /// Powers yᵏ of the principal values.
     #[inline(always)]
     pub fn power(&self, k: f64) -> Power<R> {
         Power::new(k, &self.logs)

@@ -27,8 +27,8 @@ pub struct Instability {
 /// omitted.
 pub fn first_instability(material: &Material, [least, most]: [f64; 2]) -> Option<Instability> {
     (1..=STATES).find_map(|i| {
-        let share = f64::from(i) / f64::from(STATES);
-        let ends = [share * most.ln(), share * least.ln()];
+        let fraction = f64::from(i) / f64::from(STATES);
+        let ends = [fraction * most.ln(), fraction * least.ln()];
         TESTS.into_iter().find_map(|(test, along)| {
             let end = ends.into_iter().find(|end| !is_stable(material, along.map(|x| x * end)))?;
             Some(Instability { test, stretch: end.exp() })

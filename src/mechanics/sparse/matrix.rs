@@ -101,11 +101,11 @@ impl SymmetricMatrix {
             // For a node with itself, each pair of movers once, with both orders in it.
             let count = if a == b { i + 1 } else { usize::MAX };
             for (n, w) in followers.movers(b).take(count) {
-                let mut share = pair.map(|entry| v * w * entry);
+                let mut block = pair.map(|entry| v * w * entry);
                 if a != b && m == n {
-                    share = std::array::from_fn(|k| share[k] + share[TRANSPOSED[k]]);
+                    block = std::array::from_fn(|k| block[k] + block[TRANSPOSED[k]]);
                 }
-                self.add_free_pair(unknowns, (m, n), &share);
+                self.add_free_pair(unknowns, (m, n), &block);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The eight-node hexahedron.
+//! The eight-node hexahedron: points, faces, edges, interpolation, names elsewhere.
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, Split};
 use crate::mechanics::element::HEX8_CORNERS;

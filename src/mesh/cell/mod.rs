@@ -29,7 +29,7 @@ pub enum CellKind {
 }
 
 impl CellKind {
-    /// All kinds.
+    /// All kinds, in the order of their declaration.
     pub const ALL: [Self; 4] = [Self::Hex8, Self::Tet4, Self::Tet10, Self::Wedge6];
 
     /// Its table of properties.

@@ -44,7 +44,7 @@ pub struct Foreign {
 /// Name of a kind in Abaqus, whose order of nodes and faces we share.
 #[derive(Debug)]
 pub struct AbaqusName {
-    /// Element type ("C3D8").
+    /// Element type in Abaqus ("C3D8").
     pub name: &'static str,
     /// Letters that may follow: other integration or other fields, same shape.
     pub suffixes: &'static str,
@@ -53,7 +53,7 @@ pub struct AbaqusName {
 /// All properties of a kind. Nodes are in the order of Abaqus: corners first, then the middles of edges.
 #[derive(Debug)]
 pub struct CellTable {
-    /// Short name ("hex8").
+    /// Short name of the kind in messages and documents ("hex8").
     pub name: &'static str,
     /// Name in messages ("hexahedron of 8 nodes").
     pub title: &'static str,

@@ -1,4 +1,4 @@
-//! The four-node tetrahedron.
+//! The four-node tetrahedron: points, faces, edges, interpolation, names elsewhere.
 
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,

@@ -1,4 +1,4 @@
-//! The six-node wedge.
+//! The six-node wedge: points, faces, edges, interpolation, names elsewhere.
 
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,

@@ -254,7 +254,7 @@ fn depth_is_the_distance_to_the_nearest_side() {
 }
 
 #[test]
-fn rays_meet_the_skin_and_ways_go_over_it() {
+fn rays_meet_the_surface_and_ways_go_over_it() {
     for kind in CellKind::ALL {
         let mesh = block_of(kind);
         let boundary = TriangulatedSurface::new(&boundary(&mesh.cells), mesh.nodes.clone());

@@ -1,4 +1,4 @@
-//! A rectangular block.
+//! A rectangular block of hexahedra, with uniform or graded cuts along each axis.
 
 use super::grading::{Grading, graded, subdivided};
 use super::node_set;
@@ -11,12 +11,12 @@ use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 pub enum Cuts {
     /// Elements of equal size.
     Uniform {
-        /// Number of elements.
+        /// Elements along the axis.
         count: u32,
     },
     /// Elements smallest at a position, growing on both sides.
     Towards {
-        /// Number of elements.
+        /// Elements along the axis.
         count: u32,
         /// Position of the smallest elements [m], inside the block.
         position_m: f64,
@@ -85,9 +85,9 @@ impl Cuts {
 /// A block of one part along the coordinate axes, node sets `x_min`, `x_max`, `y_min`, `y_max`, `z_min` and `z_max`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Lower corner [m].
+    /// Corner with the least coordinates [m].
     pub min_corner_m: Vec3,
-    /// Upper corner [m].
+    /// Corner with the greatest coordinates [m].
     pub max_corner_m: Vec3,
     /// Division along x, y and z.
     pub cuts: [Cuts; 3],

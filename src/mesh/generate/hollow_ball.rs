@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 pub struct HollowBall {
     /// Centre of the ball [m].
     pub center: Vec3,
-    /// Outer radius [m].
+    /// Outer radius of the ball [m].
     pub outer_radius_m: f64,
     /// Inner radius [m], between zero and the outer radius.
     pub inner_radius_m: f64,

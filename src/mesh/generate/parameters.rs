@@ -78,7 +78,7 @@ impl Checks {
         self.0.is_empty()
     }
 
-    /// All problems found.
+    /// Problems of all parameters, in the order in which they were found.
     pub(super) fn into_problems(self) -> Vec<ParameterProblem> {
         self.0
     }

@@ -60,7 +60,7 @@ impl<'a> Cursor<'a> {
         self.error_at(self.offset, message)
     }
 
-    /// The remaining bytes.
+    /// Bytes from the current offset to the end of the file.
     fn rest(&self) -> &'a [u8] {
         &self.bytes[self.offset..]
     }

@@ -15,10 +15,10 @@ pub enum Version {
     V4_1,
 }
 
-/// Encoding of numbers.
+/// Encoding of numbers in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// Decimal text.
+    /// Decimal text, readable by people.
     Ascii,
     /// Binary, least significant byte first.
     LittleEndian,

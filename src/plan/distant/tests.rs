@@ -12,7 +12,7 @@ fn cube(low: [f64; 3], flight: [f64; 3]) -> BodyMotion {
     }
 }
 
-/// Which of the pairs are left out.
+/// Which of the pairs are omitted.
 fn omitted(motions: &[BodyMotion], pairs: &[(usize, Other)], until: f64) -> Vec<bool> {
     cannot_meet(motions, pairs, until).iter().map(Option::is_some).collect()
 }
@@ -81,7 +81,7 @@ fn whoever_may_be_touched_and_all_its_partners_stay() {
     let chain = [(0, Other::Body(1)), (1, Other::Body(2)), (2, Other::Body(3))];
     // The target may be thrown at the body behind, and that at the next.
     assert_eq!(omitted(&motions, &chain, 1.0), [false; 3]);
-    // Without the impact nobody is.
+    // Without the impact none is.
     assert_eq!(omitted(&motions, &chain[1..], 1.0), [true; 2]);
     // A group that the impact cannot reach is for itself.
     assert_eq!(omitted(&motions, &[chain[0], chain[2]], 1.0), [false, true]);
@@ -113,7 +113,7 @@ fn a_body_that_nothing_deforms_does_not_meet_itself() {
     assert_eq!(omitted(std::slice::from_ref(&flying), &[itself], 1.0), [true]);
     let spinning = BodyMotion { straight: false, ..flying.clone() };
     assert_eq!(omitted(&[spinning], &[itself], 1.0), [false]);
-    // That it may fold deflects nobody else, …
+    // That it may fold deflects no other body, …
     let far = cube([50.0, 0.0, 0.0], [0.0; 3]);
     assert_eq!(omitted(&[flying.clone(), far], &[itself, (0, Other::Body(1))], 1.0), [true; 2]);
     // … but what may be hit may fold.

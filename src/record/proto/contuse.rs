@@ -28,7 +28,7 @@ pub struct PackedArray {
 /// `/contact/forces`: forces of the contact pairs at one time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ContactForces {
-    /// Simulated time [s].
+    /// Simulated time of the sample [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
     /// Number of the step.
@@ -90,7 +90,7 @@ pub struct PairForces {
 /// `/energy`: the energy ledger at one time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Energy {
-    /// Simulated time [s].
+    /// Simulated time of the sample [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
     /// Number of the step.
@@ -172,7 +172,7 @@ pub struct BodyEnergy {
 /// Energy of a branch of relaxation of one body.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct BranchEnergy {
-    /// Relaxation time [s].
+    /// Relaxation time of the branch [s].
     #[prost(double, tag = "1")]
     pub relaxation_time_s: f64,
     /// Energy stored in the branch [J].
@@ -209,7 +209,7 @@ pub struct PairEnergy {
 /// `/stress/{body}`: fields of one body at one time, in the order of the nodes and elements of its reference mesh.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Stress {
-    /// Simulated time [s].
+    /// Simulated time of the sample [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
     /// Number of the step.
@@ -231,7 +231,7 @@ pub struct Stress {
 /// `cell_nodes`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ReferenceMesh {
-    /// Simulated time [s].
+    /// Simulated time of the sample [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
     /// Name of the body.
@@ -266,7 +266,7 @@ pub struct ReferenceMesh {
 /// `/pose/{body}`: position and orientation of a rigid body at one time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct RigidPose {
-    /// Simulated time [s].
+    /// Simulated time of the sample [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
     /// Number of the step.
@@ -289,7 +289,7 @@ pub struct RigidPose {
 /// `/summary`: the running clinical summary. The numbers are for plots; `json` is complete.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Summary {
-    /// Simulated time [s].
+    /// Simulated time of the sample [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
     /// Number of the step.

@@ -6,13 +6,13 @@ pub use prost_types::Timestamp;
 /// A vector in space.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Vector3 {
-    /// Component along x.
+    /// Component along x [unit of the vector].
     #[prost(double, tag = "1")]
     pub x: f64,
-    /// Component along y.
+    /// Component along y [unit of the vector].
     #[prost(double, tag = "2")]
     pub y: f64,
-    /// Component along z.
+    /// Component along z [unit of the vector].
     #[prost(double, tag = "3")]
     pub z: f64,
 }
@@ -20,13 +20,13 @@ pub struct Vector3 {
 /// A point in space.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Point3 {
-    /// Coordinate x [m].
+    /// Coordinate x in the frame of the scene [m].
     #[prost(double, tag = "1")]
     pub x: f64,
-    /// Coordinate y [m].
+    /// Coordinate y in the frame of the scene [m].
     #[prost(double, tag = "2")]
     pub y: f64,
-    /// Coordinate z [m].
+    /// Coordinate z in the frame of the scene [m].
     #[prost(double, tag = "3")]
     pub z: f64,
 }
@@ -43,7 +43,7 @@ pub struct Quaternion {
     /// Vector part along z.
     #[prost(double, tag = "3")]
     pub z: f64,
-    /// Scalar part w.
+    /// Scalar part w of the unit quaternion.
     #[prost(double, tag = "4")]
     pub w: f64,
 }
@@ -118,7 +118,7 @@ pub struct TriangleListPrimitive {
 /// An object in the scene.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct SceneEntity {
-    /// Simulated time.
+    /// Simulated time as a timestamp; 0 before the start.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
     /// Name of the frame of reference.
@@ -161,16 +161,16 @@ pub struct PackedElementField {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum NumericType {
-    /// Unspecified number type.
+    /// Number type not specified (value 0 of the enumeration).
     Unknown = 0,
-    /// 32-bit floating-point number.
+    /// 32-bit floating-point number, little-endian.
     Float32 = 7,
 }
 
 /// Points with field values.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PointCloud {
-    /// Simulated time.
+    /// Simulated time as a timestamp; 0 before the start.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
     /// Name of the frame of reference.
@@ -179,7 +179,7 @@ pub struct PointCloud {
     /// Pose of the cloud.
     #[prost(message, optional, tag = "3")]
     pub pose: Option<Pose>,
-    /// Bytes per point.
+    /// Bytes from one point to the next.
     #[prost(fixed32, tag = "4")]
     pub point_stride: u32,
     /// Fields of each point.
@@ -193,10 +193,10 @@ pub struct PointCloud {
 /// A line of the log.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Log {
-    /// Simulated time.
+    /// Simulated time as a timestamp; 0 before the start.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// Severity, see [`Level`].
+    /// Severity of the line, see [`Level`].
     #[prost(enumeration = "Level", tag = "2")]
     pub level: i32,
     /// Text of the message.
@@ -211,7 +211,7 @@ pub struct Log {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum Level {
-    /// Severity not specified.
+    /// Severity not specified (value 0 of the enumeration).
     Unknown = 0,
     /// Information on the run.
     Info = 2,

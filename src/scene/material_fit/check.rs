@@ -118,6 +118,6 @@ fn check_amounts(question: &FitQuestion, out: &mut Findings) {
         Problem::error("too_many_items", &here, "the curves have very many points")
             .value(points)
             .limit(format!("at most {MOST_POINTS}"))
-            .remedy("thin the curves out: neighbouring points tell the same")
+            .remedy("thin the curves out: neighbouring points carry the same information")
     });
 }

@@ -20,7 +20,7 @@ pub struct FitQuestion {
     pub prony_series: Option<PronyDocument>,
     /// JSON pointers to the numbers that are fitted, such as `/material/c10_pa` or `/prony_series/branches/0/relaxation_time_s`.
     pub free: Vec<String>,
-    /// Measured curves.
+    /// Measured curves, one for each test.
     pub tests: Vec<TestDocument>,
     /// How the errors of the measured values are distributed.
     #[serde(default)]
@@ -31,7 +31,7 @@ pub struct FitQuestion {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestDocument {
-    /// Kind of test.
+    /// Kind of test: how the specimen is deformed.
     pub kind: TestKind,
     /// Points of the curve: stretch or amount of shear [-] and nominal stress [Pa], or time [s] and relaxation modulus [Pa].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -69,9 +69,9 @@ pub enum Errors {
 /// The part of the question that a fit changes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Constants {
-    /// The law.
+    /// Constitutive law with its parameters.
     pub material: MaterialDocument,
-    /// Its relaxation.
+    /// Prony series of its relaxation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prony_series: Option<PronyDocument>,
 }

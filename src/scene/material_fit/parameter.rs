@@ -10,7 +10,7 @@ use serde_json::{Number, Value};
 pub struct Parameter {
     /// JSON pointer to it.
     pub pointer: String,
-    /// Starting value.
+    /// Value at which the iteration starts, in the unit of the parameter.
     pub start: f64,
     /// Whether the other sign is inadmissible: its logarithm is fitted.
     pub has_fixed_sign: bool,
@@ -19,7 +19,7 @@ pub struct Parameter {
 }
 
 impl FitQuestion {
-    /// The free parameters.
+    /// The parameters that the fit changes, with their starting values.
     pub fn parameters(&self) -> Vec<Parameter> {
         let constants = self.constants();
         self.free.iter().filter_map(|pointer| Parameter::of(&constants, pointer, self.largest_pa())).collect()

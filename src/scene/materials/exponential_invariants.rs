@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub struct DemirayDocument {
     /// Shear modulus at rest μ [Pa].
     pub mu_pa: f64,
-    /// Exponent b [-].
+    /// Exponent b of the exponential [-].
     pub b: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
@@ -58,7 +58,7 @@ impl LawDocument for DemirayDocument {
 pub struct VerondaWestmannDocument {
     /// Coefficient C1 [Pa]; the shear modulus at rest is C1 C2.
     pub c1_pa: f64,
-    /// Exponent C2 [-].
+    /// Exponent C2 of the exponential [-].
     pub c2: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,

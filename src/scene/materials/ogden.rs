@@ -52,7 +52,7 @@ pub struct MuAlpha {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FebioTerm {
-    /// Coefficient c [Pa].
+    /// Coefficient c of the term [Pa].
     pub c_pa: f64,
     /// Power m of the stretches [-].
     pub m: f64,

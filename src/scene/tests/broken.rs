@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 /// Pointer to the change, the new value, and the pointer and code of the expected problem.
 pub type Break = (&'static str, Value, &'static str, &'static str);
 
-/// All broken variants.
+/// All broken variants of the valid scene, by subject.
 pub fn broken() -> Vec<Break> {
     [structure(), names(), materials(), motion(), times(), loads(), contact(), meshes(), solver()].concat()
 }
@@ -220,9 +220,9 @@ fn contact() -> Vec<Break> {
 #[rustfmt::skip]
 fn solver() -> Vec<Break> {
     vec![
-        ("/solver", json!({"keep": ["inactive_elements", "quiet"]}), "/solver/keep/1", "unknown_variant"),
+        ("/solver", json!({"keep": ["inactive_elements", "fast"]}), "/solver/keep/1", "unknown_variant"),
         ("/solver", json!({"keep": ["idle_fibres", "idle_fibres"]}), "/solver/keep/1", "repeated_item"),
-        ("/solver", json!({"leave_out": []}), "/solver/leave_out", "unknown_field"),
+        ("/solver", json!({"omit": []}), "/solver/omit", "unknown_field"),
         ("/solver", json!({"keep": "all"}), "/solver/keep", "wrong_type"),
     ]
 }

@@ -244,9 +244,9 @@ fn an_unknown_thing_to_keep_is_answered_with_all_that_there_are() {
 }
 
 #[test]
-fn what_is_kept_is_put_back_once() {
+fn what_is_kept_is_restored_once() {
     let mut scene = load_value(&with("/solver", json!({"keep": ["idle_fibres"]}))).unwrap().scene;
-    scene.put_back(&[Keep::UnaskedFields, Keep::IdleFibres]);
+    scene.restore(&[Keep::UnaskedFields, Keep::IdleFibres]);
     assert_eq!(scene.document.solver.keep, [Keep::IdleFibres, Keep::UnaskedFields]);
     assert_eq!(scene.document.recorded_fields(), document::FieldName::ALL);
     assert_eq!(
@@ -256,7 +256,7 @@ fn what_is_kept_is_put_back_once() {
 }
 
 #[test]
-fn a_missing_mesh_is_told_of_every_body_that_names_it() {
+fn a_missing_mesh_is_reported_of_every_body_that_names_it() {
     let mut document = with("/bodies/0/mesh", json!({"file": {"name": "cueb.msh"}}));
     set(&mut document, "/bodies/1/mesh", json!({"file": {"name": "cueb.msh"}}));
     let found = problems(&document);

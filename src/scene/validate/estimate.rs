@@ -76,13 +76,13 @@ pub fn check(
     let crossings = crossings(document, bodies);
     let shortest = crossings.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min);
     let step = integrator.step(shortest);
-    let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+    let relaxation = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
 
     // Counts.
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
     let elements: u64 = bodies.iter().map(|b| b.mesh.cells.len() as u64).sum();
     let preloading = document.preload.as_ref().map_or(0, |preload| u64::from(preload.steps));
-    let steps = count((document.end_time_s + settling) / step).saturating_add(preloading);
+    let steps = count((document.end_time_s + relaxation) / step).saturating_add(preloading);
     let frames = frame_count(document);
     // Only implicit solutions have a matrix.
     let systems =

@@ -7,7 +7,7 @@ use crate::scene::problem::{Pointer, Problem};
 pub struct Findings(pub Vec<Problem>);
 
 impl Findings {
-    /// Appends a problem.
+    /// Appends a problem to those found so far.
     pub fn push(&mut self, problem: Problem) {
         self.0.push(problem);
     }

@@ -63,7 +63,7 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     if detector.detect(&motion, &drifts, &mut contacts).is_err() {
         return;
     }
-    let mut is_told = vec![false; asked.len()];
+    let mut is_reported = vec![false; asked.len()];
     for of_pair in contacts.chunk_by(|a, b| a.pair == b.pair) {
         let pair = of_pair[0].pair as usize;
         let sides = asked[pair];
@@ -71,18 +71,18 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
         let inside: Vec<&Contact> = of_pair.iter().filter(|c| -c.gap > TOLERANCE * size).collect();
         if let Some(deepest) = inside.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)) {
             out.push(problem(document, sides, inside.len(), (-deepest.gap, deepest.point)));
-            is_told[pair] = true;
+            is_reported[pair] = true;
         }
     }
     // Even with no node nearby, a body may lie wholly inside a mesh.
-    for (sides, _) in asked.iter().zip(is_told).filter(|(_, is_told)| !is_told) {
+    for (sides, _) in asked.iter().zip(is_reported).filter(|(_, is_reported)| !is_reported) {
         if let Some((depth, place)) = start.depth_inside(*sides) {
             out.push(problem(document, *sides, 1, (depth, place)));
         }
     }
 }
 
-/// The initial configuration.
+/// Bodies and planes in their initial configuration.
 struct Start {
     /// Positions of the nodes of all bodies, body after body [m].
     x: Vec<Vec3>,

@@ -25,7 +25,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     }
     check_rigid(document, &root, out);
     check_viscosity(document, &root, out);
-    check_settling(document, &root, out);
+    check_relaxation(document, &root, out);
     check_record(&document.record, end, budget, &root.key("record"), out);
 }
 
@@ -179,9 +179,9 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
 }
 
 /// Tolerance of Newton's iteration, relative to the quantity that scales its residual.
-pub(super) fn check_newton_tolerance(tolerance: f64, share_of: &str, here: &Pointer, out: &mut Findings) {
+pub(super) fn check_newton_tolerance(tolerance: f64, of: &str, here: &Pointer, out: &mut Findings) {
     out.require((1e-13..=1e-3).contains(&tolerance), || {
-        let message = format!("the tolerance is a fraction of {share_of}");
+        let message = format!("the tolerance is a fraction of {of}");
         Problem::error("out_of_range", &here.key("newton_tolerance"), message)
             .value(tolerance)
             .limit(">= 1e-13 and <= 1e-3")
@@ -219,7 +219,7 @@ fn check_weight(name: &str, weight: f64, here: &Pointer, out: &mut Findings) {
     });
 }
 
-fn check_settling(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+fn check_relaxation(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     let gravity = document.gravity_m_per_s2.unwrap_or_default();
     let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     out.require(strength <= 1e4, || {

@@ -1,6 +1,6 @@
 //! What all handlers share.
 
-use super::judges::Judges;
+use super::validation_slots::ValidationSlots;
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::queue::Queue;
 use crate::service::metrics::Metrics;
@@ -15,5 +15,5 @@ pub struct App {
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     /// Threads for the validation of scenes and meshes.
-    pub judges: Judges,
+    pub validation_slots: ValidationSlots,
 }

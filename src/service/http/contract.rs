@@ -19,7 +19,7 @@ use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
         (name = "studies", description = "Many runs of one scene: error against run time, stability"),
         (name = "meshes", description = "Meshes that scenes can name"),
         (name = "materials", description = "Named sets of material parameters that scenes can use"),
-        (name = "service", description = "The service itself"),
+        (name = "service", description = "Health, metrics, schemas and documentation of the service"),
     )
 )]
 pub struct Contract;

@@ -1,7 +1,7 @@
 //! `/v1/jobs/{id}/events`: events of a job as server-sent events.
 //!
 //! Events are read from the store, not from memory: an interrupted stream resumes after `Last-Event-ID`, even in
-//! another process. The channel only tells when to query the store again.
+//! another process. The channel only signals when to query the store again.
 
 use super::app::App;
 use super::extract::{JobPath, Owner};
@@ -35,10 +35,10 @@ const BATCH: u32 = 100;
     get, path = "/v1/jobs/{id}/events", tag = "jobs", operation_id = "follow_job",
     params(("id" = uuid::Uuid, Path), ("Last-Event-ID" = Option<i64>, Header, description = "The last event received")),
     responses(
-        (status = 200, description = "The stream", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "Events of the job as a stream of server-sent events", body = String, content_type = "text/event-stream"),
         (status = 204, description = "The job has ended and no event is left"),
         (status = 400, description = "Last-Event-ID is not a number", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No job of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn follow(

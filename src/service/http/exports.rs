@@ -17,7 +17,7 @@ use std::sync::Arc;
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/report", tag = "jobs", operation_id = "get_report", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 200, description = "The page", body = String, content_type = "text/html"),
+        (status = 200, description = "The report as a page with its pictures", body = String, content_type = "text/html"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
         (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
@@ -40,7 +40,7 @@ pub async fn report(
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/fhir", tag = "jobs", operation_id = "get_fhir", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 200, description = "The bundle", body = serde_json::Value, content_type = "application/fhir+json"),
+        (status = 200, description = "Bundle of observations with their units and errors", body = serde_json::Value, content_type = "application/fhir+json"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
         (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
@@ -60,7 +60,7 @@ pub async fn bundle(
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/export.csv", tag = "jobs", operation_id = "get_csv", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 200, description = "The table", body = String, content_type = "text/csv"),
+        (status = 200, description = "Table of the recorded steps, with a header", body = String, content_type = "text/csv"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
         (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
@@ -93,7 +93,7 @@ async fn recorded(
     }
     let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
     let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
-    let read = app.judges.call(read).await?;
+    let read = app.validation_slots.call(read).await?;
     match read {
         Ok(Some(Ok(run))) => Ok((run, row)),
         // From a run that lost its worker, or from another engine.

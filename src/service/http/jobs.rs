@@ -36,18 +36,18 @@ pub struct SubmitHeaders {
 #[derive(IntoResponses)]
 #[allow(dead_code, clippy::large_enum_variant)] // never made: the contract is generated from it
 pub enum SubmitAnswer {
-    /// Accepted
+    /// The job is stored and waits for a worker
     #[response(status = 202, headers(
         ("Location" = String, description = "Address of the job"),
         ("Idempotent-Replayed" = String, description = "`true` when the key was seen before with this body")))]
     Accepted(Job),
-    /// Not JSON
+    /// The body is not JSON
     #[response(status = 400, content_type = "application/problem+json")]
     NotJson(ProblemBody),
     /// Idempotency-Key already used with another body or address
     #[response(status = 409, content_type = "application/problem+json")]
     KeyReused(ProblemBody),
-    /// Too large
+    /// The body exceeds the limit of its size
     #[response(status = 413, content_type = "application/problem+json")]
     TooLarge(ProblemBody),
     /// Not declared as JSON
@@ -114,7 +114,7 @@ pub(super) async fn accept(
     // Validate the document and store the job.
     let document = completed(body).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let (checked, document) = judge(app, owner, kind, move |shelf| {
+    let (checked, document) = validated(app, owner, kind, move |shelf| {
         let checked = engine.check(kind, &document, shelf);
         // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
         let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
@@ -144,8 +144,8 @@ pub(super) async fn accept(
     request_body(content = SceneBody, content_type = "application/json"),
     responses(
         (status = 200, description = "The scene may run", body = Validation),
-        (status = 400, description = "Not JSON", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 400, description = "The body is not JSON", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
     )
@@ -157,7 +157,7 @@ pub async fn validate(
 ) -> Result<Json<Validation>, Problem> {
     let engine = Arc::clone(&app.queue.engine);
     let check = move |shelf: &MeshShelf| engine.preview(&body, shelf);
-    let preview = judge(&app, &owner, JobKind::Simulation, check).await?;
+    let preview = validated(&app, &owner, JobKind::Simulation, check).await?;
     Ok(Json(Validation::of(preview)))
 }
 
@@ -179,7 +179,7 @@ pub struct ListParameters {
     get, path = "/v1/jobs", tag = "jobs", operation_id = "list_jobs", params(ListParameters),
     responses(
         (status = 200, description = "A page of jobs", body = JobList),
-        (status = 400, description = "A bad parameter", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn list(
@@ -196,12 +196,12 @@ pub async fn list(
     Ok(Json(JobList { jobs: rows.into_iter().map(Job::of).collect(), next_cursor }))
 }
 
-/// Get a job.
+/// Get a job with its state and progress.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "get_job", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "The job as it stands", body = Job),
-        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No job of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn get(
@@ -221,7 +221,7 @@ pub async fn get(
     responses(
         (status = 200, description = "The job is cancelled", body = Job),
         (status = 202, description = "The job will stop", body = Job),
-        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No job of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has already ended", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -247,7 +247,7 @@ pub async fn cancel(
     delete, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "delete_job", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 204, description = "The job is deleted"),
-        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No job of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn delete(
@@ -287,7 +287,7 @@ pub async fn summary(
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/plan", tag = "jobs", operation_id = "get_plan", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 200, description = "The plan", body = PlanReport),
+        (status = 200, description = "The plan of the scene: what is computed, omitted and expected to cost", body = PlanReport),
         (status = 404, description = "No such job, or a what-if question or a study, which have no plan", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The scene is no longer valid: a mesh is missing", body = ProblemBody, content_type = "application/problem+json"),
     )
@@ -303,19 +303,19 @@ pub async fn plan(
     }
     let engine = Arc::clone(&app.queue.engine);
     let scene = JsonDocument::read(text).map_err(|e| Problem::internal(&e))?;
-    let preview = judge(&app, &owner, kind, move |shelf| engine.preview(&scene, shelf)).await?;
+    let preview = validated(&app, &owner, kind, move |shelf| engine.preview(&scene, shelf)).await?;
     Ok(Json(preview.plan))
 }
 
 /// Validates a document with its scene, given the meshes of its owner.
-async fn judge<T: Send + 'static>(
+async fn validated<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     kind: JobKind,
     check: impl FnOnce(&MeshShelf) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
     let shelf = app.queue.shelf(owner);
-    let checked = app.judges.call(move || check(&shelf)).await?;
+    let checked = app.validation_slots.call(move || check(&shelf)).await?;
     checked.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
 }
 

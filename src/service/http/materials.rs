@@ -12,14 +12,14 @@ pub async fn list() -> Json<&'static [MaterialSet]> {
     Json(sets())
 }
 
-/// One set.
+/// Get one set with its sources.
 #[utoipa::path(get, path = "/v1/materials/{family}/{set}", tag = "materials", operation_id = "get_material",
     params(
         ("family" = String, Path, description = "What stands before the `/` of its name: `muscle`, `fat`, `skin`, …"),
         ("set" = String, Path, description = "What stands behind it")),
     responses(
-        (status = 200, description = "The set", body = MaterialSet),
-        (status = 404, description = "No such set", body = ProblemBody, content_type = "application/problem+json")))]
+        (status = 200, description = "The set with its constants, range and sources", body = MaterialSet),
+        (status = 404, description = "The library has no set of this name", body = ProblemBody, content_type = "application/problem+json")))]
 pub async fn get(Path((family, set)): Path<(String, String)>) -> Result<Json<&'static MaterialSet>, Problem> {
     let name = format!("{family}/{set}");
     find(&name).map(Json).ok_or_else(|| Problem::no_such_material(&nearest_to(&name)))

@@ -38,9 +38,9 @@ pub struct UploadParameters {
     responses(
         (status = 200, description = "The mesh was uploaded before", body = StoredMesh),
         (status = 201, description = "The mesh is stored", body = StoredMesh, headers(("Location" = String, description = "Address of the mesh"))),
-        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "Not a mesh", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "The file is not a mesh that can be used", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn upload(
@@ -68,7 +68,7 @@ pub async fn upload(
         let inspected = draft.read().map(|bytes| engine.inspect_mesh(&bytes, parameters.format));
         (inspected, draft)
     };
-    let (inspected, draft) = app.judges.call(inspect).await?;
+    let (inspected, draft) = app.validation_slots.call(inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
@@ -87,7 +87,7 @@ pub async fn upload(
     get, path = "/v1/meshes/{id}", tag = "meshes", operation_id = "get_mesh", params(("id" = String, Path, description = "SHA-256 of the file")),
     responses(
         (status = 200, description = "Contents and quality of the mesh", body = StoredMesh),
-        (status = 404, description = "No such mesh", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn get(

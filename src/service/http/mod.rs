@@ -8,7 +8,6 @@ mod events;
 mod exports;
 mod extract;
 mod jobs;
-mod judges;
 mod materials;
 mod meshes;
 mod openapi;
@@ -17,13 +16,14 @@ mod problem;
 mod range;
 mod recording;
 mod studies;
+mod validation_slots;
 mod viewer;
 mod what_if;
 mod wire;
 
 pub use app::App;
-pub use judges::Judges;
 pub use openapi::text as openapi_text;
+pub use validation_slots::ValidationSlots;
 
 use axum::Router;
 use axum::response::Redirect;

@@ -44,14 +44,14 @@ pub struct RecordingParameters {
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/recording", tag = "jobs", operation_id = "get_recording",
     params(("id" = uuid::Uuid, Path), RecordingParameters,
-        ("Range" = Option<String>, Header, description = "`bytes=…`"),
+        ("Range" = Option<String>, Header, description = "Range of bytes: `bytes=first-last`"),
         ("If-Range" = Option<String>, Header, description = "The range only if the file has this ETag, else the whole"),
         ("If-None-Match" = Option<String>, Header, description = "Only if the file has none of these ETags")),
     responses(
-        (status = 200, description = "The whole file", body = Vec<u8>, content_type = "application/octet-stream", headers(
+        (status = 200, description = "The whole file; of a running job, the snapshot so far", body = Vec<u8>, content_type = "application/octet-stream", headers(
             ("ETag" = String), ("Accept-Ranges" = String), ("Content-Length" = u64), ("Content-Disposition" = String),
-            ("Repr-Digest" = String, description = "Of a final recording"),
-            ("Content-Location" = String, description = "Of a snapshot"))),
+            ("Repr-Digest" = String, description = "SHA-256 of a final recording"),
+            ("Content-Location" = String, description = "Address of this snapshot, while the job runs"))),
         (status = 206, description = "A part of it", body = Vec<u8>, content_type = "application/octet-stream", headers(
             ("Content-Range" = String))),
         (status = 304, description = "The client has it"),

@@ -60,7 +60,7 @@ impl DataFolder {
     ///
     /// # Errors
     /// If an existing file cannot be removed.
-    pub fn sweep(&self) -> Result<(), JobsError> {
+    pub fn remove_leftovers(&self) -> Result<(), JobsError> {
         self.remove_all("")
     }
 
@@ -101,7 +101,7 @@ mod tests {
         folder.remove(id).unwrap();
         folder.remove(id).unwrap();
         assert!(!folder.recording(id).exists() && folder.recording(other).exists());
-        folder.sweep().unwrap();
+        folder.remove_leftovers().unwrap();
         assert!(!folder.recording(other).exists());
     }
 }

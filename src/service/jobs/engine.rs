@@ -86,7 +86,7 @@ pub struct RunOrder<'a> {
     /// Receives the progress, as often as the engine chooses.
     pub progress: &'a mut (dyn FnMut(Progress) + Send),
     /// Receives parts of the result as they become available.
-    pub tell: &'a mut dyn FnMut(Event<'static>),
+    pub emit: &'a mut dyn FnMut(Event<'static>),
     /// Store of results by content, for all jobs.
     pub blobs: &'a Arc<dyn BlobStore>,
 }

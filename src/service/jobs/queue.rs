@@ -80,7 +80,7 @@ impl Queue {
             closing: watch::channel(false).0,
         });
         queue.recover().await?;
-        queue.sweep().await?;
+        queue.remove_leftovers().await?;
         Ok(queue)
     }
 
@@ -111,10 +111,10 @@ impl Queue {
     }
 
     /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads.
-    async fn sweep(self: &Arc<Self>) -> Result<(), JobsError> {
+    async fn remove_leftovers(self: &Arc<Self>) -> Result<(), JobsError> {
         let known = self.store.blobs().await?;
         self.with_files(move |queue| {
-            queue.folder.sweep()?;
+            queue.folder.remove_leftovers()?;
             for shelf in [SNAPSHOTS, MESHES, RECORDINGS] {
                 let unknown =
                     queue.blobs.list(shelf)?.into_iter().filter(|entry| !known.contains(&entry.name));

@@ -143,9 +143,9 @@ impl Engine for Simulator {
 
 /// Total number of steps, extrapolated from the completed fraction of the run; from the estimate while that is too
 /// small.
-fn expected_steps(step: u64, share: f64, estimate: u64) -> u64 {
+fn expected_steps(step: u64, fraction: f64, estimate: u64) -> u64 {
     const SAYS_SOMETHING: f64 = 0.02;
-    if share < SAYS_SOMETHING { estimate.max(step) } else { (step as f64 / share).round() as u64 }
+    if fraction < SAYS_SOMETHING { estimate.max(step) } else { (step as f64 / fraction).round() as u64 }
 }
 
 /// Problem of a scene that is only found when its plan is compiled.

@@ -18,7 +18,7 @@ const KEPT: usize = 3;
 /// Minimum age of a snapshot before another is taken.
 const LEAST_AGE: Duration = Duration::from_secs(1);
 /// A snapshot copies the recording so far; the copies take at most one part in this many of the time.
-const MOST_SHARE: u32 = 10;
+const TIMES_COST: u32 = 10;
 
 /// A blob with the state of a run at one time.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,7 +110,7 @@ impl Snapshots {
         let recording = folder.recording(id);
         let Ok(partial) = std::fs::metadata(partial_path(&recording)) else { return Ok(()) };
         let is_fresh = album.last.is_some_and(|(taken, cost, length)| {
-            taken.elapsed() < LEAST_AGE.max(cost * MOST_SHARE) || length == partial.len()
+            taken.elapsed() < LEAST_AGE.max(cost * TIMES_COST) || length == partial.len()
         });
         if album.closed || is_fresh {
             return Ok(());

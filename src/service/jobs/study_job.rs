@@ -204,7 +204,7 @@ pub(super) fn run(
     let study = StudyDocument::read(document).map_err(|problem| invalid_scene(&problem.alone()))?;
     let mut reached = Progress::beginning(Phase::Stepping);
     // Progress counts the runs of the study.
-    let mut tell = |number: usize, count: usize| {
+    let mut report = |number: usize, count: usize| {
         reached.progress = number as f64 / count.max(1) as f64;
         reached.step = number as u64;
         reached.expected_steps = Some(count as u64);
@@ -234,7 +234,7 @@ pub(super) fn run(
                 exact: &exact,
                 threads: order.threads,
                 interrupt: &interrupt,
-                progress: &mut |number, count, _: &Setting| tell(number, count),
+                progress: &mut |number, count, _: &Setting| report(number, count),
             });
             let has_finished = study.rows.iter().any(Row::is_finished);
             (serde_json::to_string_pretty(&study), study.stopped, has_finished)
@@ -245,7 +245,7 @@ pub(super) fn run(
             let (mut done, count) = (0, cases.len() * steppings.len());
             let study = study_stability(&cases, &steppings, order.threads, &interrupt, &mut |_| {
                 done += 1;
-                tell(done, count);
+                report(done, count);
             });
             (serde_json::to_string_pretty(&study), study.stopped, true)
         }

@@ -94,13 +94,13 @@ pub(super) fn run(
         cache: results.of(order.blobs),
         shares_plans: true,
         interrupt: &|| order.control.interrupt(),
-        tell: &mut |partial| {
+        report: &mut |partial| {
             if let Partial::Case { case, .. } = &partial {
                 reached.step = case.index as u64 + 1;
                 reached.progress = reached.step as f64 / expected as f64;
                 (order.progress)(reached);
             }
-            (order.tell)(event(&partial));
+            (order.emit)(event(&partial));
         },
     });
     let summary = serde_json::to_string_pretty(&answer).map_err(|error| {

@@ -80,7 +80,7 @@ impl Worker {
             // Deleted: no longer accessible.
             Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
             Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
-                self.put_back(job)
+                self.requeue(job)
             }
             _ => self.finish(job, result),
         };
@@ -100,7 +100,7 @@ impl Worker {
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
         let mut progress = |p: Progress| reporter.report(p);
-        let mut tell = |event: Event<'static>| self.record_event(job, &event);
+        let mut emit = |event: Event<'static>| self.record_event(job, &event);
         let order = RunOrder {
             kind: job.kind,
             document: &job.document,
@@ -110,7 +110,7 @@ impl Worker {
             threads: self.queue.config.threads_per_job,
             control,
             progress: &mut progress,
-            tell: &mut tell,
+            emit: &mut emit,
             blobs: &self.queue.blobs,
         };
         let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
@@ -176,8 +176,8 @@ impl Worker {
         if self.is_hidden(job) { self.erase(job) } else { Ok(()) }
     }
 
-    fn put_back(&self, job: &ClaimedJob) -> Result<(), JobsError> {
-        tracing::info!(job = %job.id, "put back into the queue");
+    fn requeue(&self, job: &ClaimedJob) -> Result<(), JobsError> {
+        tracing::info!(job = %job.id, "returned to the queue");
         self.queue.remove_files(job.id)?;
         self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, Requeued::Shutdown))
     }
@@ -236,8 +236,8 @@ impl<'a> Reporter<'a> {
 }
 
 /// Expected remaining time [s] of a run that has completed a fraction in `elapsed`.
-fn eta_s(elapsed: Duration, share: f64) -> Option<f64> {
-    (share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share)
+fn eta_s(elapsed: Duration, fraction: f64) -> Option<f64> {
+    (fraction > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - fraction) / fraction)
 }
 
 /// Message of a panic.

@@ -230,7 +230,7 @@ impl Iterate {
     fn weigh(&mut self, step: &Step) {
         let Step { plan, options, h, .. } = *step;
         let gravity = step.gravity();
-        let share = options.inertia();
+        let weight = options.inertia();
         let mut sizes = [0.0; 5];
         let followers = plan.assembly.followers();
         // Reference of the residual: the largest of the contributions to the balance.
@@ -238,7 +238,7 @@ impl Iterate {
             let inertia = plan.inertia(node);
             let parts = [
                 self.f_int[node] * h,
-                (self.v[node] - step.state.v[node]).component_mul(&inertia) * share,
+                (self.v[node] - step.state.v[node]).component_mul(&inertia) * weight,
                 self.impulse[node],
                 gravity * (plan.mass[node] * h),
                 self.f_ext[node] * h,
@@ -296,11 +296,11 @@ impl Iterate {
     /// balance, in quasi-static steps by that of both ends.
     pub fn rate_work(&self, step: &Step, body: usize) -> f64 {
         let nodes = &step.plan.bodies[body].nodes;
-        let share = if step.options.statics.is_some() { 0.5 } else { step.options.xi };
+        let weight = if step.options.statics.is_some() { 0.5 } else { step.options.xi };
         let both = self.f_rate.iter().zip(&step.start.f_rate).enumerate();
         let of_body = both.take(nodes.end as usize).skip(nodes.start as usize);
         let work = |(node, (end, start)): (usize, (&Vec3, &Vec3))| {
-            (end * share + start * (1.0 - share)).dot(&(self.u[node] - step.state.u[node]))
+            (end * weight + start * (1.0 - weight)).dot(&(self.u[node] - step.state.u[node]))
         };
         of_body.map(work).sum()
     }

@@ -39,7 +39,7 @@ use super::ledger::Ledger;
 use super::loads;
 use super::motion::Motion;
 use super::phase::Phase;
-use super::place::place_skins;
+use super::place::place_surfaces;
 use super::rigid::RigidStep;
 use super::state::{Held, State};
 use super::step_work::{Half, StepWork};
@@ -59,7 +59,7 @@ const EASY: u32 = 8;
 /// Growth of the step after an easy one, up to that of the scene.
 const GROWTH: f64 = 1.5;
 /// Number of step cuts reported with their reason.
-const MOST_TOLD: usize = 10;
+const MOST_REPORTED: usize = 10;
 /// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
@@ -106,7 +106,7 @@ struct Cuts {
     count: u64,
     shortest: f64,
     /// Time, reduced step and reason of the first cuts.
-    told: Vec<(f64, f64, String)>,
+    reported: Vec<(f64, f64, String)>,
 }
 
 impl<'p> ImplicitStepper<'p> {
@@ -170,7 +170,7 @@ impl<'p> ImplicitStepper<'p> {
         let (contacts, reactions) = self.contacts_of_step();
         let [start, end] = [state.time, state.time + self.step]
             .map(|time| loads::gravity(self.plan, Phase::Running.load_time(time)));
-        let share = self.share_of_end();
+        let weight = self.weight_of_end();
         StepWork {
             plan: self.plan,
             state,
@@ -181,7 +181,7 @@ impl<'p> ImplicitStepper<'p> {
             contacts,
             reactions,
             is_static: self.options.statics.is_some(),
-            gravity: end * share + start * (1.0 - share),
+            gravity: end * weight + start * (1.0 - weight),
             f_ext: &self.f_ext,
             prescribed: &self.prescribed,
             strain: &self.start.strain,
@@ -195,7 +195,7 @@ impl<'p> ImplicitStepper<'p> {
     /// Absolute positions of contact surfaces and rigid bodies.
     fn place(&mut self, state: &State, phase: Phase) {
         let surfaces = self.plan.contact.as_ref().map_or(&[][..], |contact| &contact.surfaces);
-        place_skins(self.plan, surfaces, (state, phase), &mut self.x);
+        place_surfaces(self.plan, surfaces, (state, phase), &mut self.x);
         if let Some(rigid) = &mut self.rigid {
             rigid.place(self.plan, state, phase, &mut self.x);
         }
@@ -203,7 +203,7 @@ impl<'p> ImplicitStepper<'p> {
 
     /// Weight of the end of the step in the load forces whose work the ledger counts [-]: as in the momentum balance;
     /// in quasi-static steps one half, which makes the work second-order accurate.
-    fn share_of_end(&self) -> f64 {
+    fn weight_of_end(&self) -> f64 {
         if self.options.statics.is_some() { 0.5 } else { self.options.xi }
     }
 
@@ -214,10 +214,10 @@ impl<'p> ImplicitStepper<'p> {
     /// Adds the work of the step.
     fn add_step(&mut self, state: &State, ledger: &mut Ledger) {
         let load_times = [state.time, state.time + self.step].map(|time| Phase::Running.load_time(time));
-        let share = self.share_of_end();
+        let weight = self.weight_of_end();
         let ends = self.start.f_ext.iter().zip(&self.newton.end.f_ext);
         for (f_ext, (start, end)) in self.f_ext.iter_mut().zip(ends) {
-            *f_ext = end * share + start * (1.0 - share);
+            *f_ext = end * weight + start * (1.0 - weight);
         }
         let Self { plan, options, threads, start, newton, prescribed, .. } = self;
         let step = Step {
@@ -241,7 +241,7 @@ impl<'p> ImplicitStepper<'p> {
             ledger.algorithmic[body] += dissipated + driven - by_rate;
             ledger.external[body] += driven;
         }
-        ledger.add_branch_work(&self.newton.end.branches, share);
+        ledger.add_branch_work(&self.newton.end.branches, weight);
         let work = self.work(state, &self.newton.end.v);
         // In quasi-static steps the velocity is that of the whole step.
         let first = if self.options.statics.is_some() { Half::After } else { Half::Before };
@@ -254,8 +254,8 @@ impl Cuts {
     fn note(&mut self, time: f64, step: f64, reason: &Failure) {
         self.shortest = if self.count == 0 { step } else { self.shortest.min(step) };
         self.count += 1;
-        if self.told.len() < MOST_TOLD {
-            self.told.push((time, step, reason.message.clone()));
+        if self.reported.len() < MOST_REPORTED {
+            self.reported.push((time, step, reason.message.clone()));
         }
     }
 }
@@ -310,8 +310,8 @@ impl Stepper for ImplicitStepper<'_> {
                     let is_unheld = failure.cause == FailureCause::NothingHolds;
                     if target < self.options.smallest_step {
                         // The diagnosis of the whole step is more informative than that of its last part.
-                        let told = if is_unheld { unheld.unwrap_or(failure) } else { failure };
-                        return Err(told.into());
+                        let cause = if is_unheld { unheld.unwrap_or(failure) } else { failure };
+                        return Err(cause.into());
                     }
                     if is_unheld {
                         unheld.get_or_insert(failure);
@@ -428,12 +428,12 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let Some((time, _, reason)) = self.cuts.told.first() else { return Vec::new() };
+        let Some((time, _, reason)) = self.cuts.reported.first() else { return Vec::new() };
         let mut warnings = vec![format!(
             "The step was cut {} times, to {:.3e} s at least; first at t = {time:.4e} s: {reason}",
             self.cuts.count, self.cuts.shortest
         )];
-        let others = self.cuts.told[1..].iter();
+        let others = self.cuts.reported[1..].iter();
         warnings.extend(others.map(|(t, h, why)| format!("Then cut to {h:.3e} s at t = {t:.4e} s: {why}")));
         warnings
     }

@@ -107,9 +107,9 @@ impl Newton {
             is_first = false;
             // Line search along the full step.
             let expected = self.expected_fall(step);
-            let share = self.search(step, system, forces, expected)?;
+            let fraction = self.search(step, system, forces, expected)?;
             let limit = step.options.tolerance * self.end.scale;
-            let Some(share) = share else {
+            let Some(fraction) = fraction else {
                 // No descent direction: conclusive only with a matrix evaluated here.
                 if is_fresh {
                     let why = "the line search found no decrease";
@@ -120,7 +120,7 @@ impl Newton {
                 continue;
             };
             // Converged: accept the step unless the reactions close further contacts.
-            if share >= 1.0 && self.end.residual <= limit {
+            if fraction >= 1.0 && self.end.residual <= limit {
                 rounds += 1;
                 let most = if step.options.statics.is_some() { MOST_STATIC_ROUNDS } else { MOST_ROUNDS };
                 if rounds > most || !self.has_new_contacts(step, touch)? {
@@ -131,7 +131,7 @@ impl Newton {
             // Update the matrix if convergence is slow.
             let rate = self.end.residual / expected;
             let left = (limit / self.end.residual).ln() / rate.ln();
-            if share < 1.0 || !(rate < 1.0 && left <= PATIENCE) {
+            if fraction < 1.0 || !(rate < 1.0 && left <= PATIENCE) {
                 self.take(step, system)?;
                 is_fresh = true;
             }
@@ -259,18 +259,18 @@ impl Newton {
     ) -> Result<Option<f64>, Failure> {
         self.before.0.copy_from_slice(&self.end.v);
         self.before.1.copy_from_slice(&self.end.impulse);
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..=MOST_HALVINGS {
-            blend(&mut self.end.v, &self.before.0, &self.goal.0, share);
-            blend(&mut self.end.impulse, &self.before.1, &self.goal.1, share);
+            blend(&mut self.end.v, &self.before.0, &self.goal.0, fraction);
+            blend(&mut self.end.impulse, &self.before.1, &self.goal.1, fraction);
             // A violated element law means that the step is too long.
             let is_inside = self.end.eval(step, forces).is_ok();
             let within = self.end.residual <= step.options.tolerance * self.end.scale;
-            let falls = || self.end.residual <= (1.0 - SUFFICIENT * share) * expected;
-            if is_inside && (within || falls() || self.comes_nearer(step, system, share)) {
-                return Ok(Some(share));
+            let falls = || self.end.residual <= (1.0 - SUFFICIENT * fraction) * expected;
+            if is_inside && (within || falls() || self.comes_nearer(step, system, fraction)) {
+                return Ok(Some(fraction));
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         self.end.v.copy_from_slice(&self.before.0);
         self.end.impulse.copy_from_slice(&self.before.1);
@@ -281,7 +281,7 @@ impl Newton {
     /// Quasi-static: whether the next step with this matrix would be shorter than this one (the natural test of
     /// Deuflhard 2011, section 3.1.2). If volume is stiff and shape is soft, forces grow along every long step towards
     /// equilibrium, and a test of their residual alone would reject all steps.
-    fn comes_nearer(&mut self, step: &Step, system: &mut System, share: f64) -> bool {
+    fn comes_nearer(&mut self, step: &Step, system: &mut System, fraction: f64) -> bool {
         if step.options.statics.is_none() {
             return false;
         }
@@ -296,7 +296,7 @@ impl Newton {
         let mut next = 0.0;
         unknowns
             .for_each(|unknown, node, _| next += self.x[unknown] * self.x[unknown] * step.plan.mass[node]);
-        next <= (1.0 - 0.5 * share).powi(2) * way
+        next <= (1.0 - 0.5 * fraction).powi(2) * way
     }
 
     /// Whether the reactions close contacts that the free motion would leave open; these are added to the list.
@@ -355,10 +355,10 @@ fn sides_of<'a>(rigid: Option<&'a RigidStep>) -> RigidSides<'a> {
     rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides)
 }
 
-/// Convex combination `to = from + share (goal − from)`.
-fn blend(to: &mut [Vec3], from: &[Vec3], goal: &[Vec3], share: f64) {
+/// Convex combination `to = from + fraction (goal − from)`.
+fn blend(to: &mut [Vec3], from: &[Vec3], goal: &[Vec3], fraction: f64) {
     for ((to, from), goal) in to.iter_mut().zip(from).zip(goal) {
-        *to = if share >= 1.0 { *goal } else { from + (goal - from) * share };
+        *to = if fraction >= 1.0 { *goal } else { from + (goal - from) * fraction };
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) struct Linearisation<'a> {
     /// Velocities [m/s] and history, of which viscosity and memory depend; empty if nothing depends on time.
     pub v: &'a [Vec3],
     pub history: &'a [Vec<Row>],
-    /// Step size [s].
+    /// Length h of the time step [s].
     pub h: f64,
 }
 

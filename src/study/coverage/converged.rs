@@ -1,6 +1,6 @@
 //! Coverage on impacts without a known answer: each number against that of a much finer mesh.
 //!
-//! The finer mesh has an error of its own. At first order the difference of the two meshes is the share 1 − h_ref/h of the error,
+//! The finer mesh has an error of its own. At first order the difference of the two meshes is the fraction 1 − h_ref/h of the error,
 //! so it is divided by that share: no error bar is flattered by a reference that errs the same way.
 
 use super::impacts::Impact;

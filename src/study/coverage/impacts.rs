@@ -18,7 +18,7 @@ pub struct Impact {
     pub scenario: &'static str,
     /// Whether constants of the error bars were chosen on it; the others are for reporting only.
     pub chosen_on: bool,
-    /// Scene document.
+    /// Scene document of the impact.
     pub document: Value,
     /// Factors on its numbers of elements, of the meshes that have error bars.
     pub meshes: Vec<f64>,

@@ -36,7 +36,7 @@ pub struct Number {
     pub exact: f64,
     /// Value computed by the run.
     pub value: f64,
-    /// Error: the deviation from the exact value; from that of a finer mesh, divided by the share of the error that it is at
+    /// Error: the deviation from the exact value; from that of a finer mesh, divided by the fraction of the error that it is at
     /// first order.
     pub error: f64,
     /// Half-width of the error bar.
@@ -76,7 +76,7 @@ pub struct CoverageStudy {
 
 impl CoverageStudy {
     /// Fraction of the numbers selected by `which` whose exact value is within the error bar [-], and their count.
-    pub fn share(&self, which: impl Fn(&Number) -> bool) -> (f64, usize) {
+    pub fn fraction(&self, which: impl Fn(&Number) -> bool) -> (f64, usize) {
         let picked = self.numbers.iter().filter(|number| which(number));
         let (all, covered) = (picked.clone().count(), picked.filter(|number| number.is_covered()).count());
         (covered as f64 / all.max(1) as f64, all)

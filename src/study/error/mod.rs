@@ -107,7 +107,7 @@ impl Ladder<'_> {
         let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
         let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
         let masses =
-            [0.5, 0.75, 0.9].map(|share| Setting { mass_redistribution: Some(share), ..Setting::OWN });
+            [0.5, 0.75, 0.9].map(|fraction| Setting { mass_redistribution: Some(fraction), ..Setting::OWN });
         let implicit =
             self.implicit_steps_s.iter().map(|h| Setting { implicit_step_s: Some(*h), ..Setting::OWN });
         let mut settings = self.meshes();

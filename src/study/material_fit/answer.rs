@@ -18,7 +18,7 @@ pub struct FitAnswer {
     /// Law and Prony series as a part of a scene takes them; `valid_to.stretch` is the range of the tests.
     #[serde(flatten)]
     pub constants: Constants,
-    /// The fitted parameters.
+    /// The fitted parameters with their confidence intervals.
     pub parameters: Vec<FittedParameter>,
     /// Correlations of the estimates, of logarithms where those are fitted; empty where there are none.
     pub correlations: Vec<Vec<f64>>,
@@ -26,11 +26,11 @@ pub struct FitAnswer {
     pub condition: Option<f64>,
     /// Points of all tests.
     pub points: usize,
-    /// Points less parameters.
+    /// Number of points less that of parameters.
     pub degrees_of_freedom: usize,
     /// Standard deviation of the residuals, with these degrees of freedom [Pa; of the logarithm for relative errors].
     pub residual_deviation: Option<f64>,
-    /// The tests.
+    /// How well each test is followed.
     pub tests: Vec<FittedTest>,
     /// Principal stretches of the tests, from … to, rest included [-]; null of relaxation alone.
     pub stretch_range: Option<[f64; 2]>,
@@ -42,12 +42,12 @@ pub struct FitAnswer {
     pub problems: Vec<Problem>,
 }
 
-/// A fitted parameter.
+/// A fitted parameter with its confidence interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FittedParameter {
     /// JSON pointer to it.
     pub pointer: String,
-    /// Starting value.
+    /// Value at which the iteration started.
     pub start: f64,
     /// Fitted value, in the unit of the parameter.
     pub value: f64,
@@ -62,9 +62,9 @@ pub struct FittedParameter {
 /// How well the law follows one test.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FittedTest {
-    /// Kind of test.
+    /// Kind of test: how the specimen was deformed.
     pub kind: TestKind,
-    /// Number of points.
+    /// Number of points of the curve.
     pub points: usize,
     /// Smallest and largest stretch, amount of shear [-] or time [s].
     pub range: [f64; 2],

@@ -25,18 +25,18 @@ pub(super) struct Intervals {
     singular_values: DVector<f64>,
     /// Right singular vectors, as columns.
     directions: DMatrix<f64>,
-    /// (JᵀJ)⁺.
+    /// Pseudo-inverse (JᵀJ)⁺ of the normal matrix.
     inverse: DMatrix<f64>,
     /// Whether the variance of each unknown is bounded.
     is_bounded: Vec<bool>,
-    /// Residuals less parameters.
+    /// Number of residuals less that of parameters.
     degrees_of_freedom: usize,
     /// s, `None` without degrees of freedom.
     deviation: Option<f64>,
 }
 
 impl Intervals {
-    /// At a minimum.
+    /// Intervals about a minimum, by linearisation.
     pub fn new(minimum: &Minimum) -> Self {
         let (J, r) = (&minimum.jacobian, &minimum.residual);
         let lengths = DVector::from_iterator(J.ncols(), J.column_iter().map(|column| column.norm()));
@@ -62,7 +62,7 @@ impl Intervals {
         }
     }
 
-    /// Residuals less parameters.
+    /// Number of residuals less that of parameters.
     pub fn degrees_of_freedom(&self) -> usize {
         self.degrees_of_freedom
     }

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Iterations at most.
+/// Largest number of iterations of one minimisation.
 const ITERATIONS: u32 = 200;
 /// Largest cosine of the angle between the residual and a column of J at a minimum [-].
 const ORTHOGONAL: f64 = 1e-10;
@@ -13,7 +13,7 @@ const ORTHOGONAL: f64 = 1e-10;
 const NEARLY_ORTHOGONAL: f64 = 1e-4;
 /// Relative size of a step below which nothing more can be gained [-].
 const SMALLEST_STEP: f64 = 1e-12;
-/// Smallest singular value, relative to the largest, that derivatives by differences tell from 0 [-].
+/// Smallest singular value, relative to the largest, that derivatives by differences distinguish from 0 [-].
 pub(super) const SINGULAR: f64 = 1e-5;
 /// Step of central differences [-]: unknowns are scaled to the order of 1.
 const DIFFERENCE: f64 = 1e-5;
@@ -21,13 +21,13 @@ const DIFFERENCE: f64 = 1e-5;
 /// Where the iterations ended.
 #[derive(Clone, Debug)]
 pub struct Minimum {
-    /// The unknowns.
+    /// Values of the unknowns.
     pub x: DVector<f64>,
-    /// The residuals there.
+    /// Residuals at these values.
     pub residual: DVector<f64>,
-    /// Their derivatives there.
+    /// Derivatives of the residuals by the unknowns.
     pub jacobian: DMatrix<f64>,
-    /// Number of iterations.
+    /// Number of iterations that were needed.
     pub iterations: u32,
     /// Whether it is a minimum.
     pub has_converged: bool,
@@ -57,7 +57,7 @@ pub fn minimise(
         }
         match step(&x, &residual, &jacobian, &scale, &mut lambda, residuals) {
             Step::Taken(next) => (x, residual) = *next,
-            Step::Settled => return done(true, x, residual, jacobian),
+            Step::Converged => return done(true, x, residual, jacobian),
             Step::Stuck => return done(angle <= NEARLY_ORTHOGONAL, x, residual, jacobian),
         }
         jacobian = derivatives(&x, residuals)?;
@@ -70,7 +70,7 @@ enum Step {
     /// The unknowns and residuals after it.
     Taken(Box<(DVector<f64>, DVector<f64>)>),
     /// The step of Gauss and Newton, without damping, is negligible: this is the solution.
-    Settled,
+    Converged,
     /// No step improves, however small.
     Stuck,
 }
@@ -92,7 +92,7 @@ fn step(
     let is_negligible = |change: &DVector<f64>| !(change.norm() > SMALLEST_STEP * (1.0 + x.norm()));
     let least = SINGULAR * svd.singular_values.max();
     if is_negligible(&change(svd.singular_values.map(|s| if s > least { 1.0 / s } else { 0.0 }))) {
-        return Step::Settled;
+        return Step::Converged;
     }
     loop {
         let change = change(svd.singular_values.map(|s| s / (s * s + *lambda)));

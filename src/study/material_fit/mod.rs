@@ -25,7 +25,7 @@ pub fn fit(question: &FitQuestion) -> Result<FitAnswer, Problems> {
     model.predictions(&question.constants()).map_err(|(test, error)| {
         Problem::error("no_stress", &TestDocument::place(test), format!("with the starting values: {error}"))
             .limit("a stress at every point of the curves")
-            .remedy("start from a stiffer law, or leave out the points that are far from rest")
+            .remedy("start from a stiffer law, or omit the points that are far from rest")
             .alone()
     })?;
     let residuals = |x: &_| model.residuals(x);

@@ -8,7 +8,7 @@ use nalgebra::DVector;
 pub struct Model<'a> {
     question: &'a FitQuestion,
     constants: Constants,
-    /// The free parameters.
+    /// The parameters that the fit changes.
     pub parameters: Vec<Parameter>,
 }
 

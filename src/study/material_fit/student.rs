@@ -2,13 +2,13 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-/// The t with a fraction `share` of the distribution in −t … t, 0 < share < 1, for `degrees` ≥ 1 degrees of freedom.
-pub fn two_sided_quantile(share: f64, degrees: usize) -> f64 {
-    // By bisection of the angle θ with t = √ν tan θ, in which the share grows from 0 to 1.
+/// The t with the fraction `probability` of the distribution in −t … t, 0 < probability < 1, for `degrees` ≥ 1 degrees of freedom.
+pub fn two_sided_quantile(probability: f64, degrees: usize) -> f64 {
+    // By bisection of the angle θ with t = √ν tan θ, in which the probability grows from 0 to 1.
     let (mut low, mut high) = (0.0, FRAC_PI_2);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if share_within(middle, degrees) < share { low = middle } else { high = middle }
+        if probability_within(middle, degrees) < probability { low = middle } else { high = middle }
     }
     (degrees as f64).sqrt() * (0.5 * (low + high)).tan()
 }
@@ -19,7 +19,7 @@ pub fn two_sided_quantile(share: f64, degrees: usize) -> f64 {
 /// ν odd:   2/π (θ + sin θ (c + 2/3 c³ + … + 2·4…(ν−3)/(3·5…(ν−2)) c^(ν−2)))
 /// ν even:  sin θ (1 + 1/2 c² + … + 1·3…(ν−3)/(2·4…(ν−2)) c^(ν−2))
 /// ```
-fn share_within(theta: f64, degrees: usize) -> f64 {
+fn probability_within(theta: f64, degrees: usize) -> f64 {
     let c = theta.cos();
     let is_odd = degrees % 2 == 1;
     let (mut term, mut sum, mut power) = if is_odd { (c, c, 1) } else { (1.0, 1.0, 0) };

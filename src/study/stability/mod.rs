@@ -33,7 +33,7 @@ const STOPPED: (&str, &str) = (
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stepping {
-    /// Explicit central differences.
+    /// Central differences, the default explicit scheme.
     Explicit,
     /// The θ scheme at a multiple of the explicit step.
     Implicit {
@@ -312,7 +312,7 @@ fn run_cell(
         contact_loss: watch.contact_loss(),
         smallest_jacobian: outcome.smallest_jacobian,
         penetration: watch.deepest / shortest_edge,
-        face_penetration: watch.penetration.deepest.share,
+        face_penetration: watch.penetration.deepest.fraction,
         deflection_m: watch.deflection.largest,
         reached: if is_over() { 1.0 } else { outcome.time_s / plan.end_time },
         steps: outcome.steps,

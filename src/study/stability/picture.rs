@@ -88,8 +88,8 @@ fn colour(cell: &Cell) -> RGBColor {
     match cell.verdict {
         Verdict::Finished => {
             // Logarithmic scale from 1e-6 to 1e-2.
-            let share = ((cell.balance_error.max(1e-6).log10() + 6.0) / 4.0).clamp(0.0, 1.0);
-            let blend = |low: f64, high: f64| (low + share * (high - low)).round() as u8;
+            let fraction = ((cell.balance_error.max(1e-6).log10() + 6.0) / 4.0).clamp(0.0, 1.0);
+            let blend = |low: f64, high: f64| (low + fraction * (high - low)).round() as u8;
             RGBColor(blend(150.0, 250.0), blend(200.0, 235.0), blend(235.0, 130.0))
         }
         Verdict::Refused => RGBColor(215, 215, 215),

@@ -23,7 +23,7 @@ pub struct BaseFacts<'a> {
     source: &'a (dyn MeshSource + Sync),
     budget: &'a Budget,
     /// Boundary surface of each body of the base, computed on first use.
-    skins: Vec<OnceLock<Arc<TriangulatedSurface>>>,
+    surfaces: Vec<OnceLock<Arc<TriangulatedSurface>>>,
 }
 
 impl<'a> BaseFacts<'a> {
@@ -34,7 +34,7 @@ impl<'a> BaseFacts<'a> {
             base: &base.scene,
             source,
             budget,
-            skins: base.bodies.iter().map(|_| OnceLock::new()).collect(),
+            surfaces: base.bodies.iter().map(|_| OnceLock::new()).collect(),
         }
     }
 
@@ -56,7 +56,7 @@ impl<'a> BaseFacts<'a> {
             && scene.measures.skin_set == base.measures.skin_set;
         if is_as_it_was {
             let mesh = &self.base.bodies[body].mesh;
-            return Ok(self.skins[body].get_or_init(|| of(mesh)).clone());
+            return Ok(self.surfaces[body].get_or_init(|| of(mesh)).clone());
         }
         Ok(of(self.mesh(scene, body)?.as_ref()))
     }

@@ -139,8 +139,8 @@ fn sample(question: &WhatIfDocument) -> Vec<Case> {
     for (row, point) in
         points(sample.method, sample.count as usize, dimensions, sample.seed).iter().enumerate()
     {
-        let mut add = |matrix: Matrix, share: &dyn Fn(usize) -> f64| {
-            let of = |index: usize| Some((index, question.parameters[index].quantile(share(index))?));
+        let mut add = |matrix: Matrix, probability: &dyn Fn(usize) -> f64| {
+            let of = |index: usize| Some((index, question.parameters[index].quantile(probability(index))?));
             let name = match matrix {
                 Matrix::A => format!("sample {}", row + 1),
                 Matrix::B => format!("sample {} b", row + 1),

@@ -5,7 +5,7 @@ use super::distribution::{log_sigma, normal_quantile};
 use super::document::{Change, Layer};
 use super::misfit::Misfit;
 use super::named::{limb_mut, limb_of, pair_of, part_of, striker};
-use super::over_skin::{aim, move_over_skin};
+use super::over_surface::{aim, move_over_surface};
 use super::rigid_motion::{carry_body, move_body, rotation_of};
 use super::short_number::short;
 use crate::mechanics::tensor::Vec3;
@@ -111,7 +111,7 @@ impl Change {
             }
             Self::ImpactOffset { body, target, along } => {
                 let aim = aim(scene, facts, [body.as_ref(), target.as_ref()])?;
-                move_over_skin(scene, &aim, *along, value)?;
+                move_over_surface(scene, &aim, *along, value)?;
             }
             Self::ImpactAround { body, limb } => {
                 strike(scene, body.as_ref(), limb.as_ref(), &|limb| limb.impact_angle_deg = value)?;

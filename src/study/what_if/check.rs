@@ -345,15 +345,15 @@ fn try_cases(
             (Some(only), None) => place(*only),
             _ => here,
         };
-        let mut told: Vec<Problem> = Vec::new();
+        let mut reported: Vec<Problem> = Vec::new();
         for problem in found.into_iter().filter(Problem::is_error) {
             // One value may occur in several places of the scene: it is reported once.
-            if told.iter().all(|t| (&t.code, &t.value) != (&problem.code, &problem.value)) {
+            if reported.iter().all(|t| (&t.code, &t.value) != (&problem.code, &problem.value)) {
                 let value = problem.value.clone();
-                told.push(placed(problem, &here, &what, value));
+                reported.push(placed(problem, &here, &what, value));
             }
         }
-        out.0.extend(told);
+        out.0.extend(reported);
     }
 }
 

@@ -10,7 +10,7 @@ use super::document::{ErrorSource, LimitDocument, LimitMeasure, WhatIfDocument};
 use super::limit::find_limit;
 use super::runner::{Answered, Memory, Runner, Task};
 use super::statistics::{
-    Correlation, Sensitivity, SobolIndex, SobolRow, Spread, is_settled, rank, sobol_indices, spearman,
+    Correlation, Sensitivity, SobolIndex, SobolRow, Spread, is_converged, rank, sobol_indices, spearman,
 };
 use super::surrogate::surrogates;
 use crate::measure::summary::{NOTICE, number};
@@ -74,7 +74,7 @@ impl<'a> Composer<'a> {
     }
 
     /// Adds the error bars of the base, which apply to all cases, including those already present.
-    pub fn take_errors(&mut self, answered: &Answered, tell: &mut dyn FnMut(Partial)) {
+    pub fn take_errors(&mut self, answered: &Answered, report: &mut dyn FnMut(Partial)) {
         self.note(answered);
         self.take_errors_below(&answered.numbers);
         let Numbers { values, errors, unresolved, .. } = &answered.numbers;
@@ -90,7 +90,7 @@ impl<'a> Composer<'a> {
                 *number = Number::new(number.value, error, !unresolved.contains(quantity));
             }
         }
-        tell(Partial::ErrorBars { relative_errors: &self.relative_errors });
+        report(Partial::ErrorBars { relative_errors: &self.relative_errors });
     }
 
     /// Adds the errors of the stresses below depths, as found in the base.
@@ -102,7 +102,7 @@ impl<'a> Composer<'a> {
     }
 
     /// Adds the answer of a case.
-    pub fn take_case(&mut self, case: &Case, answered: Answered, tell: &mut dyn FnMut(Partial)) {
+    pub fn take_case(&mut self, case: &Case, answered: Answered, report: &mut dyn FnMut(Partial)) {
         self.note(&answered);
         // The first case is the base.
         if self.cases.is_empty() {
@@ -133,7 +133,7 @@ impl<'a> Composer<'a> {
             steps,
             numbers: values.into_iter().map(number).collect(),
         };
-        tell(Partial::Case { of: self.count, case: &answer });
+        report(Partial::Case { of: self.count, case: &answer });
         self.cases.push(answer);
     }
 
@@ -143,7 +143,7 @@ impl<'a> Composer<'a> {
         limit: &LimitDocument,
         runner: &Runner,
         threads: usize,
-        tell: &mut dyn FnMut(Partial),
+        report: &mut dyn FnMut(Partial),
     ) {
         let Some(index) = self.question.parameters.iter().position(|p| p.name == limit.parameter) else {
             return;
@@ -184,7 +184,7 @@ impl<'a> Composer<'a> {
             if_smaller,
             runs,
         };
-        tell(Partial::Limit(&answer));
+        report(Partial::Limit(&answer));
         self.limits.push(answer);
     }
 
@@ -340,7 +340,7 @@ impl<'a> Composer<'a> {
                 first_interval: [first[1], first[2]],
                 total: total[0],
                 total_interval: [total[1], total[2]],
-                is_settled: [first, total].into_iter().all(is_settled),
+                is_converged: [first, total].into_iter().all(is_converged),
                 rank: 0,
             }));
         }
@@ -363,7 +363,7 @@ impl<'a> Composer<'a> {
 }
 
 fn relative_error(relative: &BTreeMap<Quantity, f64>, quantity: Quantity, value: f64) -> Option<f64> {
-    relative.get(&quantity).map(|share| share * value.abs())
+    relative.get(&quantity).map(|fraction| fraction * value.abs())
 }
 
 /// Relative error; zero over zero is zero.

@@ -12,31 +12,33 @@ impl ParameterDocument {
         // Between sources, the ends are theirs.
         let low_end =
             if matches!(self.distribution, Some(Distribution::Library { .. })) { 0.0 } else { LOW_END };
-        let of = |share: f64| self.distribution.as_ref()?.quantile(share, &self.change);
+        let of = |probability: f64| self.distribution.as_ref()?.quantile(probability, &self.change);
         Some([self.low.or_else(|| of(low_end))?, self.high.or_else(|| of(1.0 - low_end))?])
     }
 
-    /// Value below which a fraction of the population lies, 0 < share < 1; `None` without a range.
-    pub fn quantile(&self, share: f64) -> Option<f64> {
+    /// Value below which a fraction of the population lies, 0 < probability < 1; `None` without a range.
+    pub fn quantile(&self, probability: f64) -> Option<f64> {
         if let Some(distribution) = &self.distribution {
-            return distribution.quantile(share, &self.change);
+            return distribution.quantile(probability, &self.change);
         }
         let [low, high] = self.range()?;
-        Some(low + (high - low) * share)
+        Some(low + (high - low) * probability)
     }
 }
 
 impl Distribution {
-    /// Value of a change below which a fraction of the population lies, 0 < share < 1; `None` where the library states none.
-    pub fn quantile(&self, share: f64, change: &Change) -> Option<f64> {
+    /// Value of a change below which a fraction of the population lies, 0 < probability < 1; `None` where the library states none.
+    pub fn quantile(&self, probability: f64, change: &Change) -> Option<f64> {
         Some(match self {
-            Self::Normal { mean, standard_deviation } => mean + standard_deviation * normal_quantile(share),
+            Self::Normal { mean, standard_deviation } => {
+                mean + standard_deviation * normal_quantile(probability)
+            }
             Self::LogNormal { median, coefficient_of_variation } => {
-                median * (log_sigma(*coefficient_of_variation) * normal_quantile(share)).exp()
+                median * (log_sigma(*coefficient_of_variation) * normal_quantile(probability)).exp()
             }
             Self::Library { set } => {
                 let [least, most] = change.spread_in(set)?;
-                least * (most / least).powf(share)
+                least * (most / least).powf(probability)
             }
         })
     }
@@ -95,8 +97,9 @@ mod tests {
     #[test]
     fn log_normal_numbers_have_their_median_and_variation() {
         let distribution = Distribution::LogNormal { median: 3.0, coefficient_of_variation: 0.5 };
-        let quantile =
-            |share: f64| distribution.quantile(share, &Change::Friction { between: None }).unwrap();
+        let quantile = |probability: f64| {
+            distribution.quantile(probability, &Change::Friction { between: None }).unwrap()
+        };
         assert!((quantile(0.5) - 3.0).abs() < 1e-15);
         // Mean and standard deviation by the midpoint rule over quantiles.
         let n = 200_000;

@@ -107,7 +107,7 @@ pub enum Change {
         along: [f64; 3],
     },
     /// Impact point around a limb segment: its `impact_angle_deg`, from +z towards +x [degree]. The projectile moves
-    /// along and meets the skin there as it did in the base.
+    /// along and meets the surface there as it did in the base.
     #[serde(rename = "impact_around_deg")]
     ImpactAround {
         /// Name of the projectile, unless there is only one.

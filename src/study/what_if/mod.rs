@@ -1,7 +1,7 @@
 //! What-if studies: a base scene, parameters that vary, and the results of many cases.
 //!
 //! 1. [`document`]: the question. [`check`](check()) validates it.
-//! 2. [`change`]: a named, physical parameter and its value → an edited scene; `over_skin` moves an impact over the
+//! 2. [`change`]: a named, physical parameter and its value → an edited scene; `over_surface` moves an impact over the
 //!    boundary surface of any mesh.
 //! 3. [`cases()`]: explicit cases, one parameter at a time, and sampled ([`sampling`]).
 //! 4. `runner`: the runs, one thread each, in parallel; meshes and plan are shared between cases that differ in motion
@@ -22,7 +22,7 @@ pub mod document;
 pub mod limit;
 mod misfit;
 mod named;
-mod over_skin;
+mod over_surface;
 mod rigid_motion;
 mod runner;
 pub mod sampling;
@@ -66,7 +66,7 @@ pub struct WhatIfRequest<'a> {
     /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
     /// Receives every answer as it becomes available, in the order of the cases.
-    pub tell: &'a mut dyn FnMut(Partial),
+    pub report: &'a mut dyn FnMut(Partial),
 }
 
 /// Runs the cases and limits of a question and composes the answer.
@@ -99,16 +99,16 @@ pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
     runner.answer_all(&tasks, request.threads, &mut |index, answered| {
         let is_base_again = index == 1 && question.error_bars == ErrorSource::Base;
         if is_base_again {
-            composer.take_errors(&answered, request.tell);
+            composer.take_errors(&answered, request.report);
         } else {
-            composer.take_case(tasks[index].case, answered, request.tell);
+            composer.take_case(tasks[index].case, answered, request.report);
         }
     });
     for limit in &question.limits {
         if (request.interrupt)().is_some() {
             break;
         }
-        composer.take_limit(limit, &runner, request.threads, request.tell);
+        composer.take_limit(limit, &runner, request.threads, request.report);
     }
     composer.finish((request.interrupt)(), request.threads)
 }

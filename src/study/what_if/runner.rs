@@ -55,9 +55,9 @@ pub(super) struct Answered {
 pub(super) struct Memory(Option<(Plan, Scene)>);
 
 impl Runner<'_> {
-    /// Answers all tasks; `tell` receives the answers in the order of the tasks, as soon as they and all before them
+    /// Answers all tasks; `report` receives the answers in the order of the tasks, as soon as they and all before them
     /// are ready. After the first interrupted task no more are delivered.
-    pub fn answer_all(&self, tasks: &[Task], threads: usize, tell: &mut dyn FnMut(usize, Answered)) {
+    pub fn answer_all(&self, tasks: &[Task], threads: usize, report: &mut dyn FnMut(usize, Answered)) {
         let next = AtomicUsize::new(0);
         let (sender, receiver) = channel();
         std::thread::scope(|scope| {
@@ -78,7 +78,7 @@ impl Runner<'_> {
                 waiting.insert(index, answer);
                 // An interrupted task ends the sequence: no case is delivered without those before it.
                 while let Some(Some(answer)) = waiting.remove(&first) {
-                    tell(first, answer);
+                    report(first, answer);
                     first += 1;
                 }
             }

@@ -162,8 +162,8 @@ impl Spread {
 }
 
 /// Percentile by linear interpolation between the order statistics (definition 7 of Hyndman & Fan 1996).
-fn percentile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
+fn percentile(sorted: &[f64], fraction: f64) -> f64 {
+    let place = fraction * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
     let above = (below + 1).min(sorted.len() - 1);
     sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
@@ -229,7 +229,7 @@ pub struct SobolIndex {
     /// 90 % bootstrap interval of the total index.
     pub total_interval: [f64; 2],
     /// Whether the sample is large enough: both indices lie between 0 and 1, in intervals narrower than one half.
-    pub is_settled: bool,
+    pub is_converged: bool,
     /// Rank of the parameter by total index, from 1.
     pub rank: usize,
 }
@@ -246,7 +246,7 @@ pub struct SobolRow {
 }
 
 /// Whether an index is determined well enough by the two ends of its interval.
-pub fn is_settled([index, low, high]: [f64; 3]) -> bool {
+pub fn is_converged([index, low, high]: [f64; 3]) -> bool {
     (-0.05..=1.05).contains(&index) && high - low <= 0.5
 }
 
@@ -377,10 +377,12 @@ mod tests {
     }
 
     #[test]
-    fn indices_of_too_few_points_are_not_settled() {
-        assert!(is_settled([0.4, 0.3, 0.5]) && is_settled([-0.01, -0.05, 0.02]));
+    fn indices_of_too_few_points_are_not_converged() {
+        assert!(is_converged([0.4, 0.3, 0.5]) && is_converged([-0.01, -0.05, 0.02]));
         assert!(
-            !is_settled([1.08, 0.9, 1.2]) && !is_settled([-0.09, -0.1, 0.0]) && !is_settled([0.5, 0.1, 0.9])
+            !is_converged([1.08, 0.9, 1.2])
+                && !is_converged([-0.09, -0.1, 0.0])
+                && !is_converged([0.5, 0.1, 0.9])
         );
     }
 
@@ -393,8 +395,8 @@ mod tests {
         assert!((rho - 5.5 / 95.0_f64.sqrt()).abs() < 1e-15, "{rho}");
         let spread = Spread::new(Quantity::PeakForceN, &[4.0, 1.0, 3.0, 2.0, 5.0], Some(3.7)).unwrap();
         assert_eq!(spread.exceeds_numerical_error, Some(false), "3.6 apart");
-        let told = [spread.least, spread.median, spread.greatest, spread.mean];
-        assert!(told.iter().zip([1.0, 3.0, 5.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15));
+        let values = [spread.least, spread.median, spread.greatest, spread.mean];
+        assert!(values.iter().zip([1.0, 3.0, 5.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15));
         assert!((spread.p5 - 1.2).abs() < 1e-12 && (spread.p95 - 4.8).abs() < 1e-12);
     }
 }

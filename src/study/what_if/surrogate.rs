@@ -38,7 +38,7 @@ pub struct Surrogate {
     /// Fraction of the variance predicted in cross-validation [-]; 1 is perfect, below 0 is worse than the mean. Absent
     /// if the number is the same in all cases up to rounding, without variance to predict.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hold_out_share: Option<f64>,
+    pub hold_out_explained_variance: Option<f64>,
 }
 
 /// A coefficient with the parameters it multiplies.
@@ -107,7 +107,7 @@ fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
             ranges: ranges.clone(),
             terms: terms.iter().zip(&coefficients).map(named).collect(),
             hold_out_error: (press / given.len() as f64).sqrt(),
-            hold_out_share: (variance > rounding).then(|| 1.0 - press / variance),
+            hold_out_explained_variance: (variance > rounding).then(|| 1.0 - press / variance),
         })
     })
 }
@@ -191,11 +191,11 @@ mod tests {
     fn spread(count: u32) -> Vec<[f64; 2]> {
         // Halton sequence.
         let digit = |mut i: u32, base: u32| {
-            let (mut value, mut share) = (0.0, 1.0 / f64::from(base));
+            let (mut value, mut fraction) = (0.0, 1.0 / f64::from(base));
             while i > 0 {
-                value += share * f64::from(i % base);
+                value += fraction * f64::from(i % base);
                 i /= base;
-                share /= f64::from(base);
+                fraction /= f64::from(base);
             }
             value
         };
@@ -208,7 +208,9 @@ mod tests {
         let all = surrogates(&cases(&spread(20), law));
         let [surrogate] = &all[..] else { panic!("{all:?}") };
         assert_eq!((surrogate.degree, surrogate.cases, surrogate.terms.len()), (2, 20, 6));
-        assert!(surrogate.hold_out_error < 1e-8 && surrogate.hold_out_share.unwrap() > 1.0 - 1e-9);
+        assert!(
+            surrogate.hold_out_error < 1e-8 && surrogate.hold_out_explained_variance.unwrap() > 1.0 - 1e-9
+        );
         let at = BTreeMap::from([("speed".into(), 97.0), ("fat".into(), 0.0091)]);
         assert!((surrogate.propose(&at).unwrap() - law([97.0, 0.0091])).abs() < 1e-8);
         let outside = BTreeMap::from([("speed".into(), 130.0), ("fat".into(), 0.0091)]);
@@ -252,11 +254,11 @@ mod tests {
     }
 
     #[test]
-    fn of_a_constant_there_is_no_share() {
+    fn of_a_constant_there_is_no_fraction() {
         for constant in [0.0, 27.316] {
             let all = surrogates(&cases(&spread(20), |_| constant));
             let [surrogate] = &all[..] else { panic!("{all:?}") };
-            assert_eq!(surrogate.hold_out_share, None);
+            assert_eq!(surrogate.hold_out_explained_variance, None);
             assert!(surrogate.hold_out_error < 1e-12, "{}", surrogate.hold_out_error);
         }
     }

@@ -1,4 +1,4 @@
-//! A client on a bare socket: it sends what it is told and hides nothing of the answer.
+//! A client on a bare socket: it sends what it is given and hides nothing of the answer.
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};

@@ -4,7 +4,7 @@ use crate::support::*;
 use serde_json::Value;
 
 #[test]
-fn materials_are_listed_and_told_one_by_one() {
+fn materials_are_listed_and_read_one_by_one() {
     let server = Server::start();
     let client = server.client();
     let list = client.get("/v1/materials");

@@ -51,7 +51,7 @@ fn unknown_meshes_are_not_found() {
 }
 
 #[test]
-fn a_mesh_is_judged_before_it_is_kept() {
+fn a_mesh_is_validated_before_it_is_kept() {
     let server = Server::simulating();
     let client = server.client();
     let cube = |top: &str, far: &str| {
@@ -80,7 +80,7 @@ fn a_mesh_is_judged_before_it_is_kept() {
 }
 
 #[test]
-fn every_body_whose_mesh_was_not_uploaded_is_told_how_to() {
+fn every_body_whose_mesh_was_not_uploaded_is_reported_with_a_remedy() {
     let server = Server::simulating();
     let text = include_str!("../../../api/examples/job.request.json");
     let mut scene: serde_json::Value = serde_json::from_str(text).unwrap();

@@ -70,7 +70,7 @@ fn every_problem_of_a_study_has_its_place() {
 }
 
 #[test]
-fn every_entry_of_a_list_of_steps_is_judged() {
+fn every_entry_of_a_list_of_steps_is_validated() {
     let server = Server::simulating();
     let places = |body: &Value| -> Vec<String> {
         let answer = problem(&server.client().post_json("/v1/studies", body), 422, "invalid-scene");

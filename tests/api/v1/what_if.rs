@@ -175,7 +175,7 @@ fn keys_written_twice_are_refused() {
 }
 
 #[test]
-fn what_is_no_question_is_told_in_words_of_json() {
+fn what_is_no_question_is_reported_in_terms_of_json() {
     let server = Server::simulating();
     let mut unknown = question();
     unknown["caes"] = json!([]);

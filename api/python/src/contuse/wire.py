@@ -79,7 +79,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of the summary with its estimated numerical error; `error` is None where nobody looked."""
+    """A number of the summary with its estimated numerical error; `error` is None where it was not estimated."""
 
     value: float
     unit: str

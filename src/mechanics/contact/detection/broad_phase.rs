@@ -170,7 +170,7 @@ impl Candidates {
         slave_moved + master_moved <= self.slack
     }
 
-    /// Rebuilds the list for a step. `excluded` tells which faces a node never meets.
+    /// Rebuilds the list for a step. `excluded` states which faces a node never meets.
     pub fn rebuild(
         &mut self,
         slave: &Boundary,

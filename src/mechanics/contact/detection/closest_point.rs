@@ -178,17 +178,17 @@ impl Patch {
                 return self.closest_on_border(s);
             }
             // Backtracking on the squared distance.
-            let (mut share, before) = (1.0, o.norm_squared());
+            let (mut fraction, before) = (1.0, o.norm_squared());
             let (old_a, old_b) = (a, b);
             loop {
-                a = (old_a + share * d_a).clamp(0.0, 1.0);
-                b = (old_b + share * d_b).clamp(0.0, 1.0);
+                a = (old_a + fraction * d_a).clamp(0.0, 1.0);
+                b = (old_b + fraction * d_b).clamp(0.0, 1.0);
                 o = offset(a, b);
                 // Rounding may raise the value of the last step: accept an equal one.
-                if o.norm_squared() <= before * (1.0 + 1e-12) || share < 1e-3 {
+                if o.norm_squared() <= before * (1.0 + 1e-12) || fraction < 1e-3 {
                     break;
                 }
-                share *= 0.5;
+                fraction *= 0.5;
             }
             if (a - old_a).abs() + (b - old_b).abs() <= CONVERGED {
                 return self.quad_point(a, b);
@@ -234,16 +234,16 @@ impl Patch {
         let next = (k + 1) % self.corner_count();
         let (from, along) = (self.corners[k], self.corners[next] - self.corners[k]);
         let length = along.norm_squared();
-        let share = if length > 0.0 { ((s - from).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let fraction = if length > 0.0 { ((s - from).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 };
         let mut weights = [0.0; 4];
-        weights[k] = 1.0 - share;
-        weights[next] = share;
-        let feature = match share {
+        weights[k] = 1.0 - fraction;
+        weights[next] = fraction;
+        let feature = match fraction {
             0.0 => Feature::Corner(k),
             1.0 => Feature::Corner(next),
             _ => Feature::Edge(k),
         };
-        FacePoint { point: from + along * share, weights, feature }
+        FacePoint { point: from + along * fraction, weights, feature }
     }
 
     fn closest_on_triangle(&self, s: &Vec3) -> FacePoint {

@@ -305,12 +305,12 @@ fn contact_of(
 /// Contact of two edges, with the `weights` of the corners of [`difference`].
 fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[Vec3]) -> Option<Contact> {
     let (a, b) = (weights[1] + weights[2], weights[2] + weights[3]);
-    let is_at_end = |edge: &Edge, share: f64| !edge.is_sharp && share.min(1.0 - share) < AT_END;
+    let is_at_end = |edge: &Edge, fraction: f64| !edge.is_sharp && fraction.min(1.0 - fraction) < AT_END;
     if is_at_end(edges[0], a) || is_at_end(edges[1], b) {
         return None;
     }
     let [of_slave, of_master] = edges.map(|edge| edge.nodes);
-    let place = |[p, q]: [u32; 2], share: f64| x[p as usize] * (1.0 - share) + x[q as usize] * share;
+    let place = |[p, q]: [u32; 2], fraction: f64| x[p as usize] * (1.0 - fraction) + x[q as usize] * fraction;
     let along = x[of_slave[1] as usize] - x[of_slave[0] as usize];
     let is_made = edges.iter().any(|edge| edge.is_sharp && edge.start <= SHARP);
     Some(Contact {

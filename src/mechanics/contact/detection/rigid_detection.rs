@@ -200,13 +200,14 @@ impl Finder<'_> {
         let length = way.norm();
         if gap > 0.0
             && length > near
-            && let Some(share) = first_meeting(|t| shape.eval_distance(&(s + way * t)).0, length, MET * near)
+            && let Some(fraction) =
+                first_meeting(|t| shape.eval_distance(&(s + way * t)).0, length, MET * near)
         {
-            let met = s + way * share;
+            let met = s + way * fraction;
             let (left, normal) = shape.eval_distance(&met);
-            let then = start.orientation.slerp(&end.orientation, share);
+            let then = start.orientation.slerp(&end.orientation, fraction);
             let point = start.centre + then * met;
-            let gap = left - normal.dot(&way) * share;
+            let gap = left - normal.dot(&way) * fraction;
             return Some(self.contact(node, Some(body), &(then * normal), gap, point));
         }
         (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
@@ -240,7 +241,7 @@ impl Finder<'_> {
             triangle: face[2] == face[3],
         };
         touches_of(shape, size, [&patch(start, from), &patch(end, to)], owns, |touch| {
-            let then = start.orientation.slerp(&end.orientation, touch.share);
+            let then = start.orientation.slerp(&end.orientation, touch.fraction);
             let place = (touch.weights, start.place(&touch.point));
             contacts.extend(self.fixed((index as u32, face), place, &(then * touch.normal), touch.gap, body));
         });
@@ -334,27 +335,27 @@ impl Finder<'_> {
         let [a_shape, b_shape] = bodies.map(|body| &shapes[body]);
         touches.clear();
         // Poses at a fraction of the step.
-        let then = |start: &Pose, end: &Pose, share: f64| Pose {
-            centre: start.centre.lerp(&end.centre, share),
-            orientation: start.orientation.slerp(&end.orientation, share),
+        let then = |start: &Pose, end: &Pose, fraction: f64| Pose {
+            centre: start.centre.lerp(&end.centre, fraction),
+            orientation: start.orientation.slerp(&end.orientation, fraction),
         };
-        let distance = |share: f64| {
+        let distance = |fraction: f64| {
             shape_distance(
-                (a_shape, &then(&a_start, &a_end, share)),
-                (b_shape, &then(&b_start, &b_end, share)),
+                (a_shape, &then(&a_start, &a_end, fraction)),
+                (b_shape, &then(&b_start, &b_end, fraction)),
             )
         };
         // Slow bodies: the points that may close within the step, at the start. Fast ones: those of the first impact.
         if moved <= near {
             manifolds.find((a_shape, &a_start), (b_shape, &b_start), near, |touch| touches.push(touch));
-        } else if let Some(share) = first_meeting(distance, moved, MET_SHAPES * near) {
-            let (a_then, b_then) = (then(&a_start, &a_end, share), then(&b_start, &b_end, share));
+        } else if let Some(fraction) = first_meeting(distance, moved, MET_SHAPES * near) {
+            let (a_then, b_then) = (then(&a_start, &a_end, fraction), then(&b_start, &b_end, fraction));
             manifolds.find((a_shape, &a_then), (b_shape, &b_then), near, |touch| {
                 // The gap at the start that closes to that of the impact, and the moment arm on the slave at the impact.
                 let way =
                     |step: &Vec3, turn: &Vec3, then: &Pose| step + turn.cross(&(touch.point - then.centre));
                 let closed = way(&a_step, &a_turn, &a_then) - way(&b_step, &b_turn, &b_then);
-                let gap = touch.gap - touch.normal.dot(&closed) * share;
+                let gap = touch.gap - touch.normal.dot(&closed) * fraction;
                 let point = touch.point + (a_start.centre - a_then.centre);
                 touches.push(Touch { point, gap, ..touch });
             });

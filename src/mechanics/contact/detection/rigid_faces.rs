@@ -51,7 +51,7 @@ const AROUND: [[f64; 2]; 8] =
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FaceTouch {
     /// Fraction of the step at which the face is taken: 0, or that of the impact.
-    pub share: f64,
+    pub fraction: f64,
     /// Shape functions of the place on the face.
     pub weights: [f64; 4],
     /// Unit normal out of the body.
@@ -93,29 +93,29 @@ pub(super) fn touches_of(
         return;
     }
     // The face at the start, or at its first impact if it is far and moves far.
-    let between = |share: f64| Patch {
-        corners: std::array::from_fn(|k| start.corners[k].lerp(&end.corners[k], share)),
+    let between = |fraction: f64| Patch {
+        corners: std::array::from_fn(|k| start.corners[k].lerp(&end.corners[k], fraction)),
         triangle: start.triangle,
     };
     let met = MET * obstacle.allowed;
     let near = NEAR * size;
-    let share = if left > met && moved > near {
-        match first_meeting(|share| obstacle.distance(&between(share), moved), moved, met) {
-            Some(share) => share,
+    let fraction = if left > met && moved > near {
+        match first_meeting(|fraction| obstacle.distance(&between(fraction), moved), moved, met) {
+            Some(fraction) => fraction,
             None => return,
         }
     } else {
         0.0
     };
     // Normals are accurate only near the shape.
-    obstacle.for_each_place(&between(share), reach.min(near), |place| {
+    obstacle.for_each_place(&between(fraction), reach.min(near), |place| {
         let Place { weights, normal, gap, point, .. } = place;
         if place.holds && gap <= reach.min(near) {
             let place = start.point(&weights);
             let way = end.point(&weights) - place;
             // At the start both sides have the same moment arm about any axis: angular momentum is conserved.
             let point = if moved <= near { place } else { point };
-            take(FaceTouch { share, weights, normal, gap: gap - normal.dot(&way) * share, point });
+            take(FaceTouch { fraction, weights, normal, gap: gap - normal.dot(&way) * fraction, point });
         }
     });
 }
@@ -236,7 +236,7 @@ impl Obstacle {
         }
         let [xi, eta] = nearest_inside(core, face, MET * self.allowed);
         let weights = face.weights(xi, eta);
-        let is_inside = |share: f64| (MERGED..=1.0 - MERGED).contains(&share);
+        let is_inside = |fraction: f64| (MERGED..=1.0 - MERGED).contains(&fraction);
         let is_under_foot = foot.is_some_and(|foot| (0..4).all(|k| (foot[k] - weights[k]).abs() < BESIDE));
         if is_inside(xi) && is_inside(eta) && !is_under_foot {
             self.keep_out(face, weights, true, take);
@@ -258,10 +258,10 @@ impl Obstacle {
         } else {
             [Some(middle_of((first, last))), None]
         };
-        for share in ends.into_iter().flatten() {
+        for fraction in ends.into_iter().flatten() {
             let mut weights = [0.0; 4];
-            (weights[k], weights[next]) = (1.0 - share, share);
-            let is_node = !(MERGED..=1.0 - MERGED).contains(&share);
+            (weights[k], weights[next]) = (1.0 - fraction, fraction);
+            let is_node = !(MERGED..=1.0 - MERGED).contains(&fraction);
             self.keep_out(face, weights, self.owns[k] && !is_node, take);
         }
     }
@@ -310,11 +310,11 @@ fn middle_of((first, last): (f64, f64)) -> f64 {
 fn nearest_stretch(core: &Shape, from: &Vec3, way: &Vec3) -> (f64, f64) {
     // The core of a ball is its centre.
     if matches!(core, Shape::Ball { .. }) {
-        let share = (-from.dot(way) / way.norm_squared()).clamp(0.0, 1.0);
-        return (share, share);
+        let fraction = (-from.dot(way) / way.norm_squared()).clamp(0.0, 1.0);
+        return (fraction, fraction);
     }
     let length = way.norm();
-    let grows = |share: f64| core.eval_distance(&(from + way * share)).1.dot(way);
+    let grows = |fraction: f64| core.eval_distance(&(from + way * fraction)).1.dot(way);
     let first_above = |slope: f64| {
         if grows(0.0) > slope {
             return 0.0;

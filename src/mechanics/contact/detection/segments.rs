@@ -44,8 +44,8 @@ impl Polygon {
                 left.push(*p);
             }
             if (h_p > 0.0 && h_q < 0.0) || (h_p < 0.0 && h_q > 0.0) {
-                let share = h_p / (h_p - h_q);
-                left.push([p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])]);
+                let fraction = h_p / (h_p - h_q);
+                left.push([p[0] + fraction * (q[0] - p[0]), p[1] + fraction * (q[1] - p[1])]);
             }
         }
         left

@@ -12,9 +12,9 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 /// Number of boxes after which the search accepts the earliest time not excluded; a usual hit takes some forty.
 const MAX_BOXES: usize = 4000;
 /// Size of the image of a box, as a fraction of the face, below which Newton's method is tried.
-const NEWTON_SHARE: f64 = 0.05;
+const NEWTON_FRACTION: f64 = 0.05;
 /// Size of the image of a box, as a fraction of the face, below which it counts as a crossing.
-const LEAF_SHARE: f64 = 1e-7;
+const LEAF_FRACTION: f64 = 1e-7;
 /// Largest number of steps along the path of a node; each leads to the surface or most of the way to the closest
 /// pass.
 const MARCH: usize = 100;
@@ -107,9 +107,9 @@ impl Search {
             count += 1;
             let extents = part.extents();
             let largest = extents[0].max(extents[1]).max(extents[2]);
-            let hit = if largest <= LEAF_SHARE * scale || count > MAX_BOXES {
+            let hit = if largest <= LEAF_FRACTION * scale || count > MAX_BOXES {
                 Some(part.earliest())
-            } else if largest <= NEWTON_SHARE * scale {
+            } else if largest <= NEWTON_FRACTION * scale {
                 part.newton(&whole, part.middle())
             } else {
                 None
@@ -250,19 +250,19 @@ impl Box3 {
 ///
 /// No step exceeds the distance, so no surface is jumped over.
 pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
-    let mut share = 0.0;
+    let mut fraction = 0.0;
     for _ in 0..MARCH {
-        let left = distance(share);
+        let left = distance(fraction);
         if left <= met {
-            return Some(share);
+            return Some(fraction);
         }
-        share += left / length;
-        if share > 1.0 {
+        fraction += left / length;
+        if fraction > 1.0 {
             return None;
         }
     }
     // It passes along the surface, which counts as an impact.
-    Some(share)
+    Some(fraction)
 }
 
 #[cfg(test)]

@@ -57,13 +57,13 @@ pub struct ProjectionReport {
 /// Moves the nodes of penetrating `contacts` apart, at the positions `x` [m] of the end of the step.
 ///
 /// Gaps are measured again, for the same node and face or with the same weights; a node that has slid off its face is
-/// left to the next detection. `share` is the fraction of [`CAP`] that may be removed [-]. `moved` is cleared and
+/// left to the next detection. `fraction` is the fraction of [`CAP`] that may be removed [-]. `moved` is cleared and
 /// receives each displacement (node, Δx [m]), a node possibly more than once, so that its work against the internal
 /// forces can be accounted for.
 pub fn project_positions(
     contacts: &[Contact],
     detector: &Detector,
-    (nodes, share): (MovableNodes, f64),
+    (nodes, fraction): (MovableNodes, f64),
     x: &mut [Vec3],
     moved: &mut Vec<(u32, Vec3)>,
 ) -> ProjectionReport {
@@ -76,7 +76,7 @@ pub fn project_positions(
             let Some(found) = penetration(contact, detector, x) else { continue };
             report.left = report.left.max(found.depth);
             let slow = if contact.kind == Kind::Fixed { SLOW } else { 1.0 };
-            let cap = slow * share * CAP / PASSES as f64 * found.size;
+            let cap = slow * fraction * CAP / PASSES as f64 * found.size;
             if separate(&found, found.depth.min(cap), nodes, x, moved) {
                 corrected += 1;
             }

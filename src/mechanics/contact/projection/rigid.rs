@@ -47,13 +47,13 @@ impl RigidProjection {
     }
 
     /// Separates what overlaps at the positions `x` [m] and `poses` by translation and rotation. `of_pairs`: the
-    /// rigid bodies of each pair; `nodes`: mobility of the nodes of meshes; `share`: fraction of [`CAP`] that may be
+    /// rigid bodies of each pair; `nodes`: mobility of the nodes of meshes; `fraction`: fraction of [`CAP`] that may be
     /// removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
     pub fn project(
         &mut self,
         detector: &mut RigidDetector,
         of_pairs: &[[Option<u32>; 2]],
-        (nodes, share): (MovableNodes, f64),
+        (nodes, fraction): (MovableNodes, f64),
         x: &mut [Vec3],
         poses: &mut [Pose],
         moved: &mut Vec<(u32, Vec3)>,
@@ -85,7 +85,7 @@ impl RigidProjection {
         // Gaps, limited by the cap, take the place of velocities.
         for contact in &mut self.contacts {
             let cap = if contact.kind == Kind::Fixed { SLOW * CAP } else { CAP };
-            let gap = contact.gap.max(-share * cap * detector.length(contact.pair));
+            let gap = contact.gap.max(-fraction * cap * detector.length(contact.pair));
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;
         }

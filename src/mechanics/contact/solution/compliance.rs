@@ -34,15 +34,15 @@ impl NodeCompliance {
 
     /// Whether it contains all nodes of the contacts.
     pub fn covers(&self, contacts: &[Contact], rigid: &RigidSides) -> bool {
-        let is_here = |share: Share| self.nodes.binary_search(&share.node()).is_ok();
-        contacts.iter().all(|contact| shares(contact, rigid).all(is_here))
+        let is_here = |entry: RowEntry| self.nodes.binary_search(&entry.node()).is_ok();
+        contacts.iter().all(|contact| row_entries(contact, rigid).all(is_here))
     }
 
     /// Its nodes together with those of the contacts, ascending.
     pub fn nodes_with(&self, contacts: &[Contact], rigid: &RigidSides) -> Vec<u32> {
         let mut nodes = self.nodes.clone();
         for contact in contacts {
-            nodes.extend(shares(contact, rigid).map(Share::node));
+            nodes.extend(row_entries(contact, rigid).map(RowEntry::node));
         }
         nodes.sort_unstable();
         nodes.dedup();
@@ -78,7 +78,7 @@ impl NodeCompliance {
     /// to the last bit.
     pub fn delassus(&self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
         let (n, rows) = (3 * self.nodes.len(), unknowns * contacts.len());
-        let places: Vec<Vec<(usize, Share)>> =
+        let places: Vec<Vec<(usize, RowEntry)>> =
             contacts.iter().map(|contact| self.places(contact, rigid)).collect();
         let mut W = vec![0.0; rows * rows];
         let mut on = vec![0.0; n];
@@ -86,8 +86,8 @@ impl NodeCompliance {
             for (i, direction) in contact.frame[..unknowns].iter().enumerate() {
                 // One row of C G.
                 on.fill(0.0);
-                for (place, share) in &places[c] {
-                    let pull = share.pull(direction);
+                for (place, entry) in &places[c] {
+                    let pull = entry.pull(direction);
                     for axis in 0..3 {
                         let factor = pull[axis];
                         let G = &self.values[(3 * place + axis) * n..][..n];
@@ -99,9 +99,9 @@ impl NodeCompliance {
                 // Its products with the columns of Cᵀ, up to the diagonal; the rest by symmetry.
                 for d in 0..=c {
                     let mut sum = Vec3::zeros();
-                    for (place, share) in &places[d] {
+                    for (place, entry) in &places[d] {
                         sum +=
-                            share.velocity(&Vec3::new(on[3 * place], on[3 * place + 1], on[3 * place + 2]));
+                            entry.velocity(&Vec3::new(on[3 * place], on[3 * place + 1], on[3 * place + 2]));
                     }
                     for (j, direction) in contacts[d].frame[..unknowns].iter().enumerate() {
                         let (row, column) = (unknowns * c + i, unknowns * d + j);
@@ -135,9 +135,9 @@ impl NodeCompliance {
     }
 
     /// Rows of G and coefficients of the nodes of a contact.
-    fn places(&self, contact: &Contact, rigid: &RigidSides) -> Vec<(usize, Share)> {
-        let find = |share: Share| Some((self.nodes.binary_search(&share.node()).ok()?, share));
-        shares(contact, rigid).filter_map(find).collect()
+    fn places(&self, contact: &Contact, rigid: &RigidSides) -> Vec<(usize, RowEntry)> {
+        let find = |entry: RowEntry| Some((self.nodes.binary_search(&entry.node()).ok()?, entry));
+        row_entries(contact, rigid).filter_map(find).collect()
     }
 }
 
@@ -148,14 +148,14 @@ pub fn are_many(contacts: &[Contact], rigid: &RigidSides) -> bool {
 
 /// Contribution of a node to the velocity of a contact.
 #[derive(Clone, Copy, Debug)]
-enum Share {
+enum RowEntry {
     /// Translation with a signed weight.
     Moved(u32, f64),
     /// Rotation about a moment arm: the spin of a rigid body.
     Turned(u32, Mat3),
 }
 
-impl Share {
+impl RowEntry {
     fn node(self) -> u32 {
         match self {
             Self::Moved(node, _) | Self::Turned(node, _) => node,
@@ -178,10 +178,10 @@ impl Share {
 }
 
 /// Coefficients of all nodes of a contact.
-fn shares<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<'a> {
-    let moved = contact.stencil.each().map(|(node, weight)| Share::Moved(node, weight));
+fn row_entries<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<Item = RowEntry> + use<'a> {
+    let moved = contact.stencil.each().map(|(node, weight)| RowEntry::Moved(node, weight));
     let moment_arms = MomentArms::new(contact, rigid.of_pair(contact.pair), rigid);
-    moved.chain(moment_arms.into_each().map(|(spin, J)| Share::Turned(spin, J)))
+    moved.chain(moment_arms.into_each().map(|(spin, J)| RowEntry::Turned(spin, J)))
 }
 
 /// Velocity that enters the contact law: `C v + drift + max(gap, 0)/h n`, in the local frame [m/s], with nodal
@@ -193,7 +193,7 @@ pub fn closing_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], h: f6
 
 /// `C v + drift` of a contact in its local frame [m/s], with nodal velocities `v` and `drift` in space.
 pub fn relative_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], drift: Vec3) -> Local {
-    let each = shares(contact, rigid).map(|share| share.velocity(&v[share.node() as usize]));
+    let each = row_entries(contact, rigid).map(|entry| entry.velocity(&v[entry.node() as usize]));
     let relative = each.fold(drift, |sum, velocity| sum + velocity);
     contact.frame.map(|direction| direction.dot(&relative))
 }
@@ -202,7 +202,7 @@ pub fn relative_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], drif
 pub fn add_impulse(contact: &Contact, rigid: &RigidSides, p: Local, to: &mut [Vec3]) {
     let [n, t1, t2] = &contact.frame;
     let in_space = n * p[0] + t1 * p[1] + t2 * p[2];
-    for share in shares(contact, rigid) {
-        to[share.node() as usize] += share.pull(&in_space);
+    for entry in row_entries(contact, rigid) {
+        to[entry.node() as usize] += entry.pull(&in_space);
     }
 }

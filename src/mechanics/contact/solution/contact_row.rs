@@ -169,7 +169,7 @@ impl NormalRow<MomentArms> {
 impl NormalRow<MomentArms> {
     /// Nodes that contribute to the velocity of the contact, each with its 3×3 coefficient in space: ±weight for a
     /// translation.
-    pub fn shares(&self) -> impl Iterator<Item = (u32, Mat3)> {
+    pub fn blocks(&self) -> impl Iterator<Item = (u32, Mat3)> {
         let moved = self.stencil.each();
         let turned = self.turning.each().map(|(spin, J)| (*spin, *J));
         moved.map(|(node, weight)| (node, Mat3::identity() * weight)).chain(turned)

@@ -55,14 +55,14 @@ pub fn linearise_alart_curnier(r: Local, u: Local, mu: f64) -> Linearised {
         return Linearised { f: u, by_r: OPEN, by_u: IDENTITY };
     }
     let e = [z[0] / size, z[1] / size];
-    let share = limit / size;
+    let factor = limit / size;
     let mut by_r = OPEN;
     let mut by_u = OPEN;
     by_u[0][0] = 1.0;
     for i in 0..2 {
         for j in 0..2 {
             let same = if i == j { 1.0 } else { 0.0 };
-            let across = share * (same - e[i] * e[j]);
+            let across = factor * (same - e[i] * e[j]);
             by_r[i + 1][j + 1] = same - across;
             by_u[i + 1][j + 1] = across;
         }

@@ -31,13 +31,13 @@ pub fn step_problem(
     let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
     let mu = contacts.iter().map(|c| c.law(laws).mu()).collect();
     // (node, contact, ∂(relative velocity)/∂v of the node), sorted so that the contacts of a node are adjacent.
-    let mut shares: Vec<(u32, usize, Mat3)> = Vec::new();
+    let mut entries: Vec<(u32, usize, Mat3)> = Vec::new();
     for (c, row) in rows.iter().enumerate() {
-        shares.extend(row.normal.shares().map(|(node, J)| (node, c, J)));
+        entries.extend(row.normal.blocks().map(|(node, J)| (node, c, J)));
     }
-    shares.sort_by_key(|&(node, contact, _)| (node, contact));
+    entries.sort_by_key(|&(node, contact, _)| (node, contact));
     // Contacts with a node in common are coupled through its mass.
-    let blocks = shares.chunk_by(|a, b| a.0 == b.0).flat_map(|at_node| {
+    let blocks = entries.chunk_by(|a, b| a.0 == b.0).flat_map(|at_node| {
         let m = inverse_mass[at_node[0].0 as usize];
         let M = Mat3::from_diagonal(&m);
         at_node.iter().flat_map(move |&(_, c, J_c)| {

@@ -18,7 +18,7 @@ use pulp::Simd;
 pub(super) struct BranchRows<'a> {
     /// History at t_{n−1}, `None` at rest.
     pub before: Option<&'a [Row]>,
-    /// History at t_n.
+    /// History at t_n, already updated by the step.
     pub after: &'a mut [Row],
     /// Energies of the branches in the step to t_n.
     pub energies: &'a mut [Row],
@@ -26,7 +26,7 @@ pub(super) struct BranchRows<'a> {
 
 /// Sums over the points of the elements of a register, branch by branch.
 pub(super) struct BranchSums<S: Simd, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    /// Local stress.
+    /// Stress of each branch as a gradient in local coordinates.
     stress: Aligned<[E::Local<Lane<S>>; MAX_BRANCHES]>,
     /// Stored energy [J over the scale of the element].
     stored: Aligned<[Lane<S>; MAX_BRANCHES]>,

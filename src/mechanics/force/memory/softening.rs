@@ -37,7 +37,7 @@ impl<R: Real> Tension<R> {
     fn dilatation(&self, k: &Kinematics<R>) -> R {
         (if self.is_mean { self.mean } else { k.j }).max(k.j.zero())
     }
-    /// U [J/m³].
+    /// Volumetric energy U(J) of a split law; 0 for others [J/m³].
     #[inline(always)]
     pub fn energy(&self, k: &Kinematics<R>) -> R {
         match self.U {
@@ -45,7 +45,7 @@ impl<R: Real> Tension<R> {
             None => k.j.zero(),
         }
     }
-    /// U′ [Pa].
+    /// Volumetric response U′(J) of a split law; 0 for others [Pa].
     #[inline(always)]
     pub fn pressure(&self, k: &Kinematics<R>) -> R {
         match self.U {
@@ -58,20 +58,20 @@ impl<R: Real> Tension<R> {
 /// What a point loses at full damage, and its damage.
 #[derive(Clone, Copy)]
 pub(super) struct Lost<R> {
-    /// F S_iso [Pa].
+    /// Isochoric part of the first Piola–Kirchhoff stress, F S_iso [Pa].
     P: Tensor<R>,
     /// U′ cof F [Pa].
     of_pressure: Tensor<R>,
     /// ψ and U [J/m³].
     energy: [R; 2],
-    /// d [-].
+    /// Damage d of the point [-].
     damage: R,
     /// Energy that damage dissipated in the step [J/m³].
     dissipated: R,
 }
 
 impl<R: Real> Lost<R> {
-    /// Nothing.
+    /// An undamaged point loses nothing.
     #[inline(always)]
     pub fn none(zero: R) -> Self {
         let P = Tensor::diagonal(zero);

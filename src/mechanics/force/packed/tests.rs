@@ -185,8 +185,8 @@ fn the_stable_step_is_below_that_of_the_highest_frequency() {
             let of = |r: usize| patch.mass[r / 3];
             let scaled = DMatrix::from_fn(K.nrows(), K.nrows(), |r, c| K[(r, c)] / (of(r) * of(c)).sqrt());
             let highest = scaled.symmetric_eigenvalues().max().sqrt();
-            let share = 0.5 * patch.evaluated(&u).totals(0).stable_step.0 * highest;
-            assert!((0.2..1.0).contains(&share), "{strain}: h ω/2 = {share}, {}", patch.name());
+            let ratio = 0.5 * patch.evaluated(&u).totals(0).stable_step.0 * highest;
+            assert!((0.2..1.0).contains(&ratio), "{strain}: h ω/2 = {ratio}, {}", patch.name());
         }
     }
 }

@@ -130,13 +130,13 @@ fn rotation_and_flight_cost_nothing() {
 fn folded_elements_still_dissipate() {
     // A corner is pushed through the element and out of the other side: J is below zero at points.
     let element = Element::new(1e4, Formulation::Reduced);
-    for share in [0.5, 1.0, 1.5, 2.0, 3.0] {
+    for ratio in [0.5, 1.0, 1.5, 2.0, 3.0] {
         let mut u = [Vec3::zeros(); 8];
-        u[0] = (corners()[6] - corners()[0]) * share;
+        u[0] = (corners()[6] - corners()[0]) * ratio;
         let v = moved(7, 5.0);
         let (force, step) = element.forces(&u, &v);
         let work: f64 = force.iter().zip(&v).map(|(f, v)| f.dot(v)).sum();
-        assert!(work > 0.0 && work.is_finite() && step > 0.0, "{share}: {work} W, step {step}");
+        assert!(work > 0.0 && work.is_finite() && step > 0.0, "{ratio}: {work} W, step {step}");
     }
 }
 
@@ -161,8 +161,8 @@ fn stable_step_is_below_that_of_the_damping_matrix() {
             assert!((C - C.transpose()).norm() <= 1e-12 * C.norm(), "dissipation has a potential");
             let largest = C.symmetric_eigenvalues().max();
             let (_, step) = element.forces(&u, &[Vec3::zeros(); 8]);
-            let share = step * largest / 2.0;
-            assert!((0.1..1.0).contains(&share), "{seed}: {share}");
+            let ratio = step * largest / 2.0;
+            assert!((0.1..1.0).contains(&ratio), "{seed}: {ratio}");
         }
     }
 }

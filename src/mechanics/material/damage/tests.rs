@@ -142,7 +142,7 @@ fn relaxing_stress_softens_with_the_rest() {
     let both = Memories { prony, softening: SOFTENING };
     let relaxing = Memories { prony, ..Memories::NONE };
     let (mut torn, mut whole) = (Point::new(both, 1e-3), Point::new(relaxing, 1e-3));
-    // Sudden shear: twice the slow stress and energy; the energy of slow loading tells the onset, at γ = √2.
+    // Sudden shear: twice the slow stress and energy; the energy of slow loading determines the onset, at γ = √2.
     for (gamma, is_damaged) in [(0.9, false), (1.4, false), (1.5, true), (2.5, true)] {
         let (torn, whole) = (torn.shear(gamma, 1e-9), whole.shear(gamma, 1e-9));
         assert_eq!(torn.damage > 0.0, is_damaged, "{gamma}");

@@ -142,8 +142,8 @@ fn the_toe_s_series_holds_at_its_limits() {
         let law =
             Material::from(Weiss { c10: 0.0, c01: 0.0, fibres, families, i4: I4Form::Full, volumetric });
         let h = 1e-4 * (lambda_m - 1.0);
-        for share in [0.1, 0.5, 0.9] {
-            let stretch = 1.0 + share * (lambda_m - 1.0);
+        for fraction in [0.1, 0.5, 0.9] {
+            let stretch = 1.0 + fraction * (lambda_m - 1.0);
             let psi = |l: f64| eval(&law, &Mat3::from_diagonal(&[l, 1.0, 1.0].into())).0;
             let (d1, d2) =
                 (psi(stretch + h) - psi(stretch - h), psi(stretch + 2.0 * h) - psi(stretch - 2.0 * h));

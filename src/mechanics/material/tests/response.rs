@@ -164,7 +164,7 @@ fn a_family_in_compression_adds_nothing() {
 }
 
 #[test]
-fn an_overstretched_exponential_is_told_and_stays_finite() {
+fn an_overstretched_exponential_is_reported_and_stays_finite() {
     let has_exponential = |law: &Material| {
         matches!(
             law,
@@ -174,25 +174,25 @@ fn an_overstretched_exponential_is_told_and_stays_finite() {
                 | Material::VerondaWestmann(_)
         )
     };
-    let mut told_laws = 0;
+    let mut reported_laws = 0;
     for law in all_laws(40.0) {
         let fibres = law.fibre_directions();
         let fine = Mat3::from_diagonal(&[1.2, 0.9, 0.9].into());
         assert_eq!(law.overstretch(&gradient(&fine), fibres), None, "{law:?}");
         for stretch in [20.0, 1e2, 1e3] {
             let F = Mat3::from_diagonal(&[stretch, stretch, 1.0 / (stretch * stretch)].into());
-            let told = law.overstretch(&gradient(&F), fibres);
-            assert_eq!(told.is_some(), has_exponential(&law), "{law:?}");
+            let overstretched = law.overstretch(&gradient(&F), fibres);
+            assert_eq!(overstretched.is_some(), has_exponential(&law), "{law:?}");
             // For a law without fibres it is a bound.
-            let excess = told.map_or(0.0, |told| told / stretch - 1.0);
+            let excess = overstretched.map_or(0.0, |overstretched| overstretched / stretch - 1.0);
             let most = if fibres.is_empty() { 0.2 } else { 1e-12 };
             assert!(excess > -1e-12 && excess < most, "{law:?}: {excess}");
             let (psi, P) = eval(&law, &F);
             assert!(psi.is_finite() && P.iter().all(|p| p.is_finite()), "{law:?} at {stretch}: {psi} {P}");
-            told_laws += usize::from(told.is_some());
+            reported_laws += usize::from(overstretched.is_some());
         }
     }
-    assert_eq!(told_laws, 3 * (12 + 3));
+    assert_eq!(reported_laws, 3 * (12 + 3));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// A logical line.
+/// A logical line of an input file: comments removed, continuation lines joined.
 pub(super) enum Line<'a> {
     /// `*KEYWORD, NAME=value, FLAG`, with its continuation lines.
     Keyword(Keyword),

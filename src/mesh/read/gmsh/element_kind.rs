@@ -1,8 +1,8 @@
-//! Gmsh's element types.
+//! Element types of Gmsh: numbers, nodes and their order.
 
 use crate::mesh::CellKind;
 
-/// An element type.
+/// An element type of Gmsh, as its reader needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ElementKind {
     /// Number of the type in Gmsh.
@@ -13,7 +13,7 @@ pub(super) struct ElementKind {
     pub(super) dimension: u8,
     /// Number of nodes of the element.
     pub(super) nodes: u8,
-    /// Name in messages.
+    /// Name of the type in messages.
     pub(super) name: &'static str,
 }
 

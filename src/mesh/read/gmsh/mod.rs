@@ -58,7 +58,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     contents.into_mesh(bytes, cursor.numbers)
 }
 
-/// Supported versions.
+/// Versions of the file format that are read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
     Two,
@@ -102,7 +102,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version, MeshError> {
         "1" if size == "8" => {
             // The number one, in the byte order of the writing machine, identifies that order.
             cursor.numbers = Numbers::LittleEndian;
-            match cursor.int("the number 1 that tells the byte order")? {
+            match cursor.int("the number 1 that shows the byte order")? {
                 1 => {}
                 swapped if swapped == 1_i32.swap_bytes() => cursor.numbers = Numbers::BigEndian,
                 other => return Err(cursor.error(format!("expected the number 1, found {other}"))),

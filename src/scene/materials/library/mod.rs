@@ -60,7 +60,7 @@ pub struct MaterialSet {
     pub fitted: String,
     /// What is derived here from the source, and how.
     pub derived: String,
-    /// Where sources disagree.
+    /// Statements on which the sources disagree.
     pub contradictions: Vec<String>,
     /// By how much they disagree: the smallest and the largest value of a parameter among the sources that `contradictions` names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -85,7 +85,7 @@ pub struct SourceSpread {
     pub parameter: String,
     /// Smallest value, in the unit of the parameter.
     pub least: f64,
-    /// Largest value.
+    /// Largest value, in the unit of the parameter.
     pub most: f64,
     /// Whose values these are.
     pub from: String,
@@ -100,7 +100,7 @@ pub struct SetSource {
     pub short: String,
     /// Authors, title, place, year.
     pub citation: String,
-    /// Address.
+    /// Address (URL) of the source.
     pub url: String,
     /// What of it was read: full text, abstract, card, table.
     pub read: String,
@@ -111,7 +111,7 @@ pub struct SetSource {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Fit {
-    /// Kind of test.
+    /// Kind of test: how the specimen was deformed.
     pub test: FitTest,
     /// Stretch [-] and nominal stress [Pa] of each point.
     pub points: Vec<[f64; 2]>,

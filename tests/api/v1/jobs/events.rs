@@ -4,7 +4,7 @@ use crate::support::*;
 use serde_json::json;
 
 #[test]
-fn life_of_a_job_is_told_in_order_and_then_ends() {
+fn life_of_a_job_is_reported_in_order_and_then_ends() {
     let server = Server::start();
     let client = server.client();
     let job = submit(&client, &json!({ "name": "slow", "end_time_s": 1.0, "steps": 300, "step_ms": 2 }));
@@ -81,10 +81,10 @@ fn more_events_than_a_batch_arrive() {
     // Every change of the phase is an event, but these are alike: what counts is the number of listeners at once.
     let job = submit(&client, &json!({ "name": "slow", "end_time_s": 1.0, "steps": 200, "step_ms": 2 }));
     let address = format!("{job}/events");
-    let told: Vec<Vec<_>> = std::thread::scope(|scope| {
+    let received: Vec<Vec<_>> = std::thread::scope(|scope| {
         let listeners: Vec<_> =
             (0..8).map(|_| scope.spawn(|| client.follow(&address, None).collect())).collect();
         listeners.into_iter().map(|l| l.join().unwrap()).collect()
     });
-    assert!(told.iter().all(|t| *t == told[0]), "all hear the same");
+    assert!(received.iter().all(|t| *t == received[0]), "all hear the same");
 }

@@ -29,7 +29,7 @@ fn what_the_scene_keeps_is_in_its_plan() {
     let mut request: serde_json::Value = serde_json::from_str(text).unwrap();
     request["solver"] = json!({"keep": ["inactive_elements"]});
     let plan = server.client().post_json("/v1/jobs/validate", &request).json()["plan"].clone();
-    assert_eq!(plan["put_back"], json!(["inactive_elements"]));
+    assert_eq!(plan["restored"], json!(["inactive_elements"]));
     let omitted = plan["omitted"].as_array().unwrap();
     assert!(omitted.iter().all(|l| l["switch"] != "inactive_elements"), "{plan:#}");
 }

@@ -152,7 +152,7 @@ fn running_job_shows_snapshots_that_do_not_change() {
 }
 
 #[test]
-fn a_recording_that_was_removed_is_told() {
+fn a_recording_that_was_removed_is_reported() {
     let (server, address) = recorded();
     let [file] = &server.files()[..] else { panic!("{:?}", server.files()) };
     std::fs::write(file, b"short").unwrap();

@@ -13,11 +13,11 @@ mod valley;
 fn block(n: u32, m: u32, x: &mut Vec<Vec3>, place: impl Fn(Vec3) -> Vec3) -> Surface {
     let base = x.len() as u32;
     let at = |i: u32, j: u32, k: u32| base + (k * (n + 1) + j) * (n + 1) + i;
-    let share = |i: u32, n: u32| f64::from(i) / f64::from(n);
+    let fraction = |i: u32, n: u32| f64::from(i) / f64::from(n);
     for k in 0..=m {
         for j in 0..=n {
             for i in 0..=n {
-                x.push(place(Vec3::new(share(i, n), share(j, n), share(k, m))));
+                x.push(place(Vec3::new(fraction(i, n), fraction(j, n), fraction(k, m))));
             }
         }
     }

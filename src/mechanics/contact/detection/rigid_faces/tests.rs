@@ -37,7 +37,7 @@ fn a_small_shape_is_met_in_the_middle_and_on_an_edge_of_a_face_at_any_speed() {
             for far in [1.5, 10.0, 1000.0] {
                 let touches = found(&shape, &at(-1.5), &at(-1.5 + far));
                 assert!(!touches.is_empty(), "{shape:?} {angle} {aside} {far}");
-                let left = |t: &FaceTouch| t.gap + (rotation * t.normal).z * far * t.share;
+                let left = |t: &FaceTouch| t.gap + (rotation * t.normal).z * far * t.fraction;
                 let first =
                     touches.iter().copied().min_by(|a, b| left(a).total_cmp(&left(b))).unwrap_or(touches[0]);
                 let down = rotation * first.normal;
@@ -46,7 +46,7 @@ fn a_small_shape_is_met_in_the_middle_and_on_an_edge_of_a_face_at_any_speed() {
                 let reaches = shape.feet(&lowest).points().iter().map(|p| p.dot(&lowest)).fold(0.0, f64::max);
                 // Its lowest point lies in the face by the allowed depth, and by 1.8 times that where two edges
                 // cross.
-                let depth = first.share * far - (1.5 - reaches);
+                let depth = first.fraction * far - (1.5 - reaches);
                 let allowed = Obstacle::new(&shape, SIZE).allowed;
                 let most = if aside > 0.0 { f64::INFINITY } else { 2.0 }; // its corner may be beside the face
                 assert!((0.9..most).contains(&(depth / allowed)), "{shape:?} {angle} {aside} {far}: {depth}");

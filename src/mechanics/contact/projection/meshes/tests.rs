@@ -4,8 +4,8 @@ use super::*;
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 
 fn nodes(inverse_mass: &[Vec3]) -> MovableNodes<'_> {
-    static NOBODY: std::sync::LazyLock<Followers> = std::sync::LazyLock::new(Followers::default);
-    MovableNodes { inverse_mass, followers: &NOBODY }
+    static NO_FOLLOWERS: std::sync::LazyLock<Followers> = std::sync::LazyLock::new(Followers::default);
+    MovableNodes { inverse_mass, followers: &NO_FOLLOWERS }
 }
 
 /// A unit face of masses 2 under a node of mass 1 that is `depth` inside, and the contact between them.

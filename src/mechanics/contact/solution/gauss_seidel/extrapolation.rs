@@ -76,11 +76,11 @@ impl Extrapolation {
             return None;
         }
         self.known = (self.known + 1).min(DEPTH);
-        let shares = self.shares(slot);
+        let coefficients = self.coefficients(slot);
         self.step.fill([0.0; 3]);
-        for (k, share) in shares.iter().enumerate().take(self.known) {
+        for (k, coefficient) in coefficients.iter().enumerate().take(self.known) {
             for (step, result) in self.step.iter_mut().zip(&self.differences[Self::back(slot, k)][1]) {
-                *step = [0, 1, 2].map(|i| step[i] - share * result[i]);
+                *step = [0, 1, 2].map(|i| step[i] - coefficient * result[i]);
             }
         }
         let size = |list: &[Local]| list.iter().flatten().map(|x| x * x).sum::<f64>();
@@ -118,7 +118,7 @@ impl Extrapolation {
 
     /// Least squares by Cholesky: the coefficients γ of the differences, the latest first, that minimise `‖f − ΔF
     /// γ‖`.
-    fn shares(&self, slot: usize) -> [f64; DEPTH] {
+    fn coefficients(&self, slot: usize) -> [f64; DEPTH] {
         let of = |k: usize| &self.differences[Self::back(slot, k)][0];
         let dot = |a: &[Local], b: &[Local]| -> f64 {
             a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).sum()

@@ -55,9 +55,9 @@ fn random_problem(
 ) -> (Vec<Contact>, Vec<Vec3>, Vec<Vec3>) {
     let two_bodies = mu.is_infinite();
     let pick = |random: &mut Random, master: bool| {
-        let share = 0.5 + 0.499_999 * random.next();
-        let share = if two_bodies { 0.5 * (share + f64::from(u8::from(master))) } else { share };
-        (share * f64::from(nodes)) as u32
+        let fraction = 0.5 + 0.499_999 * random.next();
+        let fraction = if two_bodies { 0.5 * (fraction + f64::from(u8::from(master))) } else { fraction };
+        (fraction * f64::from(nodes)) as u32
     };
     let contacts = (0..count)
         .map(|k| {

@@ -26,8 +26,8 @@ pub(super) fn solve<P: Iterate>(scaled: &mut P, limits: &Limits) -> Ending {
         // (y − r₊) · (r₊ − r) > 0: the momentum points uphill.
         let uphill: f64 = (0..next.len()).map(|i| (ahead[i] - next[i]) * (next[i] - last[i])).sum();
         let grown = if uphill > 0.0 { 1.0 } else { 0.5 * (1.0 + (1.0 + 4.0 * *size * *size).sqrt()) };
-        let share = if uphill > 0.0 { 0.0 } else { (*size - 1.0) / grown };
-        *ahead = next.iter().zip(&*last).map(|(n, l)| n + share * (n - l)).collect();
+        let momentum = if uphill > 0.0 { 0.0 } else { (*size - 1.0) / grown };
+        *ahead = next.iter().zip(&*last).map(|(n, l)| n + momentum * (n - l)).collect();
         *size = grown;
         scaled.set_reactions(&next);
         *last = next;

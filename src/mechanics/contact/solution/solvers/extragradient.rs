@@ -19,20 +19,20 @@ const MAX_SHORTENINGS: usize = 30;
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     iterate(scaled, limits, Iterate::safe_step, |scaled, rho| {
         let (r, u) = (scaled.r.clone(), scaled.u.clone());
-        let mut share = 0.0;
+        let mut ratio = 0.0;
         for _ in 0..MAX_SHORTENINGS {
             scaled.u.copy_from_slice(&u);
             let predicted = scaled.projected_step(&r, *rho);
             scaled.set_reactions(&predicted);
-            share = *rho * lifted_distance(scaled, &u) / distance(&scaled.r, &r).max(f64::MIN_POSITIVE);
-            if share <= AGREEMENT {
+            ratio = *rho * lifted_distance(scaled, &u) / distance(&scaled.r, &r).max(f64::MIN_POSITIVE);
+            if ratio <= AGREEMENT {
                 break;
             }
-            *rho *= SHORTER * (1.0 / share).min(1.0);
+            *rho *= SHORTER * (1.0 / ratio).min(1.0);
         }
         let corrected = scaled.projected_step(&r, *rho);
         scaled.set_reactions(&corrected);
-        if share < EASY {
+        if ratio < EASY {
             *rho *= LONGER;
         }
     })

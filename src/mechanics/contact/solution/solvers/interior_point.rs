@@ -87,8 +87,8 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
         if step.off_centre(target) < CENTRED && step.infeasibility() * iterate.scale < FEASIBLE * target {
             target *= TARGET.1;
         }
-        let Some(share) = iterate.advance(&step, target) else { break };
-        short = if share < STUCK.0 { short + 1 } else { 0 };
+        let Some(step_length) = iterate.advance(&step, target) else { break };
+        short = if step_length < STUCK.0 { short + 1 } else { 0 };
         steps += 1;
     }
     scaled.set_reactions(&best.1);
@@ -162,14 +162,14 @@ impl<'a> Iterate<'a> {
             longest = longest.min(longest_step(local(&self.y, c), d));
             dy.extend(d);
         }
-        let share = (BORDER * longest).min(1.0);
+        let step_length = (BORDER * longest).min(1.0);
         for (x, d) in self.x.iter_mut().zip(&dx) {
-            *x += share * d;
+            *x += step_length * d;
         }
         for (y, d) in self.y.iter_mut().zip(&dy) {
-            *y += share * d;
+            *y += step_length * d;
         }
-        Some(share)
+        Some(step_length)
     }
 }
 

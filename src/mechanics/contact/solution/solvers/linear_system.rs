@@ -9,7 +9,7 @@ use faer::{Col, Mat};
 /// Number of unknowns from which a sparse factorisation is faster.
 const SPARSE_FROM: usize = 120;
 /// Largest fraction of non-zero entries for which it is.
-const SPARSE_SHARE: f64 = 0.1;
+const SPARSE_DENSITY: f64 = 0.1;
 
 /// A square system, assembled entry by entry.
 #[derive(Debug)]
@@ -48,8 +48,8 @@ impl LinearSystem {
     /// LU factors; `None` if the matrix is singular.
     pub fn factorise(&self) -> Option<Factors> {
         let n = self.size;
-        let share = self.entries.len() as f64 / (n * n) as f64;
-        if n < SPARSE_FROM || share > SPARSE_SHARE {
+        let density = self.entries.len() as f64 / (n * n) as f64;
+        if n < SPARSE_FROM || density > SPARSE_DENSITY {
             let mut J = Mat::<f64>::zeros(n, n);
             for entry in &self.entries {
                 J[(entry.row, entry.col)] += entry.val;

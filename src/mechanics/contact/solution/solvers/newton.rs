@@ -71,8 +71,8 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> E
 /// to avoid that stay at the kink.
 fn search(scaled: &mut Scaled, direction: &[f64], error: f64) -> f64 {
     let start = scaled.r.clone();
-    let mut at = |share| {
-        scaled.move_from(&start, direction, share);
+    let mut at = |length| {
+        scaled.move_from(&start, direction, length);
         scaled.error()
     };
     let whole = at(1.0);

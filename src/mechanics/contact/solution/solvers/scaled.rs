@@ -127,10 +127,10 @@ impl Scaled {
         self.mu.iter().all(|mu| *mu == 0.0)
     }
 
-    /// Sets `r = start + share · direction` and updates the velocities.
-    pub fn move_from(&mut self, start: &[f64], direction: &[f64], share: f64) {
+    /// Sets `r = start + length · direction` and updates the velocities.
+    pub fn move_from(&mut self, start: &[f64], direction: &[f64], length: f64) {
         for ((r, s), d) in self.r.iter_mut().zip(start).zip(direction) {
-            *r = s + share * d;
+            *r = s + length * d;
         }
         self.update_velocity();
     }

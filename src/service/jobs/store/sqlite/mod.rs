@@ -176,6 +176,7 @@ fn migrations() -> Migrator {
     Migrator::with_migrations(vec![
         migration(1, "jobs", include_str!("migrations/0001_jobs.sql")),
         migration(2, "kinds", include_str!("migrations/0002_kinds.sql")),
+        migration(3, "phases", include_str!("migrations/0003_phases.sql")),
     ])
 }
 

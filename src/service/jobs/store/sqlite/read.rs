@@ -1,4 +1,4 @@
-//! Queries of jobs.
+//! Queries of jobs, which change nothing.
 
 use super::SqliteStore;
 use crate::service::jobs::store::{EventRow, JobRow, Page};

@@ -22,7 +22,7 @@ async fn it_keeps_what_a_store_promises() {
 }
 
 #[tokio::test]
-async fn jobs_of_before_there_were_kinds_are_told_by_their_documents() {
+async fn jobs_of_before_there_were_kinds_are_known_by_their_documents() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("jobs.sqlite");
     let documents = [
@@ -69,7 +69,7 @@ async fn synchronous_is_full_and_the_journal_is_written_ahead() {
 }
 
 #[tokio::test]
-async fn a_full_disk_is_told_and_forgotten_when_there_is_room() {
+async fn a_full_disk_is_reported_and_forgotten_when_there_is_room() {
     let (_dir, store) = store().await;
     submitted(&store, "a").await;
     // Every connection of the pool is limited to the present number of pages: the next write finds the disk full, and

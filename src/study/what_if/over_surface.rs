@@ -19,7 +19,7 @@ const LEAST_ALONG: f64 = 1e-6;
 pub(super) struct Aim {
     projectile: usize,
     target: usize,
-    skin: Arc<TriangulatedSurface>,
+    surface: Arc<TriangulatedSurface>,
     point: SurfacePoint,
 }
 
@@ -38,10 +38,12 @@ pub(super) fn aim(
     let center = facts.center(scene, projectile)?;
     let mut first: Option<(f64, Aim)> = None;
     for target in targets {
-        let skin = facts.boundary(scene, target)?;
-        let Some((time, point)) = skin.entry(&center, &approach(scene, projectile, target)) else { continue };
+        let surface = facts.boundary(scene, target)?;
+        let Some((time, point)) = surface.entry(&center, &approach(scene, projectile, target)) else {
+            continue;
+        };
         if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
-            first = Some((time, Aim { projectile, target, skin, point }));
+            first = Some((time, Aim { projectile, target, surface, point }));
         }
     }
     first.map(|(_, aim)| aim).ok_or_else(|| passes_by(scene, projectile, &center, target))
@@ -110,7 +112,7 @@ impl Aim {
 /// Moves the projectile so that it hits a point `value` [m] away over the surface, straight ahead along a direction
 /// (backwards if negative), as it would have hit the old one: by the rigid motion that carries along the point, the
 /// normal and the plane of the path.
-pub(super) fn move_over_skin(
+pub(super) fn move_over_surface(
     scene: &mut SceneDocument,
     aim: &Aim,
     along: [f64; 3],
@@ -121,7 +123,7 @@ pub(super) fn move_over_skin(
         return Ok(());
     }
     let from = &aim.point;
-    let walked = aim.skin.walk(from, &(heading * value.signum()), value.abs());
+    let walked = aim.surface.walk(from, &(heading * value.signum()), value.abs());
     let to = walked.map_err(|end| cut_short(&scene.bodies[aim.target].name, value, &end))?;
     // The binormal of the path is carried along.
     let across = from.normal.cross(&heading);

@@ -32,32 +32,32 @@ fn scene() -> Scene {
     load(&bytes, &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene
 }
 
-fn studied(scene: &Scene, recording: Option<&Path>) -> (LeaveOutStudy, Vec<Vec<Keep>>) {
-    let mut told = Vec::new();
-    let study = study_leave_out(&mut LeaveOutRequest {
+fn studied(scene: &Scene, recording: Option<&Path>) -> (OmissionsStudy, Vec<Vec<Keep>>) {
+    let mut reported = Vec::new();
+    let study = study_omissions(&mut OmissionsRequest {
         scene,
         document_json: b"{}",
         repeat: 2,
         threads: 1,
         recording,
         interrupt: &|| None,
-        progress: &mut |number, count, put_back| {
+        progress: &mut |number, count, restored| {
             assert!(number < count);
-            told.push(put_back.to_vec());
+            reported.push(restored.to_vec());
         },
     });
-    (study.unwrap(), told)
+    (study.unwrap(), reported)
 }
 
 #[test]
-fn everything_that_is_omitted_can_be_put_back_and_changes_no_bit() {
+fn everything_that_is_omitted_can_be_restored_and_changes_no_bit() {
     let folder = tempfile::tempdir().unwrap();
-    let (study, told) = studied(&scene(), Some(&folder.path().join("study.mcap")));
-    let kinds: Vec<Vec<Keep>> = study.rows.iter().map(|row| row.put_back.clone()).collect();
+    let (study, reported) = studied(&scene(), Some(&folder.path().join("study.mcap")));
+    let kinds: Vec<Vec<Keep>> = study.rows.iter().map(|row| row.restored.clone()).collect();
     let alone = Keep::ALL.map(|keep| vec![keep]);
     let expected = [&[Vec::new()], &alone[..], &[Keep::ALL.to_vec()]].concat();
     assert_eq!(kinds, expected);
-    assert_eq!(told, [expected.clone(), expected].concat(), "in turns");
+    assert_eq!(reported, [expected.clone(), expected].concat(), "in turns");
     for row in &study.rows {
         assert_eq!(row.difference, Difference::Bitwise, "{row:#?}");
         assert_eq!(row.ending, "finished");
@@ -66,17 +66,17 @@ fn everything_that_is_omitted_can_be_put_back_and_changes_no_bit() {
     }
     assert!(study.holds);
     // The fields of the last row take space in the recording.
-    let bytes = |row: &LeaveOutRow| row.recording_bytes.unwrap();
-    let fields = study.rows.iter().find(|row| row.put_back == [Keep::UnaskedFields]).unwrap();
+    let bytes = |row: &OmissionsRow| row.recording_bytes.unwrap();
+    let fields = study.rows.iter().find(|row| row.restored == [Keep::UnaskedFields]).unwrap();
     assert!(bytes(fields) > bytes(&study.rows[0]) && fields.memory_bytes > study.rows[0].memory_bytes);
 }
 
 #[test]
 fn what_the_scene_keeps_itself_is_not_studied() {
     let mut scene = scene();
-    scene.put_back(&Keep::ALL[1..]);
+    scene.restore(&Keep::ALL[1..]);
     let (study, _) = studied(&scene, None);
-    let kinds: Vec<&[Keep]> = study.rows.iter().map(|row| &row.put_back[..]).collect();
+    let kinds: Vec<&[Keep]> = study.rows.iter().map(|row| &row.restored[..]).collect();
     assert_eq!(kinds, [&[][..], &[Keep::InactiveElements][..]]);
     assert_eq!(study.rows[0].recording_bytes, None);
 }
@@ -84,7 +84,7 @@ fn what_the_scene_keeps_itself_is_not_studied() {
 #[test]
 fn a_run_that_does_not_end_holds_nothing() {
     let scene = scene();
-    let study = study_leave_out(&mut LeaveOutRequest {
+    let study = study_omissions(&mut OmissionsRequest {
         scene: &scene,
         document_json: b"{}",
         repeat: 1,

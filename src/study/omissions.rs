@@ -1,7 +1,7 @@
-//! Savings of omitted computations, and proof that they change nothing: a scene as compiled, then with each item put
-//! back, then with all of them.
+//! Savings of omitted computations, and proof that they change nothing: a scene as compiled, then with each item
+//! restored, then with all of them.
 //!
-//! Whatever a plan omits adds exact zeros, or is never read, so putting it back must preserve every bit of the motion,
+//! Whatever a plan omits adds exact zeros, or is never read, so restoring it must preserve every bit of the motion,
 //! the impulses and the energies ([`Theory::Bitwise`]); a run that does not is a defect of the program.
 
 use super::run::run_scene;
@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// What to study, and how.
-pub struct LeaveOutRequest<'a> {
+pub struct OmissionsRequest<'a> {
     /// Scene to run; anything it keeps itself is kept in every run.
     pub scene: &'a Scene,
     /// Its document as received, for the recordings.
@@ -28,13 +28,13 @@ pub struct LeaveOutRequest<'a> {
     pub recording: Option<&'a Path>,
     /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
-    /// Called before each run with its index, the number of runs, and what it puts back.
+    /// Called before each run with its index, the number of runs, and the items that it restores.
     pub progress: &'a mut dyn FnMut(usize, usize, &[Keep]),
 }
 
 /// Results of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LeaveOutStudy {
+pub struct OmissionsStudy {
     /// Name of the scene.
     pub scene: String,
     /// Runs of each kind.
@@ -45,15 +45,15 @@ pub struct LeaveOutStudy {
     pub elements: usize,
     /// Whether every run finished and agreed with the theory.
     pub holds: bool,
-    /// First the scene as compiled, then each item put back alone, then all together if there are several.
-    pub rows: Vec<LeaveOutRow>,
+    /// First the scene as compiled, then each item restored alone, then all together if there are several.
+    pub rows: Vec<OmissionsRow>,
 }
 
 /// Runs of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LeaveOutRow {
-    /// Items put back in these runs.
-    pub put_back: Vec<Keep>,
+pub struct OmissionsRow {
+    /// Items restored in these runs.
+    pub restored: Vec<Keep>,
     /// Ending of the runs: `finished`, `cancelled` or the cause of the failure.
     pub ending: String,
     /// Steps of each run.
@@ -103,7 +103,7 @@ pub enum Difference {
 ///
 /// # Errors
 /// If the scene cannot be compiled.
-pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, RunError> {
+pub fn study_omissions(request: &mut OmissionsRequest) -> Result<OmissionsStudy, RunError> {
     let repeat = request.repeat.max(1) as usize;
     // The first run determines the items; then one kind per item, and all together.
     let mut kinds: Vec<Kind> = vec![Kind::new(Vec::new())];
@@ -116,16 +116,16 @@ pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, R
     let (count, mut done) = (repeat * kinds.len(), 0);
     for round in 0..repeat {
         for (i, kind) in kinds.iter_mut().enumerate() {
-            (request.progress)(done, count, &kind.put_back);
+            (request.progress)(done, count, &kind.restored);
             done += 1;
-            // The very first run has determined what there is to put back.
+            // The very first run has determined what there is to restore.
             if (round, i) != (0, 0) {
                 kind.run(request)?;
             }
         }
     }
-    let rows: Vec<LeaveOutRow> = kinds.iter().filter_map(|kind| kind.row(&kinds[0])).collect();
-    Ok(LeaveOutStudy {
+    let rows: Vec<OmissionsRow> = kinds.iter().filter_map(|kind| kind.row(&kinds[0])).collect();
+    Ok(OmissionsStudy {
         scene: request.scene.document.name.clone(),
         repeat: request.repeat.max(1),
         threads: request.threads,
@@ -137,7 +137,7 @@ pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, R
 
 /// Completed runs of one kind.
 struct Kind {
-    put_back: Vec<Keep>,
+    restored: Vec<Keep>,
     wall_s: Vec<f64>,
     cpu_s: Vec<f64>,
     recording_bytes: Option<u64>,
@@ -145,13 +145,13 @@ struct Kind {
 }
 
 impl Kind {
-    fn new(put_back: Vec<Keep>) -> Self {
-        Self { put_back, wall_s: Vec::new(), cpu_s: Vec::new(), recording_bytes: None, latest: None }
+    fn new(restored: Vec<Keep>) -> Self {
+        Self { restored, wall_s: Vec::new(), cpu_s: Vec::new(), recording_bytes: None, latest: None }
     }
 
-    fn run(&mut self, request: &LeaveOutRequest) -> Result<(), RunError> {
+    fn run(&mut self, request: &OmissionsRequest) -> Result<(), RunError> {
         let mut scene = request.scene.clone();
-        scene.put_back(&self.put_back);
+        scene.restore(&self.restored);
         // Error bars would be the same, and their cost is not the subject.
         scene.document.solver.error_bars = ErrorBarsDocument::None;
         let recorder_to = |path| McapRecorder::new(path, RecordingInfo::of(&scene, request.document_json));
@@ -171,7 +171,7 @@ impl Kind {
         Ok(())
     }
 
-    /// Items that its plan omitted and could put back.
+    /// Items that its plan omitted and could restore.
     fn switches(&self) -> Vec<Keep> {
         let omitted = self.latest.iter().flat_map(|result| &result.plan_report.omitted);
         let mut switches: Vec<Keep> = omitted.filter_map(|l| l.switch).collect();
@@ -181,13 +181,13 @@ impl Kind {
     }
 
     /// Row of the table, compared with the runs of `base`; `None` before the first run.
-    fn row(&self, base: &Self) -> Option<LeaveOutRow> {
+    fn row(&self, base: &Self) -> Option<OmissionsRow> {
         let (result, expected) = (self.latest.as_ref()?, base.latest.as_ref()?);
         let difference = compare(expected, result);
         let theory = Theory::Bitwise;
         let finished = result.outcome.ending == Ending::Finished;
-        Some(LeaveOutRow {
-            put_back: self.put_back.clone(),
+        Some(OmissionsRow {
+            restored: self.restored.clone(),
             ending: ending_name(&result.outcome.ending),
             steps: result.outcome.steps,
             element_steps: result.outcome.evaluated_element_steps,
