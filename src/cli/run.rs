@@ -49,7 +49,7 @@ pub struct RunArgs {
     /// such as 5%.
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true, conflicts_with = "no_error_bars")]
     pub accuracy: Option<f64>,
-    /// Time limit of all meshes together, such as 30s or 2min [default: 60s; without `--accuracy`: 45s].
+    /// Time limit of all meshes together, such as 30s or 2min [default: 60s].
     #[arg(long, value_name = "TIME", value_parser = seconds, conflicts_with = "no_error_bars")]
     pub within: Option<f64>,
     /// Run the meshes as given, and estimate error bars for them.

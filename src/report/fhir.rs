@@ -94,18 +94,14 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
         ("peak-force", &*format!("Peak impact force{average}"), "N", "peak_force_n"),
         ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
         ("contact-duration", "Duration of contact", "s", "contact_duration_s"),
-        (
-            "contact-patch-area",
-            "Mean area of the contact patch over the window of the peak force",
-            "mm2",
-            "patch_area_mm2",
-        ),
+        ("contact-patch-area", "Largest area of the contact patch", "mm2", "largest_patch_area_mm2"),
     ] {
         add(code, text, unit, impact.map(|impact| &impact[name]));
     }
     // The tissue.
     let tissue = &values["tissue"];
     for (code, text, unit, name) in [
+        ("energy-given", "Energy given to the tissue by the impact", "J", "energy_given_j"),
         ("absorbed-energy", "Energy absorbed by the tissue", "J", "absorbed_energy_j"),
         ("peak-von-mises", "Peak von Mises stress", "Pa", "peak_von_mises_pa"),
         ("peak-principal-strain", "Peak principal Green-Lagrange strain", "1", "peak_principal_strain"),

@@ -100,9 +100,9 @@ fn cards(out: &mut String, summary: &Value) {
         average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"));
     let all = [
         (force_title, impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
-        ("Contact patch".into(), impact.and_then(|i| Shown::of(&i["patch_area_mm2"])), "mm²"),
+        ("Largest contact patch".into(), impact.and_then(|i| Shown::of(&i["largest_patch_area_mm2"])), "mm²"),
         (depth_title, depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
-        ("Absorbed energy".into(), Shown::of(&results["tissue"]["absorbed_energy_j"]), "J"),
+        ("Energy given to the tissue".into(), Shown::of(&results["tissue"]["energy_given_j"]), "J"),
     ];
     out.push_str("<section class=\"cards\">\n");
     for (title, shown, unit) in all {

@@ -12,7 +12,7 @@ use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_w
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
-use crate::plan::Plan;
+use crate::plan::{Plan, PlanReport};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
@@ -62,14 +62,23 @@ struct Done {
 /// As for a single run.
 pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<RunResult, RunError> {
     let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
-    let clock =
-        Clock { begin: Instant::now(), budget_s: asked.time_budget_s, discards: AtomicBool::new(false) };
+    let mut clock = Clock::new(asked);
     let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
     let mut was_withheld = false;
     let mut done: Vec<Done> = Vec::new();
     // A finer mesh may be stopped by the time; the first one runs to its end.
     let has_result = AtomicBool::new(false);
-    let stop = || interrupt_of(interrupt(), has_result.load(Ordering::Relaxed), &clock);
+    let discards = AtomicBool::new(false);
+    let wall = clock.wall();
+    let stop = || {
+        let asked = interrupt();
+        let is_over = asked == Some(Interrupt::Deadline) || (asked.is_none() && wall.is_over());
+        if !(is_over && has_result.load(Ordering::Relaxed)) {
+            return asked;
+        }
+        discards.store(true, Ordering::Relaxed);
+        Some(Interrupt::Deadline)
+    };
     let document = &scene.document;
     let variants =
         Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt: &stop };
@@ -94,9 +103,10 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             progress(if is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
         };
         let must_finish = level > 0 && best.is_some();
-        let discards = &clock.discards;
-        let mut kept: Vec<_> =
-            sinks.iter_mut().map(|sink| Discardable { sink: &mut **sink, discards, must_finish }).collect();
+        let mut kept: Vec<_> = sinks
+            .iter_mut()
+            .map(|sink| Discardable { sink: &mut **sink, discards: &discards, must_finish })
+            .collect();
         let request = RunRequest {
             scene: &mesh,
             sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
@@ -121,6 +131,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         }
 
         // Whether it is good enough, or there is nothing that a finer mesh would show.
+        clock.count(&result.plan_report);
         let seconds = clock.elapsed_s() - started;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });
@@ -166,31 +177,52 @@ fn growth_of_time(coarse: &Scene, fine: &Scene) -> f64 {
 
 /// The time that all meshes together may take.
 struct Clock {
-    begin: Instant,
-    budget_s: f64,
-    /// Whether the time was over during a run: it is discarded.
-    discards: AtomicBool,
+    wall: Wall,
+    /// Estimated run time of the completed levels [s]; `None` where the clock on the wall counts.
+    estimated_s: Option<f64>,
 }
 
 impl Clock {
+    fn new(asked: &AccuracyDocument) -> Self {
+        let (begin, limit_s) = (Instant::now(), asked.time_budget_s);
+        Self { wall: Wall { begin, limit_s }, estimated_s: asked.reproducible.then_some(0.0) }
+    }
+
+    /// What may stop a run: nothing where the estimates count.
+    fn wall(&self) -> Wall {
+        let limit_s = if self.estimated_s.is_some() { f64::INFINITY } else { self.wall.limit_s };
+        Wall { limit_s, ..self.wall }
+    }
+
+    /// Counts a completed level.
+    fn count(&mut self, report: &PlanReport) {
+        self.estimated_s = self.estimated_s.map(|seconds| seconds + report.expected_run_time_s);
+    }
+
     fn elapsed_s(&self) -> f64 {
-        self.begin.elapsed().as_secs_f64()
+        self.estimated_s.unwrap_or_else(|| self.wall.elapsed_s())
     }
 
     /// Whether so many seconds more are too many.
     fn is_over_after(&self, seconds: f64) -> bool {
-        self.elapsed_s() + seconds > self.budget_s
+        self.elapsed_s() + seconds > self.wall.limit_s
     }
 }
 
-/// What stops a run: what the caller asks for, and the time, once there is a result to fall back on.
-fn interrupt_of(asked: Option<Interrupt>, has_result: bool, clock: &Clock) -> Option<Interrupt> {
-    match asked {
-        None | Some(Interrupt::Deadline) if has_result && (asked.is_some() || clock.is_over_after(0.0)) => {
-            clock.discards.store(true, Ordering::Relaxed);
-            Some(Interrupt::Deadline)
-        }
-        asked => asked,
+/// The time on the wall, and its limit.
+#[derive(Clone, Copy)]
+struct Wall {
+    begin: Instant,
+    limit_s: f64,
+}
+
+impl Wall {
+    fn elapsed_s(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    fn is_over(&self) -> bool {
+        self.elapsed_s() > self.limit_s
     }
 }
 

@@ -28,10 +28,10 @@ job = client.wait(job, on_progress=lambda p: print(f"{p.phase} {p.progress:.0%}"
 # %% Four numbers with their errors.
 summary = client.summary(job)
 print("peak force      ", summary.peak_force_n)
-print("contact patch   ", summary.patch_area_mm2)
+print("largest patch   ", summary.largest_patch_area_mm2)
 for threshold_pa, depth in summary.depths_mm.items():
     print(f"depth > {threshold_pa / 1e3:g} kPa", depth)
-print("absorbed energy ", summary.absorbed_energy_j)
+print("energy given    ", summary.energy_given_j)
 print(*summary.warnings, sep="\n")
 
 # %% The same in plain words, and what published injury criteria say, where they cover the scene.

@@ -72,9 +72,9 @@ export function headline(summary) {
   const { tissue } = results;
   return [
     { label: "Peak impact force", unit: "N", quantity: impact?.peak_force_n, notes: impact && forceNotes(impact) },
-    { label: "Contact patch", unit: "mm²", quantity: impact?.patch_area_mm2, notes: impact && patchNotes(impact) },
+    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, notes: impact && patchNotes(impact) },
     depth(results),
-    { label: "Absorbed energy", unit: "J", quantity: tissue?.absorbed_energy_j, notes: tissue && energyNotes(tissue) },
+    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, notes: tissue && energyNotes(tissue) },
   ];
 }
 
@@ -97,11 +97,11 @@ function times(quantity, factor) {
 }
 
 function patchNotes(impact) {
-  const { patch_area_mm2: card } = impact;
+  const { largest_patch_area_mm2: card } = impact;
   return [
-    ...note("mean over the window of the peak force; long axis", impact.patch_long_axis_mm, "mm", card),
+    ...note("mean over the window of the peak force:", impact.patch_area_mm2, "mm²", card),
+    ...note("long axis", impact.patch_long_axis_mm, "mm", card),
     ...note("short axis", impact.patch_short_axis_mm, "mm", card),
-    ...note("largest at any time", impact.largest_patch_area_mm2, "mm²", card),
   ];
 }
 
@@ -119,5 +119,6 @@ function ends({ reaches = [] }) {
 
 function energyNotes(tissue) {
   const when = tissue.contact_ended ? "when contact had ended" : "at the end; contact has not ended";
-  return [when, ...note("the projectile lost", tissue.projectile_loss_j, "J", tissue.absorbed_energy_j)];
+  const card = tissue.energy_given_j;
+  return [when, ...note("absorbed so far", tissue.absorbed_energy_j, "J", card), ...note("the projectile lost", tissue.projectile_loss_j, "J", card)];
 }

@@ -93,7 +93,7 @@ fn contact(results: &Results, words: &mut Vec<String>) {
         let area = if impact.touches_in_points {
             String::new()
         } else {
-            format!(", on an area of {}", value(&impact.patch_area_mm2, "mm²"))
+            format!(", and on up to {}", value(&impact.largest_patch_area_mm2, "mm²"))
         };
         words.push(format!(
             "{a} and {b} pressed against each other with up to {}, {} after the start{area}.",

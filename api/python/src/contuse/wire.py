@@ -197,8 +197,16 @@ class Summary:
         return parts
 
     @property
+    def largest_patch_area_mm2(self) -> Quantity:
+        return Quantity.of(self.impact["largest_patch_area_mm2"], "mm²")
+
+    @property
     def patch_area_mm2(self) -> Quantity:
         return Quantity.of(self.impact["patch_area_mm2"], "mm²")
+
+    @property
+    def energy_given_j(self) -> Quantity:
+        return Quantity.of(self.tissue["energy_given_j"], "J")
 
     @property
     def absorbed_energy_j(self) -> Quantity:
