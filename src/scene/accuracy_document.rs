@@ -95,3 +95,19 @@ impl AskedNumber {
         }
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impacts_that_state_nothing_have_an_accuracy() {
+        let implied = |text: &str| serde_json::from_str::<SceneDocument>(text).unwrap().implied_accuracy();
+        let accuracy = implied(include_str!("../../scenarios/flashball_thigh/scene.json")).unwrap();
+        assert!(accuracy.reproducible && accuracy.of == AskedNumber::usual(), "{accuracy:?}");
+        // One states the source of its error bars, the other is no impact on tissue.
+        assert_eq!(implied(include_str!("../../scenarios/flashball_thigh/scene_elastic.json")), None);
+        assert_eq!(implied(include_str!("../../scenarios/bar_on_wall/scene.json")), None);
+    }
+}

@@ -2,6 +2,7 @@
 
 use crate::record::{assert_at_most, assert_close};
 use contuse::measure::Summary;
+use contuse::plan::compile;
 use contuse::scene::{Budget, NoFiles, load};
 use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
@@ -73,6 +74,23 @@ fn a_time_that_is_over_leaves_the_first_mesh_and_says_so() {
     assert!(!accuracy.reached && accuracy.mesh_factor < 1.0, "{accuracy:?}");
     assert_eq!(accuracy.numbers[0].relative, None);
     assert!(accuracy.words().contains("NOT reached"), "{}", accuracy.words());
+}
+
+/// Where the estimates count, the number of meshes depends on the scene alone.
+#[test]
+fn estimated_run_times_choose_the_same_mesh_on_every_machine() {
+    let estimate_s = |elements: u32| {
+        let document = two_bars(elements, &Value::Null).to_string();
+        let scene = load(document.as_bytes(), &NoFiles, &Budget::COMMAND_LINE).unwrap().scene;
+        compile(&scene).unwrap().report.expected_run_time_s
+    };
+    // A quarter, half and the whole of the elements fit, twice of them in every direction do not.
+    let budget_s = estimate_s(10) + estimate_s(20) + 1.5 * estimate_s(40);
+    let accuracy =
+        json!({"relative": 1e-9, "of": ["impulse"], "time_budget_s": budget_s, "reproducible": true});
+    let summary = summary_of(&two_bars(40, &accuracy));
+    let reached = summary.accuracy.unwrap();
+    assert!(!reached.reached && (reached.mesh_factor - 1.0).abs() < 1e-12, "{reached:?}");
 }
 
 /// What contact nodes lose belongs half to either bar, and all of it comes from the striker, which is left at rest.
