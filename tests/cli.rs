@@ -50,7 +50,7 @@ fn every_scenario_that_ships_is_valid() {
 }
 
 #[test]
-fn validate_tells_bodies_quality_and_masses() {
+fn validate_reports_bodies_quality_and_masses() {
     let path = scenario("ball_on_block/scene.json");
     let output = run(&["validate", "--json", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0));
@@ -243,11 +243,11 @@ fn plan_shows_what_is_kept_and_omitted() {
     {
         assert!(shown.contains(words), "{words} in {shown}");
     }
-    assert!(!shown.contains("Put back"));
+    assert!(!shown.contains("Restored"));
 
     let keep = ["--keep", "tangential_reactions", "--keep", "inactive_elements"];
     let shown = run(&[&["plan", path][..], &keep].concat());
-    assert!(text(&shown.stdout).contains("Put back: tangential_reactions, inactive_elements"));
+    assert!(text(&shown.stdout).contains("Restored: tangential_reactions, inactive_elements"));
     let output = run(&[&["plan", path, "--json"][..], &keep].concat());
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["restored"], json!(["tangential_reactions", "inactive_elements"]));

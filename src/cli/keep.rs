@@ -7,7 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 /// Items to restore, in addition to those kept by the scene itself.
 #[derive(Args, Clone, Debug, Default)]
 pub struct KeepArgs {
-    /// Put back an item that the plan would omit; may be given several times.
+    /// Restore an item that the plan would omit; may be given several times.
     #[arg(long, value_name = "NAME", value_parser = names())]
     pub keep: Vec<Keep>,
 }

@@ -208,7 +208,7 @@ fn write_omitted(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     }
     if !report.restored.is_empty() {
         let names: Vec<&str> = report.restored.iter().map(|keep| keep.name()).collect();
-        writeln!(out, "\nPut back: {}", names.join(", "))?;
+        writeln!(out, "\nRestored: {}", names.join(", "))?;
     }
     Ok(())
 }

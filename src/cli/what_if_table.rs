@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_without_a_bracket_tell_of_the_error() {
+    fn limits_without_a_bracket_have_the_error() {
         let kept = || Verdict::KeptAtBothEnds { values: [1500.0, 1900.0] };
         let broken = || Verdict::BrokenAtBothEnds { values: [2100.0, 2900.0] };
         for verdict in [kept(), broken()] {

@@ -46,7 +46,7 @@ fn switches(plan: &Plan) -> Vec<Keep> {
 }
 
 #[test]
-fn each_switch_puts_back_its_thing_and_nothing_else() {
+fn each_switch_restores_its_item_and_nothing_else() {
     let plan = compiled(&scene());
     let all = [
         Keep::InactiveElements,

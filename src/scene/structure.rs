@@ -144,7 +144,7 @@ impl Walk<'_> {
             }
         }
         for (name, value) in members.iter().filter(|(name, _)| !known.contains_key(*name)) {
-            self.tell_unknown_member(name, value, at, known);
+            self.report_unknown_member(name, value, at, known);
         }
     }
 
@@ -191,7 +191,7 @@ impl Walk<'_> {
         self.mend(at, Some(schema));
     }
 
-    fn tell_unknown_member(&mut self, name: &str, value: &Value, at: &Pointer, known: &Map<String, Value>) {
+    fn report_unknown_member(&mut self, name: &str, value: &Value, at: &Pointer, known: &Map<String, Value>) {
         let known: Vec<&str> = known.keys().map(String::as_str).collect();
         self.report(
             Problem::error("unknown_field", &at.key(name), format!("{name:?} is not a field here"))

@@ -301,7 +301,7 @@ fn full_disk_fails_the_job_and_not_the_service() {
 }
 
 #[test]
-fn health_command_tells_whether_the_service_is_ready() {
+fn health_command_reports_whether_the_service_is_ready() {
     let data = data();
     let program = Program::start(data.path(), &[]);
     let ask = |address: &str| {

@@ -1,4 +1,4 @@
-//! The rules of the house, held by tests: layers, what each room does without, sizes, names, texts.
+//! The rules of ARCHITECTURE.md as tests: layers, what each module must not use, sizes, names, texts, words.
 //!
 //! They read the sources as text, line by line: fast, without dependencies, and blunt. A rule that gets in the way is
 //! changed here, on purpose, with its reason.
@@ -7,12 +7,13 @@
 #![allow(clippy::expect_used)]
 
 mod circles;
+mod words;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms of `src`, lowest first: a room may use itself and those before it.
-const ROOMS: [&str; 12] = [
+/// The modules of `src`, lowest first: a module may use itself and those before it.
+const MODULES: [&str; 12] = [
     "blobs",
     "mechanics",
     "mesh",
@@ -69,10 +70,10 @@ impl Source {
         self.lines.iter().map(|(number, line)| (*number, without_comment(line)))
     }
 
-    /// The room of `src` that the file is in.
-    fn room(&self) -> Option<&str> {
+    /// The module of `src` that the file is in.
+    fn module(&self) -> Option<&str> {
         let rest = self.path.strip_prefix("src/")?;
-        rest.split_once('/').map(|(room, _)| room)
+        rest.split_once('/').map(|(module, _)| module)
     }
 }
 
@@ -96,7 +97,7 @@ fn read(path: &Path) -> String {
 
 /// Every file under a folder, sorted, without what is built, recorded or fetched.
 fn files_under(folder: &Path) -> Vec<PathBuf> {
-    const LEFT_OUT: [&str; 5] = ["target", ".git", ".venv", "data", "node_modules"];
+    const OMITTED: [&str; 5] = ["target", ".git", ".venv", "data", "node_modules"];
     let mut found = Vec::new();
     let mut entries: Vec<PathBuf> = fs::read_dir(folder)
         .into_iter()
@@ -106,7 +107,7 @@ fn files_under(folder: &Path) -> Vec<PathBuf> {
     entries.sort();
     for path in entries {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let is_omitted = LEFT_OUT.contains(&name.as_str()) && relative(&path) != "tests/data";
+        let is_omitted = OMITTED.contains(&name.as_str()) && relative(&path) != "tests/data";
         if path.is_dir() && !is_omitted {
             found.extend(files_under(&path));
         } else if path.is_file() && path.extension().is_none_or(|e| e != "mcap") {
@@ -140,13 +141,13 @@ fn forbid(sources: &[Source], words: &[&str], applies: impl Fn(&Source) -> bool)
 }
 
 #[test]
-fn rooms_use_only_the_rooms_below_them() {
-    let rank = |room: &str| ROOMS.iter().position(|r| *r == room);
+fn modules_use_only_the_modules_below_them() {
+    let rank = |module: &str| MODULES.iter().position(|r| *r == module);
     let mut violations = Vec::new();
     for source in sources(&["src"]) {
-        let Some(room) = source.room() else { continue };
-        let Some(own) = rank(room) else {
-            violations.push(format!("{}: `{room}` is not in the list of rooms", source.path));
+        let Some(module) = source.module() else { continue };
+        let Some(own) = rank(module) else {
+            violations.push(format!("{}: `{module}` is not in the list of modules", source.path));
             continue;
         };
         for (number, line) in source.all_code() {
@@ -154,30 +155,30 @@ fn rooms_use_only_the_rooms_below_them() {
                 let path = &line[at + "crate::".len()..];
                 let name: String = path.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
                 if name.is_empty() || rank(&name).is_some_and(|other| other > own) {
-                    violations.push(format!("{}:{number}: {room} uses `crate::{path}`", source.path));
+                    violations.push(format!("{}:{number}: {module} uses `crate::{path}`", source.path));
                 }
             }
         }
     }
     expect_none(
-        &format!("imports run one way, each room by its own `use`: {}", ROOMS.join(" < ")),
+        &format!("imports run one way, each module by its own `use`: {}", MODULES.join(" < ")),
         &violations,
     );
 }
 
 #[test]
-fn a_room_does_not_reach_out_by_super() {
-    // In `src/<room>/mod.rs`, `super` is the crate: an import that the rule of the layers would not see.
+fn a_module_does_not_reach_out_by_super() {
+    // In `src/<module>/mod.rs`, `super` is the crate: an import that the rule of the layers would not see.
     let sources = sources(&["src"]);
-    let is_door = |s: &Source| s.path.matches('/').count() == 2 && s.path.ends_with("/mod.rs");
-    expect_none("rooms are named from the crate", &forbid(&sources, &["super::"], is_door));
+    let is_module_file = |s: &Source| s.path.matches('/').count() == 2 && s.path.ends_with("/mod.rs");
+    expect_none("modules are named from the crate", &forbid(&sources, &["super::"], is_module_file));
 }
 
 #[test]
 fn mechanics_is_mathematics_only() {
     let words =
         ["serde", "tracing", "std::time", "std::fs", "std::io", "std::env", "std::net", "print", "HashMap"];
-    let in_mechanics = |s: &Source| s.room() == Some("mechanics");
+    let in_mechanics = |s: &Source| s.module() == Some("mechanics");
     let violations = forbid(&sources(&["src"]), &words, in_mechanics);
     expect_none("no input or output, clock, logging or unordered map in mechanics", &violations);
 }
@@ -185,7 +186,7 @@ fn mechanics_is_mathematics_only() {
 #[test]
 fn results_do_not_depend_on_the_order_of_a_hash() {
     let engine =
-        |s: &Source| s.room().is_some_and(|room| ["plan", "step", "measure", "record"].contains(&room));
+        |s: &Source| s.module().is_some_and(|module| ["plan", "step", "measure", "record"].contains(&module));
     let violations = forbid(&sources(&["src"]), &["HashMap", "HashSet"], engine);
     expect_none("ordered maps only, between the scene and the recording", &violations);
 }
@@ -194,14 +195,14 @@ fn results_do_not_depend_on_the_order_of_a_hash() {
 fn the_engine_reads_no_clock() {
     // A scene gives the same plan and the same bits on every machine, however fast.
     let engine =
-        |s: &Source| s.room().is_some_and(|room| ["scene", "plan", "step", "measure"].contains(&room));
+        |s: &Source| s.module().is_some_and(|module| ["scene", "plan", "step", "measure"].contains(&module));
     let violations = forbid(&sources(&["src"]), &["std::time", "Instant::", "SystemTime"], engine);
     expect_none("no clock below the recorders", &violations);
 }
 
 #[test]
 fn only_the_command_line_prints() {
-    let may_print = |s: &Source| s.room() == Some("cli") || s.path == "src/main.rs";
+    let may_print = |s: &Source| s.module() == Some("cli") || s.path == "src/main.rs";
     let violations = forbid(&sources(&["src"]), &["println!", "print!"], |s| !may_print(s));
     expect_none("nothing prints but the command line", &violations);
 }
@@ -377,11 +378,36 @@ fn every_link_between_pages_leads_to_a_file() {
 }
 
 #[test]
-fn the_architecture_page_knows_every_room() {
+fn the_architecture_page_knows_every_module() {
     let page = read(&root().join("ARCHITECTURE.md"));
+    let violations: Vec<String> = MODULES
+        .into_iter()
+        .filter(|module| !page.contains(&format!("`{module}/`")))
+        .map(str::to_owned)
+        .collect();
+    expect_none("ARCHITECTURE.md has a paragraph on each module", &violations);
+}
+
+#[test]
+fn paths_on_the_architecture_page_exist() {
+    let mut known: Vec<String> = files_under(root()).iter().map(|file| relative(file)).collect();
+    let folders: Vec<String> =
+        known.iter().flat_map(|file| file.match_indices('/').map(|(i, _)| file[..=i].to_owned())).collect();
+    known.extend(folders);
+    let is_known = |path: &str| {
+        let below = format!("/{path}");
+        known.iter().any(|known| known == path || known.ends_with(&below))
+    };
+    // A path may be followed by the function that is meant: `http/jobs.rs::submit`.
+    let page = read(&root().join("ARCHITECTURE.md"));
+    let named = page.split('`').skip(1).step_by(2).map(|word| word.split("::").next().unwrap_or_default());
+    let is_path = |word: &&str| {
+        word.chars().all(|c| c.is_alphanumeric() || "/_.-".contains(c))
+            && [".rs", ".js", ".md", "/"].iter().any(|end| word.ends_with(end))
+    };
     let violations: Vec<String> =
-        ROOMS.into_iter().filter(|room| !page.contains(&format!("`{room}/`"))).map(str::to_owned).collect();
-    expect_none("ARCHITECTURE.md has a paragraph on each room", &violations);
+        named.filter(is_path).filter(|path| !is_known(path)).map(str::to_owned).collect();
+    expect_none("every file and folder that ARCHITECTURE.md names exists", &violations);
 }
 
 #[test]

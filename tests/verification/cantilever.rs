@@ -1,7 +1,7 @@
-//! A slender cantilever with one element through its thickness, against Euler and Bernoulli: neither shear nor volume may lock.
+//! A slender cantilever with one element through its thickness, against Euler–Bernoulli theory: a test of shear and volumetric locking.
 //!
 //! L = 0.2, b = h = 0.01, μ = 1e5, ρ = 1000 (SI): `f₁ = 0.559596 √(E I/(ρ A L⁴))`, E = 9Kμ/(3K + μ). Shear and rotary inertia
-//! lower it by half a per cent, the clamp, which holds the contraction of its section too, raises it by about as much.
+//! lower it by half a per cent; the clamp, which also prevents the contraction of its section, raises it by about as much.
 
 use crate::rig::{assert_at_most, assert_close, plan, run_on};
 use contuse::mechanics::tensor::Vec3;

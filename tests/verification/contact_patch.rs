@@ -2,7 +2,7 @@
 //!
 //! The exact stress is uniform. Nodes against faces cannot pass on a uniform pressure between faces that do not match (Taylor &
 //! Papadopoulos 1991): each slave node has a fraction of the faces around it, which is not the fraction that the master's nodes want.
-//! What is measured is how wrong the stress is beside the contact, and how fast that fades: the error stays of one size in the
+//! The test measures the error of the stress beside the contact and its decay: the error keeps its size in the
 //! layer of elements beside the contact, whose volume falls with their size.
 //!
 //! A mortar discretisation passes: see `mechanics/contact/detection/mortar.rs`, where curved meshes are tested too.

@@ -1,4 +1,4 @@
-//! Every solver of the contact library takes a run to the same end as the default, which sweeps over nodal velocities and forms no W.
+//! Every solver of the contact library gives the result of the default, Gauss–Seidel on the nodal velocities, which forms no W.
 //!
 //! A ball strikes a block aslant, with friction, in explicit and in implicit steps; its last velocity by Gauss–Seidel on the velocities
 //! (explicit) or by the hybrid (implicit) is what the others are compared with, which get W, q and μ of every step.

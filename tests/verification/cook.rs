@@ -1,4 +1,4 @@
-//! Cook's membrane at finite strain, nearly incompressible, in plane strain: nothing may lock.
+//! Cook's membrane at finite strain, nearly incompressible, in plane strain: a test of locking.
 //!
 //! ψ = μ/2 (Ī1 − 3) + K/4 (J² − 1 − 2 ln J), μ = 80.1938, K = 400889.8, corners (0, 0), (48, 44), (48, 60), (0, 44), clamped on
 //! the left, F = 100 spread over the right edge as a dead load. Converged: u_y(48, 52) = 6.962(1), u_y(48, 60) = 6.934(1).

@@ -1,7 +1,7 @@
 //! Crushed elements: compression to a fifth of the height and back, shear to a stretch of four, and a ball dead centre on gel.
 //!
 //! Where the faces at the sides are free the state is homogeneous, and energy and force are those of the law at a point, whatever the
-//! formulation; what was put in comes back.
+//! formulation; the work is recovered on unloading.
 
 use crate::rig::{assert_at_most, assert_close, plan, plan_with, run};
 use contuse::mechanics::material::{Path, eval_path};

@@ -1,4 +1,4 @@
-//! Forces that conserve: a spinning, swinging block keeps its energy and both momenta in long implicit steps.
+//! Energy–momentum scheme: a spinning, vibrating block keeps its energy and both momenta in long implicit steps.
 
 use crate::free_flight::center;
 use crate::record::{assert_at_most, assert_order};

@@ -1,4 +1,4 @@
-//! Elements that are given up: when, at what cost in energy, and what holds where they were.
+//! Erosion: when elements are deleted, the energy that is lost, and contact on the exposed faces.
 
 use crate::rig::{assert_at_most, assert_close, loaded, plan, run, run_on, summary};
 use contuse::step::{Ending, State};

@@ -53,7 +53,7 @@ fn impulse_of_the_bar_converges_to_its_exact_value() {
 
 /// What facets do to the mass of a ball, which is known exactly: 4/3 π R³ ρ.
 #[test]
-fn a_split_on_the_facets_tells_the_error_of_the_geometry() {
+fn a_split_on_the_facets_separates_the_error_of_the_geometry() {
     let document = |around: u32, through: u32| {
         json!({
             "name": "ball", "end_time_s": 1e-4,

@@ -41,7 +41,7 @@ fn uniform_flight_is_bitwise_uniform() {
 }
 
 #[test]
-fn redistributed_mass_tells_what_inertia_it_takes() {
+fn redistributed_mass_reports_what_inertia_it_takes() {
     // All axes of a cube are alike: what its polar moment loses its angular momentum loses.
     let spinning = |fraction: f64| {
         let mut scene = block([0.0, 0.0, 100.0], None);

@@ -1,8 +1,8 @@
-//! A ball bounces off a rigid plane as Hertz says: largest force, depth, duration, and the speed with which it leaves.
+//! A ball bounces off a rigid plane, against Hertz's theory: peak force, depth, duration and rebound speed.
 //!
 //! R = 10 mm, E = 1 MPa, ν = 0.3, ρ = 1000 kg/m³, 0.1 m/s: F = 0.31459956 N, δ = 0.166433410 mm, 4.89859325 ms, 8.37758041·10⁻⁴ N s.
 //! The theory is quasi-static, and a wave crosses the ball 7.7 times meanwhile: what remains of some per cent in force, depth and
-//! duration on the finer meshes is vibration. The impulse knows nothing of that: it lacks what the facets cut off the ball's mass.
+//! duration on the finer meshes is vibration, which does not affect the impulse: its error is the mass that the facets cut off the ball.
 
 use crate::record::{Curve, assert_close, assert_order, picture};
 use crate::rig::{contact_force, plan, run};

@@ -1,4 +1,4 @@
-//! Implicit steps: what θ keeps and damps, contact that does not chatter, restarts, failures with a diagnosis.
+//! Implicit steps: conservation and damping by θ, contact without chatter, restarts, failures with a diagnosis.
 
 use crate::rig::{
     assert_at_most, assert_close, contact_force, mean_velocity, plan, run, run_on, small_ball_on_block,

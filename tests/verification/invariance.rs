@@ -1,7 +1,7 @@
-//! Who looks does not matter: a free block of tissue struck by a hollow rubber ball, with a common velocity, turned by an odd angle about
+//! Invariance: a free block of tissue struck by a hollow rubber ball, with a common velocity, rotated by an odd angle about
 //! a skew axis, and mirrored, has the same summary.
 //!
-//! Contact makes rounding grow: nodes come into contact a little earlier or later. So the scene ends while the growth is far below 10⁻⁶.
+//! Contact amplifies rounding, since nodes come into contact slightly earlier or later. The scene ends while the growth is far below 10⁻⁶.
 
 use crate::rig::{assert_at_most, plan, small_ball_on_block};
 use contuse::measure::{Measures, MeasuringRecorder};

@@ -1,4 +1,4 @@
-//! Two free balls meet aslant, with friction: momenta, and the energy of each body.
+//! Oblique impact of two free balls with friction: momenta, and the energy of each body.
 
 use crate::rig::{assert_at_most, assert_order, plan, run};
 use contuse::mechanics::tensor::Vec3;

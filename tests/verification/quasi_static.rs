@@ -1,4 +1,4 @@
-//! Equilibrium without mass: closed forms, the ledger, what holds a body, and preload before a run.
+//! Equilibrium without mass: closed forms, the ledger, support of a body, and preload before a run.
 
 use crate::rig::{assert_at_most, assert_close, contact_force, plan, run, run_on};
 use contuse::mechanics::tensor::Vec3;

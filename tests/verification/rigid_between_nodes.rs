@@ -1,4 +1,4 @@
-//! Rigid bodies that are smaller than the faces they meet: between the nodes, where only faces and edges can hold them.
+//! Rigid bodies smaller than the faces that they touch: contact between the nodes, with faces and edges alone.
 
 use crate::rig::{assert_at_most, plan, run};
 use contuse::mechanics::contact::detection::closest_point::{Feature, Patch};

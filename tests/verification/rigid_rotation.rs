@@ -1,4 +1,4 @@
-//! A finite rigid rotation strains nothing: no stress, no energy, no force.
+//! A finite rigid rotation causes no stress, no energy and no force.
 
 use crate::rig::{assert_at_most, plan, run};
 use contuse::mechanics::tensor::{Mat3, Vec3};

@@ -1,4 +1,4 @@
-//! A rigid bar that spins sweeps over a ball: however far it turns in a step, it meets it.
+//! A spinning rigid bar hits a ball: contact is detected however far the bar turns in a step.
 
 use crate::rig::{assert_close, both_integrators, plan, run};
 use serde_json::{Value, json};

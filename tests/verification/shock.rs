@@ -3,7 +3,7 @@
 //! Coupled law, μ = λ = 0.1 MPa, ρ = 1000 kg/m³. With P(Λ) = μ (Λ − 1/Λ) + λ ln Λ / Λ the jump conditions
 //! `v₀ = U (1 − Λ)`, `ρ U v₀ = −P(Λ)` give the referential speed U of the front, the stretch Λ and the wall pressure; the
 //! energy that the shock itself dissipates is `v₀²/2 ρ − ψ(Λ)` per reference volume: the Rankine–Hugoniot dissipation,
-//! which a scheme that conserves energy exactly cannot have. Here bulk viscosity has it.
+//! which an energy-conserving scheme cannot represent. Here bulk viscosity provides it.
 
 use crate::rig::{assert_at_most, assert_close, assert_order, order, plan, run};
 use contuse::mechanics::tensor::Vec3;

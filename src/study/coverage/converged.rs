@@ -1,7 +1,7 @@
 //! Coverage on impacts without a known answer: each number against that of a much finer mesh.
 //!
 //! The finer mesh has an error of its own. At first order the difference of the two meshes is the fraction 1 − h_ref/h of the error,
-//! so it is divided by that share: no error bar is flattered by a reference that errs the same way.
+//! so it is divided by that fraction, lest a reference with the same error flatter the error bars.
 
 use super::impacts::Impact;
 use super::numbers::{WithBar, value_at};

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quadratic_is_found_again_and_foretells_itself() {
+    fn a_quadratic_is_found_again_and_predicts_itself() {
         let law = |[v, t]: [f64; 2]| 3.0 + 0.2 * v * v - 4e3 * t * v + 1e6 * t * t;
         let all = surrogates(&cases(&spread(20), law));
         let [surrogate] = &all[..] else { panic!("{all:?}") };

@@ -152,7 +152,7 @@ fn relaxing_stress_softens_with_the_rest() {
 }
 
 #[test]
-fn a_step_of_no_duration_gives_the_state_that_the_history_tells() {
+fn a_step_of_no_duration_gives_the_state_that_the_history_has() {
     let prony = PronySeries::new(&[Branch { relative_modulus: 2.0, relaxation_time: 1e-3 }]).unwrap();
     let mut point = Point::new(Memories { prony, softening: SOFTENING }, 1e-3);
     point.shear(1.0, 1e-4);

@@ -124,7 +124,7 @@ fn stresses_are_those_of_closed_forms() {
 
 /// Numbers as the sources print them.
 #[test]
-fn conversions_are_those_that_the_sets_tell_of() {
+fn conversions_are_those_that_the_sets_state() {
     let moduli = |name: &str| find(name).unwrap().slow_and_sudden_moduli_pa();
     for (name, slow, sudden) in [
         ("muscle/zhai_2019_ogden", 0.5 * 800.0 * 8.0, 3200.0),

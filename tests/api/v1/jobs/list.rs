@@ -45,7 +45,7 @@ fn states_filter() {
 fn bad_parameters_are_refused() {
     let server = Server::start();
     for query in [
-        "state=asleep",
+        "state=dormant",
         "limit=0",
         "limit=201",
         "limit=-1",

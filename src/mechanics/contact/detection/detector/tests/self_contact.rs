@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn self_contact_needs_opposed_faces_and_leaves_out_the_own_wall() {
+fn self_contact_needs_opposed_faces_and_omits_the_own_wall() {
     // A thin plate alone does not touch itself, …
     let mut x = Vec::new();
     let plate = block(6, 1, &mut x, |p| Vec3::new(p.x, p.y, 0.02 * p.z));
