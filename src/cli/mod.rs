@@ -10,6 +10,7 @@ mod material_fit;
 pub mod materials;
 mod output_file;
 pub mod plan;
+mod recording_output;
 pub mod report;
 pub mod run;
 pub mod schema;

@@ -4,7 +4,7 @@ use super::grid::CellArrays;
 use super::packed_data::Reason;
 use crate::mechanics::rigid::{Pose, Rotation};
 use crate::mechanics::tensor::Vec3;
-use crate::record::proto::foxglove::{SceneUpdate, TriangleListPrimitive};
+use crate::record::proto::foxglove::{Point3, SceneUpdate, TriangleListPrimitive};
 use nalgebra::Quaternion;
 
 /// VTK's type of a triangle.
@@ -56,9 +56,9 @@ fn placed(mesh: &TriangleListPrimitive) -> Result<Vec<[f32; 3]>, Reason> {
     // Not normalised again: the bits of the run.
     let orientation = Rotation::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
     let pose = Pose { centre: Vec3::new(centre.x, centre.y, centre.z), orientation };
-    let place = |x: &crate::record::proto::foxglove::Point3| {
-        let x = pose.orientation * Vec3::new(x.x, x.y, x.z) + pose.centre;
+    let in_space = |x: &Point3| {
+        let x = pose.place(&Vec3::new(x.x, x.y, x.z));
         [x.x as f32, x.y as f32, x.z as f32]
     };
-    Ok(mesh.points.iter().map(place).collect())
+    Ok(mesh.points.iter().map(in_space).collect())
 }
