@@ -88,6 +88,9 @@ impl Assembler {
         let stress = self.stress.remove(name).ok_or_else(|| wrong("no fields come before it".into()))?;
         self.time_s = Some(stress.time_s);
         let part = part(&mut self.parts, (true, name));
+        if !to.wants(stress.time_s) {
+            return Ok(());
+        }
         let body = self.bodies.get(name).ok_or_else(|| wrong("the body has no reference mesh".into()))?;
         let state = body.state(&stress, cloud).map_err(wrong)?;
         let grid = Grid {
@@ -121,6 +124,10 @@ impl Assembler {
         let surface =
             RigidSurface::of(update).map_err(|reason| unusable(scene_update::TOPIC, name, reason))?;
         self.time_s = Some(surface.time_s);
+        let part = part(&mut self.parts, (true, name));
+        if !to.wants(surface.time_s) {
+            return Ok(());
+        }
         let (points, cells) = (points_array(&surface.positions), surface.cells());
         let grid = Grid {
             point_count: surface.positions.len(),
@@ -135,7 +142,7 @@ impl Assembler {
         };
         to.block(&Block {
             time_s: surface.time_s,
-            part: part(&mut self.parts, (true, name)),
+            part,
             name: Cow::Borrowed(&surface.name),
             grid,
             positions: &surface.positions,
@@ -151,6 +158,9 @@ impl Assembler {
         let Some(forces) = self.contact.take().filter(|forces| Some(forces.time_s) == self.time_s) else {
             return Ok(());
         };
+        if !to.wants(forces.time_s) {
+            return Ok(());
+        }
         for pair in &forces.pairs {
             let contacts = PairContacts::of(pair).map_err(|reason| unusable(contact::TOPIC, "", reason))?;
             let points = points_array(&contacts.positions);

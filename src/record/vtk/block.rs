@@ -35,6 +35,10 @@ pub enum BlockSurface<'a> {
 
 /// A destination of blocks.
 pub trait Blocks {
+    /// Whether it needs the blocks of a field time [s]; the others are not made.
+    fn wants(&mut self, _time_s: f64) -> bool {
+        true
+    }
     /// Receives the next block: in the order of times, and of parts at each time.
     ///
     /// # Errors

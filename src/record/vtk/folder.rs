@@ -37,21 +37,17 @@ impl Folder {
         let folder_name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { pvd: pvd.to_owned(), folder, folder_name, file })
     }
-
-    /// Removes what has been written; a complete series of the same name stays.
-    pub fn discard(self) {
-        let (list, files) = (partial_path(&self.pvd), partial_path(&self.folder));
-        let removed = remove_series(&files).and_then(|()| fs::remove_file(&list));
-        if let Err(error) = removed {
-            tracing::warn!(path = %list.display(), %error, "a discarded series could not be removed");
-        }
-    }
 }
 
 impl Place for Folder {
     fn put(&mut self, name: &str, content: &[u8]) -> Result<(), RecordError> {
         let path = partial_path(&self.folder).join(name);
-        fs::write(&path, content).map_err(at(&path))
+        let written = fs::write(&path, content);
+        if written.is_err() {
+            // Part of a file, which must not stay in a series that ends here.
+            let _ = fs::remove_file(&path);
+        }
+        written.map_err(at(&path))
     }
 
     fn folder(&self) -> &str {
@@ -67,16 +63,27 @@ impl Place for Folder {
         fs::rename(&partial, &self.folder).map_err(at(&partial))?;
         seal(file, &self.pvd)
     }
+
+    /// A complete series of the same name stays.
+    fn discard(self) {
+        let (list, files) = (partial_path(&self.pvd), partial_path(&self.folder));
+        let removed = remove_series(&files).and_then(|()| fs::remove_file(&list));
+        if let Err(error) = removed {
+            tracing::warn!(path = %list.display(), %error, "a discarded series could not be removed");
+        }
+    }
 }
 
 /// Removes a folder of `.vtu` files, if it exists. A folder with anything else in it stays, with an error.
 fn remove_series(folder: &Path) -> io::Result<()> {
-    let entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
+    match fs::symlink_metadata(folder) {
+        Ok(found) if found.is_dir() => {}
+        // A link is not followed.
+        Ok(_) => return Err(io::ErrorKind::NotADirectory.into()),
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(error),
-    };
-    for entry in entries {
+    }
+    for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if path.extension().is_some_and(|extension| extension == "vtu") {
             fs::remove_file(path)?;

@@ -103,7 +103,7 @@ impl Sink for VtuRecorder {
 
     fn discard(&mut self) {
         if let Some(open) = self.open.take() {
-            open.series.into_place().discard();
+            open.series.discard();
         }
     }
 }

@@ -22,6 +22,8 @@ pub trait Place {
     /// # Errors
     /// If it cannot be written.
     fn close(self, pvd: &str) -> Result<(), RecordError>;
+    /// Instead of closing: removes what has been stored, where that is possible.
+    fn discard(self);
 }
 
 /// A series being written: one file in memory at a time.
@@ -52,6 +54,7 @@ impl<P: Place> Series<P> {
     /// If it cannot be written, or there is no time.
     pub fn finish(self) -> Result<(), RecordError> {
         if self.times == 0 {
+            self.place.discard();
             return Err(RecordError::NoFields);
         }
         self.place.close(&format!(
@@ -61,9 +64,9 @@ impl<P: Place> Series<P> {
         ))
     }
 
-    /// The place, instead of finishing.
-    pub fn into_place(self) -> P {
-        self.place
+    /// Instead of finishing: removes what has been stored, where that is possible.
+    pub fn discard(self) {
+        self.place.discard();
     }
 }
 

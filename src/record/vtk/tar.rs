@@ -51,6 +51,9 @@ impl<W: Write> Place for Archive<W> {
         let ended = self.out.write_all(&[0; 2 * BLOCK]).and_then(|()| self.out.flush());
         ended.map_err(|source| RecordError::File { path: path.into(), source })
     }
+
+    /// What is in a stream stays there; without its end it is no archive.
+    fn discard(self) {}
 }
 
 /// Header of a file. Its time is 0, so that equal recordings give equal archives.
