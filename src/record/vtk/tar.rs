@@ -6,7 +6,9 @@ use std::io::{self, Write};
 
 /// Size of a block of the archive [bytes].
 const BLOCK: usize = 512;
-/// Longest name of a file.
+/// Longest name of a series.
+const LONGEST_SERIES: usize = 32;
+/// Longest path of a file [bytes].
 const LONGEST_NAME: usize = 100;
 /// Largest file, of eleven octal digits [bytes].
 const LARGEST_FILE: usize = 0o777_7777_7777;
@@ -20,9 +22,10 @@ pub struct Archive<W> {
 }
 
 impl<W: Write> Archive<W> {
-    /// An archive written to `out`; the name is of ASCII and at most 60 long.
+    /// An archive written to `out`. Of a longer name the beginning is used, so that the paths fit.
     pub fn new(out: W, name: &str) -> Self {
-        Self { out, name: name.to_owned(), folder: super::folder_name(name) }
+        let name: String = name.chars().take(LONGEST_SERIES).collect();
+        Self { out, folder: super::folder_name(&name), name }
     }
 
     fn entry(&mut self, path: &str, content: &[u8]) -> Result<(), RecordError> {
