@@ -12,6 +12,9 @@ pub const TOPIC: &str = "/stress/";
 /// Schema of the fields.
 pub const SCHEMA: &str = "contuse.v1.Stress";
 
+/// Name of the array that marks eroded elements.
+pub const ERODED: &str = "eroded";
+
 /// A scalar field of the nodes of one body: name, unit, values.
 pub type NodalScalar<'a> = (&'static str, &'static str, &'a [f64]);
 
@@ -60,7 +63,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> Stress {
     let cauchy = fields.and_then(|f| f.element_cauchy.get(range));
     let cauchy = cauchy.map(|c| packed::f32s("cauchy_pa", "Pa", c.iter().copied()));
     let is_eroded = |element| u8::from(frame.erosion.contains(element));
-    let eroded = plan_body.erodes.then(|| packed::u8s("eroded", plan_body.elements.clone().map(is_eroded)));
+    let eroded = plan_body.erodes.then(|| packed::u8s(ERODED, plan_body.elements.clone().map(is_eroded)));
     Stress {
         time_s: frame.time,
         step: frame.step,

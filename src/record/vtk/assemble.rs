@@ -96,9 +96,9 @@ impl Assembler {
         let grid = Grid {
             point_count: state.positions.len(),
             points: &state.points,
-            cells: &body.arrays,
+            cells: &state.cells.cells,
             point_data: state.nodal.iter().collect(),
-            cell_data: std::iter::once(&body.part_of).chain(&state.cell).collect(),
+            cell_data: state.cells.data.iter().chain(&state.cell).collect(),
             field_data: body.field_data(stress.time_s),
         };
         to.block(&Block {

@@ -2,30 +2,56 @@
 
 use super::array::{Array, NumberType};
 use super::grid::{CellArrays, FieldValue};
-use super::packed_data::{Reason, arrays, checked, u32s};
-use crate::mesh::{CellKind, Cells};
+use super::packed_data::{Reason, array_of, arrays, checked, rows, triples, u32s};
+use crate::mesh::cell::MOST_NODES;
+use crate::mesh::{Cell, CellKind, Cells};
 use crate::record::proto::contuse::{ReferenceMesh, Stress};
 use crate::record::proto::foxglove::{NumericType, PointCloud};
+use crate::record::stress::ERODED;
+use std::sync::Arc;
 
 /// VTK's type of a hexahedron.
 const HEXAHEDRON: u8 = 12;
-/// Mark of a cell that VTK hides (`vtkDataSetAttributes::HIDDENCELL`).
-const HIDDEN: u8 = 32;
 
 /// What does not change of a deformable body.
 #[derive(Debug)]
 pub(super) struct Body {
     /// Name of the body.
     pub name: String,
-    /// Cells in the order and with the nodes of the mesh.
+    /// Its cells, with the nodes in the order of the mesh.
     pub cells: Cells,
-    /// The same for VTK.
-    pub arrays: CellArrays,
-    /// Part of each cell.
-    pub part_of: Array,
+    /// All of them for VTK.
+    whole: Arc<CellsOfBody>,
+    /// Part of each, little-endian u32.
+    part_of: Vec<u8>,
     /// Values of the whole that do not change.
     fields: Vec<(&'static str, FieldValue)>,
     node_count: usize,
+}
+
+/// Cells for VTK, with what does not depend on the deformation.
+#[derive(Debug)]
+pub(super) struct CellsOfBody {
+    /// The cells.
+    pub cells: CellArrays,
+    /// Their parts; the numbers of the elements, if some may be missing.
+    pub data: Vec<Array>,
+}
+
+/// State of a body at a field time.
+pub(super) struct BodyState {
+    /// Positions of the nodes [m].
+    pub positions: Vec<[f32; 3]>,
+    /// The same for VTK.
+    pub points: Array,
+    /// Nodal fields.
+    pub nodal: Vec<Array>,
+    /// Cells that are not eroded.
+    pub cells: Arc<CellsOfBody>,
+    /// Their fields.
+    pub cell: Vec<Array>,
+    /// 1 for each eroded cell of the mesh; empty if none can erode.
+    pub eroded: Vec<u8>,
 }
 
 impl Body {
@@ -43,15 +69,14 @@ impl Body {
             ),
         };
         let cells = cells_of(&types, nodes, node_count)?;
-        let sizes = cells.iter().map(|cell| cell.nodes.len());
         let part_of = checked(mesh.part_of.as_ref(), "part_of", ("u32", 1))?;
         if part_of.len() != 4 * cells.len() {
             return Err(format!("part_of has {} entries for {} cells", part_of.len() / 4, cells.len()));
         }
         Ok(Self {
             name: mesh.body.clone(),
-            arrays: CellArrays::new(nodes, sizes, &types),
-            part_of: Array::new("part", NumberType::UInt32, 1, part_of),
+            whole: Arc::new(cells_for_vtk(&cells, part_of, None)),
+            part_of: part_of.to_vec(),
             fields: vec![
                 ("body", FieldValue::Texts(vec![mesh.body.clone()])),
                 ("role", FieldValue::Texts(vec![mesh.role.clone()])),
@@ -74,34 +99,52 @@ impl Body {
         if positions.len() != self.node_count {
             return Err(format!("{} points for {} nodes", positions.len(), self.node_count));
         }
-        let eroded = stress.element.iter().find(|array| array.name == "eroded");
-        let eroded = eroded.map_or(Ok(&[][..]), |array| checked(Some(array), "eroded", ("u8", 1)))?.to_vec();
-        let mut cell = arrays(&stress.element, self.cells.len())?;
-        if !eroded.is_empty() {
-            let hidden: Vec<u8> = eroded.iter().map(|&gone| if gone == 0 { 0 } else { HIDDEN }).collect();
-            cell.push(Array::new("vtkGhostType", NumberType::UInt8, 1, &hidden));
+        // Eroded cells are left out: not every version of ParaView hides cells that are marked as hidden.
+        let count = self.cells.len();
+        let eroded = stress.element.iter().find(|array| array.name == ERODED);
+        let eroded = eroded.map_or(Ok(&[][..]), |array| checked(Some(array), ERODED, ("u8", 1)))?;
+        if !eroded.is_empty() && eroded.len() != count {
+            return Err(format!("{ERODED} has {} entries for {count} cells", eroded.len()));
         }
+        let kept: Option<Vec<u32>> = (!eroded.is_empty()).then(|| {
+            (0..count as u32).zip(eroded).filter(|(_, gone)| **gone == 0).map(|(cell, _)| cell).collect()
+        });
+        let kept = kept.as_deref();
+        let fields = stress.element.iter().filter(|array| array.name != ERODED);
         Ok(BodyState {
             points: points_array(&positions),
             positions,
             nodal: arrays(&stress.nodal, self.node_count)?,
-            cell,
-            eroded,
+            cells: match kept {
+                None => Arc::clone(&self.whole),
+                Some(_) => Arc::new(cells_for_vtk(&self.cells, &self.part_of, kept)),
+            },
+            cell: fields.map(|array| array_of(array, count, kept)).collect::<Result<_, _>>()?,
+            eroded: eroded.to_vec(),
         })
     }
 }
 
-/// State of a body at a field time.
-pub(super) struct BodyState {
-    /// Positions of the nodes, and the same for VTK.
-    pub positions: Vec<[f32; 3]>,
-    pub points: Array,
-    /// Nodal fields.
-    pub nodal: Vec<Array>,
-    /// Fields of the cells.
-    pub cell: Vec<Array>,
-    /// 1 for each eroded cell; empty if the body cannot erode.
-    pub eroded: Vec<u8>,
+/// The kept cells for VTK, or all of them.
+fn cells_for_vtk(cells: &Cells, part_of: &[u8], kept: Option<&[u32]>) -> CellsOfBody {
+    let cell = |index: u32| {
+        let Cell { kind, nodes } = cells.get(index as usize);
+        let vtk = &kind.table().vtk;
+        let mut in_order = [0; MOST_NODES];
+        for (&place, &node) in vtk.order.iter().zip(nodes) {
+            in_order[place] = node;
+        }
+        (vtk.number, in_order.into_iter().take(nodes.len()))
+    };
+    let part = Array::new("part", NumberType::UInt32, 1, &rows(part_of, 4, kept));
+    let Some(kept) = kept else {
+        return CellsOfBody { cells: CellArrays::new((0..cells.len() as u32).map(cell)), data: vec![part] };
+    };
+    let numbers: Vec<u8> = kept.iter().flat_map(|cell| cell.to_le_bytes()).collect();
+    CellsOfBody {
+        cells: CellArrays::new(kept.iter().copied().map(cell)),
+        data: vec![part, Array::new("element", NumberType::UInt32, 1, &numbers)],
+    }
 }
 
 /// Positions for VTK.
@@ -144,5 +187,5 @@ fn positions_of(cloud: &PointCloud) -> Result<Vec<[f32; 3]>, Reason> {
     {
         return Err("the points do not begin with x, y, z".into());
     }
-    Ok(cloud.data.chunks(stride).flat_map(|point| super::packed_data::triples(&point[..12])).collect())
+    Ok(cloud.data.chunks(stride).flat_map(|point| triples(&point[..12])).collect())
 }

@@ -25,11 +25,10 @@ impl PairContacts {
         let is_position = |array: &&PackedArray| array.name == "position_m";
         let positions = checked(pair.contacts.iter().find(is_position), "position_m", ("f32", 3))?;
         let positions = triples(positions);
-        let numbers: Vec<u8> = (0..positions.len() as u32).flat_map(u32::to_le_bytes).collect();
         let others = pair.contacts.iter().filter(|array| !is_position(array));
         Ok(Self {
             point: arrays(others, positions.len())?,
-            cells: CellArrays::new(&numbers, positions.iter().map(|_| 1), &vec![VERTEX; positions.len()]),
+            cells: CellArrays::new((0..positions.len() as u32).map(|point| (VERTEX, [point]))),
             positions,
         })
     }

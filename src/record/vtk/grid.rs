@@ -13,20 +13,20 @@ pub struct CellArrays {
 }
 
 impl CellArrays {
-    /// Cells of these VTK types, with the nodes of all of them in VTK's order; `sizes` are their numbers of nodes. The
-    /// nodes are little-endian u32 below 2³¹.
-    pub fn new(nodes: &[u8], sizes: impl Iterator<Item = usize>, types: &[u8]) -> Self {
-        let ends = sizes.scan(0, |end, size| {
-            *end += size;
-            Some(*end as u32)
-        });
-        let ends: Vec<u8> = ends.flat_map(u32::to_le_bytes).collect();
+    /// Cells by their VTK types and nodes, the latter in VTK's order and below 2³¹.
+    pub fn new(cells: impl Iterator<Item = (u8, impl IntoIterator<Item = u32>)>) -> Self {
+        let (mut nodes, mut ends, mut types) = (Vec::new(), Vec::new(), Vec::new());
+        for (kind, of_cell) in cells {
+            nodes.extend(of_cell.into_iter().flat_map(u32::to_le_bytes));
+            ends.extend((nodes.len() as u32 / 4).to_le_bytes());
+            types.push(kind);
+        }
         Self {
             count: types.len(),
             arrays: [
-                Array::new("connectivity", NumberType::Int32, 1, nodes),
+                Array::new("connectivity", NumberType::Int32, 1, &nodes),
                 Array::new("offsets", NumberType::Int32, 1, &ends),
-                Array::new("types", NumberType::UInt8, 1, types),
+                Array::new("types", NumberType::UInt8, 1, &types),
             ],
         }
     }

@@ -2,6 +2,7 @@
 
 use super::array::{Array, NumberType};
 use crate::record::proto::contuse::PackedArray;
+use std::borrow::Cow;
 
 /// Reason why a message cannot be used.
 pub(super) type Reason = String;
@@ -39,11 +40,21 @@ pub(super) fn arrays<'a>(
     packed: impl IntoIterator<Item = &'a PackedArray>,
     entries: usize,
 ) -> Result<Vec<Array>, Reason> {
-    let array = |array: &PackedArray| {
-        let data = with_entries(array, entries)?;
-        Ok(Array::new(&array.name, number_type(array)?, array.components as usize, data))
-    };
-    packed.into_iter().map(array).collect()
+    packed.into_iter().map(|array| array_of(array, entries, None)).collect()
+}
+
+/// One array for VTK, once it has this number of entries; where `kept` is given, only these.
+pub(super) fn array_of(array: &PackedArray, entries: usize, kept: Option<&[u32]>) -> Result<Array, Reason> {
+    let (data, number) = (with_entries(array, entries)?, number_type(array)?);
+    let components = array.components as usize;
+    let data = rows(data, components * number.size(), kept);
+    Ok(Array::new(&array.name, number, components, &data))
+}
+
+/// The entries of an array of entries of `size` bytes that are kept: all if `kept` is not given.
+pub(super) fn rows<'a>(data: &'a [u8], size: usize, kept: Option<&[u32]>) -> Cow<'a, [u8]> {
+    let Some(kept) = kept else { return Cow::Borrowed(data) };
+    kept.iter().flat_map(|&row| &data[row as usize * size..(row as usize + 1) * size]).copied().collect()
 }
 
 /// Little-endian u32.

@@ -43,9 +43,7 @@ impl RigidSurface {
 
     /// Its triangles for VTK.
     pub fn cells(&self) -> CellArrays {
-        let nodes: Vec<u8> = self.triangles.iter().flat_map(|node| node.to_le_bytes()).collect();
-        let count = self.triangles.len() / 3;
-        CellArrays::new(&nodes, std::iter::repeat_n(3, count), &vec![TRIANGLE; count])
+        CellArrays::new(self.triangles.chunks(3).map(|corners| (TRIANGLE, corners.iter().copied())))
     }
 }
 
