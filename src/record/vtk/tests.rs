@@ -1,4 +1,3 @@
-use super::array::tests::decode;
 use super::*;
 use crate::record::proto::contuse::{ContactForces, PackedArray, PairForces, ReferenceMesh, Stress};
 use crate::record::proto::foxglove::{
@@ -6,6 +5,7 @@ use crate::record::proto::foxglove::{
     SceneUpdate, TriangleListPrimitive, Vector3,
 };
 use crate::record::{RecordError, packed};
+use miniz_oxide::inflate::decompress_to_vec_zlib;
 use std::collections::BTreeMap;
 
 /// Files in memory.
@@ -31,6 +31,24 @@ impl Place for &mut Memory {
     fn discard(self) {
         self.files.clear();
     }
+}
+
+fn u32_at(bytes: &[u8], index: usize) -> usize {
+    u32::from_le_bytes(bytes[4 * index..4 * index + 4].try_into().unwrap()) as usize
+}
+
+/// The data of an encoded array, read by the rules of VTK's file formats.
+fn decode(encoded: &[u8]) -> Vec<u8> {
+    let [count, size, last] = [0, 1, 2].map(|index| u32_at(encoded, index));
+    let (mut at, mut data) = (4 * (3 + count), Vec::new());
+    for block in 0..count {
+        let end = at + u32_at(encoded, 3 + block);
+        let plain = decompress_to_vec_zlib(&encoded[at..end]).unwrap();
+        assert_eq!(plain.len(), if block + 1 < count || last == 0 { size } else { last });
+        data.extend(plain);
+        at = end;
+    }
+    data
 }
 
 /// The data of an array of a `.vtu` file, found by its element as text.
@@ -158,6 +176,27 @@ fn series() -> Memory {
 }
 
 #[test]
+fn compressed_blocks_return_the_bytes() {
+    let block = 1_usize << 18;
+    for length in [0, 1, 5, block - 1, block, block + 1, 2 * block, 2 * block + 7] {
+        let data: Vec<u8> = (0..length).map(|i| (i * i % 251) as u8).collect();
+        let array = Array::new("a", NumberType::UInt8, 1, &data);
+        assert_eq!(decode(array.encoded()), data, "{length}");
+        assert_eq!(u32_at(array.encoded(), 0), length.div_ceil(block));
+    }
+}
+
+#[test]
+fn an_element_names_type_and_place() {
+    let array = Array::new("a<\"b\"\n", NumberType::Float32, 3, &[0; 12]);
+    let name = "a&lt;&quot;b&quot;_";
+    let expected = format!(
+        "<DataArray type=\"Float32\" Name=\"{name}\" NumberOfComponents=\"3\" format=\"appended\" offset=\"7\"/>"
+    );
+    assert_eq!(array.element(7), expected);
+}
+
+#[test]
 fn the_list_has_every_part_at_every_time_and_nothing_between() {
     let memory = series();
     assert_eq!(
@@ -246,7 +285,7 @@ fn messages_that_contradict_themselves_are_refused() {
             other => panic!("{other:?}"),
         }
     };
-    let shorter = |array: &mut PackedArray| drop(array.data.pop());
+    let shorter = |array: &mut PackedArray| array.data.truncate(array.data.len() - 1);
     type Change = Box<dyn Fn(&mut ReferenceMesh, &mut Stress, &mut PointCloud)>;
     let cases: [(&str, Change); 10] = [
         ("position_m is missing", Box::new(|mesh, _, _| mesh.positions = None)),

@@ -10,7 +10,6 @@ use crate::record::RecordError;
 use crate::record::vtk::Archive;
 use crate::report::ReadError;
 use crate::report::fields::write_series;
-use crate::service::jobs::JobState;
 use crate::service::shelves::recording_name;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -62,7 +61,7 @@ pub async fn archive(
     tokio::spawn(async move { exports.call(work).await });
     // The first piece decides between an archive and a problem.
     let first = receiver.recv().await.ok_or_else(|| Problem::internal(&"the export has stopped"))?;
-    let first = first.map_err(|error| problem(&error, row.state))?;
+    let first = first.map_err(|error| problem(&error))?;
     let headers =
         [(header::CONTENT_TYPE, "application/x-tar".to_owned()), (header::CONTENT_DISPOSITION, disposition)];
     Ok((headers, Body::from_stream(pieces(first, receiver))).into_response())
@@ -79,9 +78,9 @@ fn write(recording: Box<dyn Blob>, blob: &Path, name: &str, sender: Sender<Piece
     }
 }
 
-fn problem(error: &ReadError, state: JobState) -> Problem {
+fn problem(error: &ReadError) -> Problem {
     match error {
-        ReadError::Fields(RecordError::NoFields) => Problem::never("fields", state),
+        ReadError::Fields(RecordError::NoFields) => Problem::no_fields(),
         _ => Problem::recording_lost(),
     }
 }
