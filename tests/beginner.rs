@@ -71,6 +71,35 @@ fn outputs_are_checked_before_the_run() {
 }
 
 #[test]
+fn fields_and_surfaces_are_files_of_the_names_given() {
+    let desk = Desk::with(&falling_block());
+    let path = |name: &str| desk.path(name);
+    let done = |args: &[&str]| {
+        let output = run(args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
+        text(&output.stdout).to_owned()
+    };
+    let (scene, recording) = (path("scene.json"), path("a.mcap"));
+    done(&["run", &scene, "-q", "-o", &recording, "-o", &path("a.pvd")]);
+    let surfaces = ["--stl", &path("b.stl"), "--ply", &path("b.ply"), "--at-ms", "0"];
+    let said = done(&[&["export", &recording, "--vtu", &path("b.pvd")][..], &surfaces].concat());
+    assert!(said.contains("b.stl: at 0 ms"), "{said}");
+    let [of_run, exported] = ["a.pvd", "b.pvd"].map(|name| std::fs::read_to_string(path(name)).unwrap());
+    assert_eq!(of_run.replace("a_vtu", "b_vtu"), exported);
+    let stl =
+        |flags: [&str; 2]| [&["export", &recording, "--stl", &path("x.stl")][..], &flags].concat().join(" ");
+    for (args, words) in [
+        (format!("run {scene} -o {}", path("a.vtu")), "use .mcap for a recording or .pvd"),
+        (format!("export {recording} --vtu {}", path("a.xml")), "suffix .pvd"),
+        (stl(["--at-ms", "-1"]), "they are from 0 to"),
+        (stl(["--body", "x"]), "there is no such body"),
+    ] {
+        let said = refusal(&args.split(' ').collect::<Vec<_>>());
+        assert!(said.contains(words), "{words} in {said}");
+    }
+}
+
+#[test]
 fn a_case_is_checked_as_a_range_is() {
     let mut scene = falling_block();
     scene["bodies"][0]["role"] = json!("projectile");

@@ -2,6 +2,7 @@
 
 pub mod contact_problem;
 mod exit;
+pub mod export;
 mod input_file;
 mod json;
 pub mod keep;
@@ -10,6 +11,7 @@ mod material_fit;
 pub mod materials;
 mod output_file;
 pub mod plan;
+mod recording_output;
 pub mod report;
 pub mod run;
 pub mod schema;
@@ -74,8 +76,8 @@ pub enum Command {
     WhatIf(what_if::WhatIfArgs),
     /// Write a report on a recording, or on a scene that is run for it: one HTML page with pictures.
     Report(report::ReportArgs),
-    /// Export a recording to other formats: a FHIR bundle, tables.
-    Export(report::ExportArgs),
+    /// Export a recording to other formats: a FHIR bundle, tables, fields for ParaView, surfaces.
+    Export(export::ExportArgs),
     /// Evaluate a constitutive law: energy and stresses at a point or along a path; `fit` its parameters to curves.
     Material(material::MaterialArgs),
     /// List the named sets of material parameters that scenes can use, with their sources.
@@ -107,7 +109,7 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Study(command) => study::study(&command, out),
         Command::WhatIf(args) => what_if::what_if(&args, out),
         Command::Report(args) => report::report(&args, out),
-        Command::Export(args) => report::export(&args, out),
+        Command::Export(args) => export::export(&args, out),
         Command::Material(args) => material::material(&args, out),
         Command::Materials(args) => materials::materials(&args, out),
         Command::ContactProblem(args) => contact_problem::contact_problem(&args, out),

@@ -1,11 +1,11 @@
 //! `contuse run`: run a scene and record it.
 
 use super::keep::KeepArgs;
-use super::output_file::check_writable;
+use super::recording_output::{check_outputs, recorders};
 use super::{CliError, Exit};
 use crate::measure::summary::Shown;
-use crate::measure::{Summary, render_table};
-use crate::record::{ContactProblemRecorder, McapRecorder, RecordingInfo, partial_path};
+use crate::measure::{Sink, Summary, render_table};
+use crate::record::{ContactProblemRecorder, RecordingInfo, partial_path};
 use crate::scene::document::{ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
@@ -27,9 +27,10 @@ const BAR_LENGTH: u64 = 1000;
 pub struct RunArgs {
     /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
-    /// Recording to write [default: the scene's name with .mcap, in the current folder].
+    /// Recording to write (.mcap), or series of VTK files for ParaView (.pvd, with a folder of .vtu files); may be given
+    /// several times [default: the scene's name with .mcap, in the current folder].
     #[arg(short, long)]
-    pub output: Option<PathBuf>,
+    pub output: Vec<PathBuf>,
     /// Print only the summary, as JSON.
     #[arg(long)]
     pub json: bool,
@@ -74,8 +75,11 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.restore(&args.keep.keep);
     ask(args, &mut loaded.scene.document);
-    let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
-    check_output(&path)?;
+    let paths = match &args.output[..] {
+        [] => vec![default_output(&loaded.scene.document.name)],
+        paths => paths.to_vec(),
+    };
+    check_outputs(&paths, &loaded.scene)?;
     if !args.quiet {
         loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     }
@@ -92,10 +96,10 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let bar = progress_bar(args);
     let name = &loaded.scene.document.name;
     let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));
-    let mut recorder = McapRecorder::new(&path, RecordingInfo::of(&loaded.scene, &document_json));
+    let mut recorders = recorders(&paths, &RecordingInfo::of(&loaded.scene, &document_json))?;
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
-        sinks: vec![&mut recorder],
+        sinks: recorders.iter_mut().map(|recorder| &mut **recorder as &mut dyn Sink).collect(),
         also: problems.as_mut().map(|recorder| recorder as &mut dyn Recorder),
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &interrupt,
@@ -103,7 +107,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     });
     bar.finish_and_clear();
     let result = result.map_err(|error| CliError::Other(Box::new(error)))?;
-    report(args, out, &result, &path)?;
+    report(args, out, &result, &paths)?;
     if let (Some(saved), false) = (&problems, args.quiet) {
         eprintln!("{} contact problem(s) saved", saved.files());
     }
@@ -175,36 +179,6 @@ fn default_output(name: &str) -> PathBuf {
     PathBuf::from(format!("{}.mcap", if stem.is_empty() { "recording" } else { stem }))
 }
 
-/// Rejects a recording that cannot be written, before the run rather than after it.
-fn check_output(path: &Path) -> Result<(), CliError> {
-    if path.is_dir() {
-        return Err(CliError::Usage(format!("--output {} is a folder", path.display())));
-    }
-    if path.exists() && !is_recording(path) {
-        return Err(CliError::Usage(format!(
-            "--output {} exists and is not a recording: it would be overwritten; remove it or name another file",
-            path.display()
-        )));
-    }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return Err(CliError::Usage(format!(
-            "--output {}: there is no folder {}",
-            path.display(),
-            folder.display()
-        )));
-    }
-    check_writable(&partial_path(path), "--output (-o)")
-}
-
-/// Whether a file is an MCAP file, by its magic bytes: only these may be overwritten.
-fn is_recording(path: &Path) -> bool {
-    const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
-    let mut first = [0; MAGIC.len()];
-    let read = |mut file: std::fs::File| std::io::Read::read_exact(&mut file, &mut first);
-    path.is_file() && std::fs::File::open(path).and_then(read).is_ok() && first == MAGIC
-}
-
 /// A flag set by Ctrl-C (or SIGTERM); the second Ctrl-C ends the process immediately, as usual.
 pub(super) fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
     use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
@@ -249,19 +223,25 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     });
 }
 
-fn report(args: &RunArgs, out: &mut dyn Write, result: &RunResult, path: &Path) -> Result<(), CliError> {
+fn report(
+    args: &RunArgs,
+    out: &mut dyn Write,
+    result: &RunResult,
+    paths: &[PathBuf],
+) -> Result<(), CliError> {
     if args.json {
         writeln!(out, "{}", json_of(&result.summary)?)?;
     } else if !args.quiet {
         write!(out, "{}", render_table(&result.summary))?;
         let cpu = result.cpu_s.map(|s| format!(", {s:.2} s of processor time")).unwrap_or_default();
-        writeln!(out, "\n{:.2} s{cpu}; recording: {}", result.wall_s, path.display())?;
+        let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        writeln!(out, "\n{:.2} s{cpu}; recording: {}", result.wall_s, paths.join(", "))?;
     }
     if let Ending::Failed { failure } = &result.outcome.ending {
         out.flush()?;
         eprint!("{}", diagnosis(failure));
-        if partial_path(path).exists() {
-            eprintln!("  recording unfinished: {}", partial_path(path).display());
+        for partial in paths.iter().map(|path| partial_path(path)).filter(|partial| partial.exists()) {
+            eprintln!("  recording unfinished: {}", partial.display());
         }
     } else if let Shown::Withheld { reason, remedy, .. } = &result.summary.results {
         out.flush()?;

@@ -230,7 +230,7 @@ fn add_rigid_channels(
 }
 
 /// Names of the bodies in topics: letters, digits, `_`, `-`, `.`; numbered if two would be the same.
-fn topic_names(bodies: &[PlanBody]) -> Vec<String> {
+pub(super) fn topic_names(bodies: &[PlanBody]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
         let plain = |c: char| if c.is_alphanumeric() || "_-.".contains(c) { c } else { '_' };

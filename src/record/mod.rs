@@ -1,9 +1,9 @@
-//! Recorders: MCAP files, memory.
+//! Recorders: MCAP files, series of VTK files, memory.
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
 //! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), and [`proto`] is
 //! their contract. [`reader`] reads a recording, however damaged, and [`salvage`] repairs what a killed writer left.
-//! [`contact_problems`] saves the contact problems of a run. [`on_own_thread`] runs any recorder without delaying the
+//! [`vtk`] writes the same messages for ParaView. [`contact_problems`] saves the contact problems of a run. [`on_own_thread`] runs any recorder without delaying the
 //! steps.
 
 pub mod colour;
@@ -27,6 +27,7 @@ pub mod salvage;
 pub mod scene_update;
 pub mod stress;
 pub mod summary;
+pub mod vtk;
 mod writer;
 
 pub use contact_problem_file::{NamedContactProblem, contact_problem_document, read_contact_problem};
@@ -36,6 +37,7 @@ pub use memory::MemoryRecorder;
 pub use metadata::RecordingInfo;
 pub use own_thread::on_own_thread;
 pub use salvage::{Salvaged, reindex_incomplete, snapshot};
+pub use vtk::VtuRecorder;
 pub use writer::{TimeScale, partial_path};
 
 use std::path::PathBuf;
@@ -69,6 +71,17 @@ pub enum RecordError {
     /// The recorder was used before it was started, or after it was finished.
     #[error("the recording is not open")]
     NotOpen,
+    /// A message contradicts itself or the mesh: the file is damaged, or another program wrote it.
+    #[error("{topic}: {reason}")]
+    Unusable {
+        /// Topic of the message.
+        topic: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// There is nothing to show: no field was requested.
+    #[error("the recording has no fields: name some in `record.fields` of the scene and run it again")]
+    NoFields,
 }
 
 impl From<RecordError> for crate::step::RecorderError {

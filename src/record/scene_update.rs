@@ -34,6 +34,7 @@ pub fn triangles(surface: &Surface) -> Vec<u32> {
 }
 
 /// Triangulated surface of a rigid body, in its axes.
+#[derive(Debug)]
 pub struct RigidSurface {
     points: Vec<Point3>,
     indices: Vec<u32>,

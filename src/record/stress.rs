@@ -12,6 +12,9 @@ pub const TOPIC: &str = "/stress/";
 /// Schema of the fields.
 pub const SCHEMA: &str = "contuse.v1.Stress";
 
+/// Name of the array that marks eroded elements.
+pub const ERODED: &str = "eroded";
+
 /// A scalar field of the nodes of one body: name, unit, values.
 pub type NodalScalar<'a> = (&'static str, &'static str, &'a [f64]);
 
@@ -58,12 +61,14 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> Stress {
         .extend(nodal_vectors(frame, body).into_iter().map(|(name, unit, v)| packed::vectors(name, unit, v)));
     let range = plan_body.elements.start as usize..plan_body.elements.end as usize;
     let cauchy = fields.and_then(|f| f.element_cauchy.get(range));
-    let element = cauchy.map(|c| packed::f32s("cauchy_pa", "Pa", c.iter().copied()));
+    let cauchy = cauchy.map(|c| packed::f32s("cauchy_pa", "Pa", c.iter().copied()));
+    let is_eroded = |element| u8::from(frame.erosion.contains(element));
+    let eroded = plan_body.erodes.then(|| packed::u8s(ERODED, plan_body.elements.clone().map(is_eroded)));
     Stress {
         time_s: frame.time,
         step: frame.step,
         body: plan_body.name.clone(),
         nodal,
-        element: element.into_iter().collect(),
+        element: cauchy.into_iter().chain(eroded).collect(),
     }
 }

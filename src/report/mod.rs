@@ -1,13 +1,16 @@
-//! Exports of a recorded run: a report page, tables, and a bundle for clinical systems.
+//! Exports of a recorded run: a report page, tables, a bundle for clinical systems, fields and surfaces for other programs.
 //!
 //! Everything comes from the recording alone ([`RecordedRun`]), so the report of a received file states what its run
 //! stated.
 
 pub mod csv;
 pub mod fhir;
+pub mod fields;
 pub mod html;
 mod pictures;
 mod read;
+pub mod surface;
+mod surface_file;
 
 pub use read::{ReadError, RecordedRun, Series};
 

@@ -28,6 +28,21 @@ pub enum ReadError {
         /// Error of the MCAP reader.
         source: McapError,
     },
+    /// Its fields cannot be exported.
+    #[error("cannot export the fields: {0}")]
+    Fields(#[source] RecordError),
+    /// There are no fields at a requested time.
+    #[error("{path} has no fields at {} ms: they are from {} to {} ms", 1e3 * asked, 1e3 * first, 1e3 * last)]
+    NoSuchTime {
+        /// Path of the file.
+        path: PathBuf,
+        /// The requested time [s].
+        asked: f64,
+        /// First field time [s].
+        first: f64,
+        /// Last field time [s].
+        last: f64,
+    },
     /// There is no summary: the run did not end, or another program wrote the file.
     #[error("{path} has no summary: the run did not end, or another program wrote the file")]
     NoSummary {

@@ -38,6 +38,8 @@ use tokio::net::TcpListener;
 
 /// Simultaneous validations of scenes and meshes per worker; each may hold a mesh in memory.
 const VALIDATIONS_PER_WORKER: usize = 2;
+/// Archives of fields that are sent at once; more wait.
+const ARCHIVES_AT_ONCE: usize = 4;
 
 /// Why the service did not start.
 #[derive(Debug, thiserror::Error)]
@@ -89,7 +91,8 @@ impl Service {
         let queue = Queue::open(storage, Arc::clone(&config), engine, Arc::clone(&metrics)).await?;
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
         let validation_slots = ValidationSlots::new(VALIDATIONS_PER_WORKER * config.workers.max(1));
-        let app = Arc::new(App { queue, config, metrics, validation_slots });
+        let exports = ValidationSlots::new(ARCHIVES_AT_ONCE);
+        let app = Arc::new(App { queue, config, metrics, validation_slots, exports });
         Ok(Self { app, listener, address, workers })
     }
 

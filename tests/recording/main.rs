@@ -5,6 +5,7 @@
 
 mod own_thread;
 mod salvage;
+mod series;
 mod sinks;
 mod whole;
 

@@ -161,6 +161,7 @@ class JobPage {
         job.links.summary && button("Report (HTML)", () => fetched(`/v1/jobs/${job.id}/report`, `${job.name}-report.html`)),
         job.links.summary && button("Bundle (FHIR)", () => fetched(`/v1/jobs/${job.id}/fhir`, `${job.name}-fhir.json`)),
         job.links.summary && button("Table (CSV)", () => fetched(`/v1/jobs/${job.id}/export.csv`, `${job.name}.csv`)),
+        button("Fields for ParaView (tar)", () => fetched(`/v1/jobs/${job.id}/export.vtu.tar`, `${job.name}.tar`)),
         button("Layout for Lichtblick and Foxglove", () => saveFile(`${job.name}-layout.json`, JSON.stringify(layoutOf(recording), null, 2), "application/json")),
         elsewhere("Open in Lichtblick ↗", "https://lichtblick-suite.github.io/lichtblick/"),
         elsewhere("Open in Foxglove ↗", "https://app.foxglove.dev/~/view"),

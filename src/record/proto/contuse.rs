@@ -221,7 +221,8 @@ pub struct Stress {
     /// The requested nodal fields.
     #[prost(message, repeated, tag = "4")]
     pub nodal: Vec<PackedArray>,
-    /// `cauchy_pa` × 6, the mean over each element, if requested.
+    /// `cauchy_pa` × 6, the mean over each element, if requested; `eroded`, 1 for each eroded element, where elements may
+    /// erode.
     #[prost(message, repeated, tag = "5")]
     pub element: Vec<PackedArray>,
 }

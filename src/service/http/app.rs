@@ -16,4 +16,6 @@ pub struct App {
     pub metrics: Arc<Metrics>,
     /// Threads for the validation of scenes and meshes.
     pub validation_slots: ValidationSlots,
+    /// Threads for archives, which are made as fast as their clients read: they delay no validation.
+    pub exports: ValidationSlots,
 }

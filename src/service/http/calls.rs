@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::contract::Contract;
-use super::{events, exports, jobs, materials, meshes, pages, recording, studies, what_if};
+use super::{events, exports, fields, jobs, materials, meshes, pages, recording, studies, what_if};
 use std::sync::Arc;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
@@ -22,6 +22,7 @@ pub(super) fn calls() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(exports::report))
         .routes(routes!(exports::bundle))
         .routes(routes!(exports::table))
+        .routes(routes!(fields::archive))
         .routes(routes!(studies::submit))
         .routes(routes!(what_if::ask))
         .routes(routes!(meshes::upload))

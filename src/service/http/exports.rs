@@ -84,13 +84,7 @@ async fn recorded(
     id: JobId,
     what: &str,
 ) -> Result<(RecordedRun, JobRow), Problem> {
-    let row = app.queue.store.job(owner, id).await?.ok_or_else(Problem::no_such_job)?;
-    if !row.state.is_final() {
-        return Err(Problem::not_yet(what, row.state));
-    }
-    if row.recording.is_none() {
-        return Err(Problem::never(what, row.state));
-    }
+    let row = recorded_row(app, owner, id, what).await?;
     let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
     let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
     let read = app.validation_slots.call(read).await?;
@@ -103,4 +97,16 @@ async fn recorded(
             Err(Problem::recording_lost())
         }
     }
+}
+
+/// A job that has ended with a recording; `what` is to be made of it.
+pub(super) async fn recorded_row(app: &App, owner: &str, id: JobId, what: &str) -> Result<JobRow, Problem> {
+    let row = app.queue.store.job(owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    if !row.state.is_final() {
+        return Err(Problem::not_yet(what, row.state));
+    }
+    if row.recording.is_none() {
+        return Err(Problem::never(what, row.state));
+    }
+    Ok(row)
 }

@@ -7,6 +7,7 @@ mod edge;
 mod events;
 mod exports;
 mod extract;
+mod fields;
 mod jobs;
 mod materials;
 mod meshes;

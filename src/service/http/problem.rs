@@ -216,6 +216,13 @@ impl Problem {
             .remedy("The job says why at /v1/jobs/{id}.")
     }
 
+    /// The recording of the job has no fields.
+    pub fn no_fields() -> Self {
+        let detail = "The recording of the job has no fields: its scene asked for none.";
+        Self::new(StatusCode::NOT_FOUND, "no-fields", "No fields", detail)
+            .remedy("Name some in `record.fields` of the scene, and submit it again.")
+    }
+
     /// The job is of a kind that has no plan.
     pub fn no_plan(purpose: &str) -> Self {
         let detail = format!("The job {purpose}: it has no scene of its own, and so no plan.");

@@ -185,7 +185,7 @@ fn raw_digest(hexadecimal: &str) -> Vec<u8> {
 }
 
 /// A file name that is valid on every system.
-fn file_name(scene: &str) -> String {
+pub(super) fn file_name(scene: &str) -> String {
     let kept: String = scene
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' })

@@ -45,4 +45,10 @@ fn what_is_handed_out_of_a_job() {
     assert_eq!(bundle.json()["timestamp"], end["finished_at"]);
     let table = client.get(&format!("{job}/export.csv")).text();
     assert!(table.starts_with("# ") && table.contains("\ntime [s],"), "{table}");
+    let archive = client.get(&format!("{job}/export.vtu.tar"));
+    assert_eq!((archive.status, archive.header("content-type")), (200, Some("application/x-tar")));
+    // The name of its first file, and the list, which is the last one before two empty blocks.
+    assert!(archive.body.len().is_multiple_of(512) && archive.body[..100].ends_with(&[0]));
+    assert!(archive.body.windows(28).any(|text| text == b"<VTKFile type=\"Collection\" v"));
+    assert!(archive.body[archive.body.len() - 1024..].iter().all(|&byte| byte == 0));
 }
