@@ -2,7 +2,7 @@
 
 use super::super::tests::{check, new, submitted};
 use super::*;
-use crate::service::jobs::JobKind;
+use crate::service::jobs::{JobKind, Phase};
 use std::cell::Cell;
 
 async fn store() -> (tempfile::TempDir, SqliteStore) {
@@ -47,9 +47,12 @@ async fn jobs_of_before_there_were_kinds_are_known_by_their_documents() {
         .await
         .unwrap();
     }
+    sqlx::query("UPDATE jobs SET phase = 'settling'").execute(&pool).await.unwrap();
     pool.close().await;
 
     let store = SqliteStore::open(&file).await.unwrap();
+    let row = store.job("anna", JobId::from_u128(0)).await.unwrap().unwrap();
+    assert_eq!(row.progress.phase, Phase::DynamicRelaxation, "under its former name");
     let mut kinds = Vec::new();
     for id in 0..4 {
         kinds.push(store.document("anna", JobId::from_u128(id)).await.unwrap().unwrap().0);
