@@ -87,6 +87,9 @@ fn export_numbers(args: &ExportArgs, out: &mut dyn Write) -> Result<(), CliError
     Ok(())
 }
 
+/// Writes surfaces to a file.
+type Writer = fn(&Surfaces, &mut dyn Write) -> std::io::Result<()>;
+
 /// Writes the deformed surfaces.
 fn export_surfaces(args: &ExportArgs, out: &mut dyn Write) -> Result<(), CliError> {
     let time_s = args.at_ms.map(|ms| 1e-3 * ms);
@@ -100,7 +103,6 @@ fn export_surfaces(args: &ExportArgs, out: &mut dyn Write) -> Result<(), CliErro
             return Err(CliError::Usage(format!("--body {name}: there is no such body; there are {known}")));
         }
     }
-    type Writer = fn(&Surfaces, &mut dyn Write) -> std::io::Result<()>;
     let files: [(&Option<PathBuf>, Writer); 2] = [(&args.stl, write_stl), (&args.ply, write_ply)];
     for (path, write) in files.into_iter().filter_map(|(path, write)| Some((path.as_ref()?, write))) {
         write_file(path, |file| write(&surfaces, file))?;

@@ -23,7 +23,9 @@ fn a_run_and_its_recording_give_the_same_files() {
     let folder = tempfile::tempdir().unwrap();
     let [recording, one, two] = ["a.mcap", "one/a.pvd", "two/a.pvd"].map(|name| folder.path().join(name));
     record(&scene(&[]), &recording, 2, &|_| None);
-    [&one, &two].iter().for_each(|path| std::fs::create_dir(path.parent().unwrap()).unwrap());
+    for path in [&one, &two] {
+        std::fs::create_dir(path.parent().unwrap()).unwrap();
+    }
     let (plan, mut recorder) = (small_plan(), VtuRecorder::new(&one));
     let mut measuring = MeasuringRecorder::new(Measures::new()).with(&mut recorder);
     on_own_thread(&plan, &mut measuring, |measuring| run(&plan, &NOT_INTERRUPTED, &mut [measuring]));

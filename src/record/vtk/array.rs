@@ -96,7 +96,7 @@ fn encode(data: &[u8]) -> Vec<u8> {
     let header = [blocks.len(), BLOCK, data.len() % BLOCK];
     let sizes = header.into_iter().chain(blocks.iter().map(Vec::len));
     let mut encoded: Vec<u8> = sizes.flat_map(|size| (size as u32).to_le_bytes()).collect();
-    blocks.iter().for_each(|block| encoded.extend_from_slice(block));
+    encoded.extend(blocks.iter().flatten());
     encoded
 }
 

@@ -12,10 +12,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct Folder {
     pvd: PathBuf,
-    folder: PathBuf,
-    folder_name: String,
+    /// The folder of its `.vtu` files, and its name.
+    files: PathBuf,
+    name: String,
     /// The partial `.pvd` file: locked against other runs.
-    file: File,
+    list: File,
 }
 
 /// The folder of the series with this `.pvd` file: `out.pvd` has `out_vtu`.
@@ -30,18 +31,18 @@ impl Folder {
     /// # Errors
     /// If another run is writing it, or the file system refuses.
     pub fn create(pvd: &Path) -> Result<Self, RecordError> {
-        let file = open_exclusively(&partial_path(pvd))?;
-        let folder = folder_of(pvd);
-        let partial = partial_path(&folder);
+        let list = open_exclusively(&partial_path(pvd))?;
+        let files = folder_of(pvd);
+        let partial = partial_path(&files);
         remove_series(&partial).and_then(|()| fs::create_dir(&partial)).map_err(at(&partial))?;
-        let folder_name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { pvd: pvd.to_owned(), folder, folder_name, file })
+        let name = files.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { pvd: pvd.to_owned(), files, name, list })
     }
 }
 
 impl Place for Folder {
     fn put(&mut self, name: &str, content: &[u8]) -> Result<(), RecordError> {
-        let path = partial_path(&self.folder).join(name);
+        let path = partial_path(&self.files).join(name);
         let written = fs::write(&path, content);
         if written.is_err() {
             // Part of a file, which must not stay in a series that ends here.
@@ -51,22 +52,22 @@ impl Place for Folder {
     }
 
     fn folder(&self) -> &str {
-        &self.folder_name
+        &self.name
     }
 
     fn close(self, pvd: &str) -> Result<(), RecordError> {
         let list = partial_path(&self.pvd);
-        let mut file = BufWriter::new(self.file);
+        let mut file = BufWriter::new(self.list);
         file.write_all(pvd.as_bytes()).map_err(at(&list))?;
-        remove_series(&self.folder).map_err(at(&self.folder))?;
-        let partial = partial_path(&self.folder);
-        fs::rename(&partial, &self.folder).map_err(at(&partial))?;
+        remove_series(&self.files).map_err(at(&self.files))?;
+        let partial = partial_path(&self.files);
+        fs::rename(&partial, &self.files).map_err(at(&partial))?;
         seal(file, &self.pvd)
     }
 
     /// A complete series of the same name stays.
     fn discard(self) {
-        let (list, files) = (partial_path(&self.pvd), partial_path(&self.folder));
+        let (list, files) = (partial_path(&self.pvd), partial_path(&self.files));
         let removed = remove_series(&files).and_then(|()| fs::remove_file(&list));
         if let Err(error) = removed {
             tracing::warn!(path = %list.display(), %error, "a discarded series could not be removed");

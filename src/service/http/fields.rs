@@ -55,7 +55,7 @@ pub async fn archive(
     let opened = opened.await?.ok_or_else(Problem::recording_lost)?;
     let (sender, mut receiver) = channel(PIECES_AHEAD);
     let disposition = format!("attachment; filename=\"{name}-{id}.tar\"");
-    let work = move || write(opened, Path::new(&blob), &name, sender);
+    let work = move || write(opened, Path::new(&blob), &name, &sender);
     let exports = app.exports.clone();
     // It ends with the archive, or with the client: nobody waits for it.
     tokio::spawn(async move { exports.call(work).await });
@@ -68,7 +68,7 @@ pub async fn archive(
 }
 
 /// Writes the archive to a client.
-fn write(recording: Box<dyn Blob>, blob: &Path, name: &str, sender: Sender<Piece>) {
+fn write(recording: Box<dyn Blob>, blob: &Path, name: &str, sender: &Sender<Piece>) {
     let out = BufWriter::with_capacity(PIECE, Pipe(sender.clone()));
     let Err(error) = write_series(recording, blob, Archive::new(out, name)) else { return };
     if !sender.is_closed() {
