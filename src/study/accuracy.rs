@@ -5,14 +5,14 @@
 //! elements from one level to the next, or twice them where √2 cannot refine every direction; meshes from a file have every
 //! element split into eight.
 
-use super::error_bars::{compared_runs, relative_size};
+use super::error_bars::{compared_runs, error_bars, relative_size};
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
-use crate::plan::{Plan, PlanReport};
+use crate::plan::{Plan, PlanReport, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Minimum number of elements of the first mesh, if the scene's own has as many [-].
-const FEWEST_ELEMENTS: f64 = 300.0;
+const FEWEST_ELEMENTS: f64 = 100.0;
 /// Number of coarser meshes for the error bars, if there are as many.
 const LEVELS_USED: usize = 2;
 /// Numbers of elements of the coarsest mesh relative to the scene's own [-].
@@ -87,9 +87,14 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     loop {
         // Error bars of this level, and what it and the next are expected to take.
         let started = clock.elapsed_s();
-        let bars = meshes.error_bars(&done, &mesh, level);
         let next = meshes.scene_of(level + 1);
         let growth = next.as_ref().map_or(f64::INFINITY, |next| growth_of_time(&mesh, next));
+        let is_only = done.is_empty() && clock.admits_no(&mesh, growth)?;
+        let bars = if is_only {
+            error_bars(&mesh, &[], threads, &stop)
+        } else {
+            meshes.error_bars(&done, &mesh, level)
+        };
         let expected = last_s.map(|(growth, seconds)| growth * seconds);
         let accuracy = AskedAccuracy {
             relative: asked.relative,
@@ -147,7 +152,14 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         if let Some(accuracy) = &mut result.summary.accuracy {
             accuracy.next_mesh_s = next_s;
         }
-        let is_over = clock.is_over_after(if done.is_empty() { 0.0 } else { growth * seconds });
+        let is_tried = done.is_empty() && clock.estimated_s.is_none();
+        let is_over = clock.is_over_after(if is_tried { 0.0 } else { growth * seconds });
+        if is_over && !has_stopped && level < 0 {
+            result.summary.warnings.push(format!(
+                "The scene's own mesh would take too long: these are the results of one with {:.2} times the numbers of elements; `--as-is` runs the scene's own",
+                meshes.factor(level)
+            ));
+        }
         let next = match next {
             Ok(next) if !has_stopped && !is_over => next,
             Err(why) if !has_stopped => {
@@ -197,6 +209,14 @@ impl Clock {
     /// Counts a completed level.
     fn count(&mut self, report: &PlanReport) {
         self.estimated_s = self.estimated_s.map(|seconds| seconds + report.expected_run_time_s);
+    }
+
+    /// Whether the estimates exclude a level that takes `growth` times as long as this first one.
+    fn admits_no(&self, first: &Scene, growth: f64) -> Result<bool, RunError> {
+        if self.estimated_s.is_none() {
+            return Ok(false);
+        }
+        Ok(self.is_over_after((1.0 + growth) * compile(first)?.report.expected_run_time_s))
     }
 
     fn elapsed_s(&self) -> f64 {
