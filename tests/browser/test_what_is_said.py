@@ -23,7 +23,7 @@ def post(page, path, document):
 @pytest.fixture(scope="module")
 def jobs(page):
     presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
-    good = presets["flashball_thigh/scene.json"]
+    good = presets["flashball_thigh/scene_elastic.json"]
     good["measures"]["person"] = PERSON
     broken = copy.deepcopy(good)
     # Metres an hour are no metres a second.

@@ -12,8 +12,19 @@ const REST = 350;
 export async function submitPage(jobId) {
   const presets = await getJson("/viewer/presets.json");
   const page = new SubmitPage(presets);
-  page.take(jobId ? await Recording.sceneText(`/v1/jobs/${jobId}/recording`) : pretty(presets[0].scene));
+  page.take(jobId ? await Recording.sceneText(`/v1/jobs/${jobId}/recording`) : pretty(refined(presets[0].scene)));
   return { title: "New impact", element: page.element, leave: () => page.leave() };
+}
+
+/** The accuracy of a new impact: that of `contuse run` for scenes that state none. */
+const ACCURACY = { relative: 0.1, time_budget_s: 20, reproducible: true };
+
+/** A scene with that accuracy, if a projectile hits a tissue with a mesh and nothing is stated. */
+function refined(scene) {
+  const { bodies = [], accuracy, solver } = scene;
+  const has = (role) => bodies.find((body) => body.role === role);
+  if (accuracy || solver?.error_bars || !has("projectile") || !has("tissue")?.mesh) return scene;
+  return { ...scene, accuracy: ACCURACY };
 }
 
 /** JSON with short arrays on one line. */
@@ -26,6 +37,7 @@ class SubmitPage {
   #document = null;
   #form = new SceneForm(() => this.#fromForm());
   #text = html("textarea", { spellcheck: "false", "aria-label": "Scene as JSON", oninput: () => this.#fromText() });
+  #meshes = select("Meshes", [["refined", "refined until errors are below 10 %"], ["own", "as given"]], "own", (choice) => this.#refine(choice === "refined"));
   #verdict = html("div", { "aria-live": "polite" });
   #preview = html("div");
   #submit = button("Run this impact", () => this.#run(), { class: "primary", disabled: true });
@@ -37,11 +49,11 @@ class SubmitPage {
 
   constructor(presets) {
     const options = presets.map(({ file, scene }) => [file, scene.name]);
-    const choose = (file) => this.take(pretty(presets.find((preset) => preset.file === file).scene));
+    const choose = (file) => this.take(pretty(refined(presets.find((preset) => preset.file === file).scene)));
     this.element = html(
       "div",
       {},
-      html("div", { class: "title" }, html("h1", {}, "New impact"), select("Begin with", options, options[0][0], choose)),
+      html("div", { class: "title" }, html("h1", {}, "New impact"), select("Begin with", options, options[0][0], choose), this.#meshes),
       html(
         "div",
         { class: "editor" },
@@ -72,6 +84,13 @@ class SubmitPage {
     this.#changed();
   }
 
+  /** Requires the accuracy of a new impact, or none. */
+  #refine(isRefined) {
+    if (!this.#document) return;
+    const { accuracy: _, ...own } = this.#document;
+    this.take(pretty(isRefined ? { ...own, accuracy: ACCURACY } : own));
+  }
+
   #fromForm() {
     this.#text.value = pretty(this.#document);
     this.#changed();
@@ -79,6 +98,8 @@ class SubmitPage {
 
   #changed() {
     this.#key = null;
+    const choice = this.#meshes.querySelector("select") ?? this.#meshes;
+    choice.value = this.#document?.accuracy ? "refined" : "own";
     this.#submit.disabled = true;
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#validate(), REST);

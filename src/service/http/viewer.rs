@@ -25,8 +25,9 @@ macro_rules! preset {
 }
 
 /// Scenarios without mesh files, which would need uploads first.
-const PRESETS: [(&str, &str); 7] = [
+const PRESETS: [(&str, &str); 8] = [
     preset!("flashball_thigh/scene.json"),
+    preset!("flashball_thigh/scene_elastic.json"),
     preset!("flashball_thigh/scene_44mm.json"),
     preset!("steel_ball_on_thigh/scene.json"),
     preset!("block_on_incline/scene.json"),
