@@ -5,6 +5,7 @@
 //! elements from one level to the next, or twice them where √2 cannot refine every direction; meshes from a file have every
 //! element split into eight.
 
+use super::clock::Clock;
 use super::error_bars::{compared_runs, error_bars, relative_size};
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
@@ -12,13 +13,12 @@ use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_w
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
-use crate::plan::{Plan, PlanReport, compile};
+use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 /// Minimum number of elements of the first mesh, if the scene's own has as many [-].
 const FEWEST_ELEMENTS: f64 = 100.0;
@@ -30,6 +30,8 @@ const COARSEST: f64 = 0.25;
 const THIN: u32 = 2;
 /// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: f64 = 4.0;
+/// The least it can be: a thin direction keeps its elements, and they limit the step.
+const LEAST_ORDER_OF_TIME: f64 = 2.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
@@ -87,9 +89,13 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     loop {
         // Error bars of this level, and what it and the next are expected to take.
         let started = clock.elapsed_s();
-        let next = meshes.scene_of(level + 1);
-        let growth = next.as_ref().map_or(f64::INFINITY, |next| growth_of_time(&mesh, next));
-        let is_only = done.is_empty() && clock.admits_no(&mesh, growth)?;
+        let Ahead { next, growth, is_affordable } = meshes.look_ahead(&clock, &mesh, level)?;
+        let is_only = done.is_empty() && !is_affordable;
+        if is_only && level < 0 {
+            // Two levels are too many: the scene's own mesh, with the error bars of any run.
+            (level, mesh) = (0, scene.clone());
+            continue;
+        }
         let bars = if is_only {
             error_bars(&mesh, &[], threads, &stop)
         } else {
@@ -152,7 +158,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         if let Some(accuracy) = &mut result.summary.accuracy {
             accuracy.next_mesh_s = next_s;
         }
-        let is_tried = done.is_empty() && clock.estimated_s.is_none();
+        let is_tried = done.is_empty() && !clock.is_estimated();
         let is_over = clock.is_over_after(if is_tried { 0.0 } else { growth * seconds });
         if is_over && !has_stopped && level < 0 {
             result.summary.warnings.push(format!(
@@ -162,7 +168,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         }
         let next = match next {
             Ok(next) if !has_stopped && !is_over => next,
-            Err(why) if !has_stopped => {
+            Err(why) if !has_stopped && !is_over => {
                 result
                     .summary
                     .warnings
@@ -182,68 +188,19 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     }
 }
 
+/// The level after one, and its time.
+struct Ahead {
+    /// The scene, or why there is none.
+    next: Result<Scene, String>,
+    /// Its run time in units of that of the level itself [-].
+    growth: f64,
+    /// Whether both are within the estimates; always, where the clock counts.
+    is_affordable: bool,
+}
+
 /// Time of a run on a finer mesh in units of that on a coarser one, by their numbers of elements: h⁻⁴, elements and steps.
 fn growth_of_time(coarse: &Scene, fine: &Scene) -> f64 {
     (fine.element_count() as f64 / coarse.element_count().max(1) as f64).powf(ORDER_OF_TIME / 3.0) * CAUTION
-}
-
-/// The time that all meshes together may take.
-struct Clock {
-    wall: Wall,
-    /// Estimated run time of the completed levels [s]; `None` where the clock on the wall counts.
-    estimated_s: Option<f64>,
-}
-
-impl Clock {
-    fn new(asked: &AccuracyDocument) -> Self {
-        let (begin, limit_s) = (Instant::now(), asked.time_budget_s);
-        Self { wall: Wall { begin, limit_s }, estimated_s: asked.reproducible.then_some(0.0) }
-    }
-
-    /// What may stop a run: nothing where the estimates count.
-    fn wall(&self) -> Wall {
-        let limit_s = if self.estimated_s.is_some() { f64::INFINITY } else { self.wall.limit_s };
-        Wall { limit_s, ..self.wall }
-    }
-
-    /// Counts a completed level.
-    fn count(&mut self, report: &PlanReport) {
-        self.estimated_s = self.estimated_s.map(|seconds| seconds + report.expected_run_time_s);
-    }
-
-    /// Whether the estimates exclude a level that takes `growth` times as long as this first one.
-    fn admits_no(&self, first: &Scene, growth: f64) -> Result<bool, RunError> {
-        if self.estimated_s.is_none() {
-            return Ok(false);
-        }
-        Ok(self.is_over_after((1.0 + growth) * compile(first)?.report.expected_run_time_s))
-    }
-
-    fn elapsed_s(&self) -> f64 {
-        self.estimated_s.unwrap_or_else(|| self.wall.elapsed_s())
-    }
-
-    /// Whether so many seconds more are too many.
-    fn is_over_after(&self, seconds: f64) -> bool {
-        self.elapsed_s() + seconds > self.wall.limit_s
-    }
-}
-
-/// The time on the wall, and its limit.
-#[derive(Clone, Copy)]
-struct Wall {
-    begin: Instant,
-    limit_s: f64,
-}
-
-impl Wall {
-    fn elapsed_s(&self) -> f64 {
-        self.begin.elapsed().as_secs_f64()
-    }
-
-    fn is_over(&self) -> bool {
-        self.elapsed_s() > self.limit_s
-    }
 }
 
 /// A sink that discards a run which the time has stopped, or which failed on a finer mesh than that of the scene.
@@ -283,6 +240,28 @@ impl Meshes<'_> {
             .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
             .find_map(|level| Some((level, self.scene_of(level).ok()?)))
             .unwrap_or_else(|| (0, self.scene.clone()))
+    }
+
+    /// The level after `level`. Where the estimates count, a mesh that is certainly too fine for them is not even made.
+    fn look_ahead(&self, clock: &Clock, mesh: &Scene, level: i32) -> Result<Ahead, RunError> {
+        if !clock.is_estimated() {
+            let next = self.scene_of(level + 1);
+            let growth = next.as_ref().map_or(f64::INFINITY, |next| growth_of_time(mesh, next));
+            return Ok(Ahead { next, growth, is_affordable: true });
+        }
+        let own_s = compile(mesh)?.report.expected_run_time_s;
+        let is_affordable = |growth: f64| !clock.is_over_after((1.0 + growth) * own_s);
+        let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| self.ratio.powf(order));
+        if !is_affordable(least) {
+            let next = Err("it would take longer than the estimates allow".into());
+            return Ok(Ahead { next, growth: usual, is_affordable: false });
+        }
+        let next = self.scene_of(level + 1);
+        let growth = match &next {
+            Ok(next) => compile(next)?.report.expected_run_time_s / own_s,
+            Err(_) => f64::INFINITY,
+        };
+        Ok(Ahead { is_affordable: is_affordable(growth), next, growth })
     }
 
     /// Numbers of elements of a level relative to the scene's own [-].

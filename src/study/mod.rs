@@ -2,6 +2,7 @@
 
 mod accuracy;
 pub mod bulk_modulus;
+mod clock;
 pub mod coverage;
 pub mod error;
 mod error_bars;

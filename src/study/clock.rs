@@ -1,0 +1,65 @@
+//! The time that a sequence of meshes may take: by the clock, or by the estimates of their plans, which are the same on every
+//! machine.
+
+use crate::plan::PlanReport;
+use crate::scene::document::AccuracyDocument;
+use std::time::Instant;
+
+/// The time that all meshes together may take.
+pub(super) struct Clock {
+    wall: Wall,
+    /// Estimated run time of the completed levels [s]; `None` where the clock on the wall counts.
+    estimated_s: Option<f64>,
+}
+
+impl Clock {
+    /// Starts with what was asked for.
+    pub fn new(asked: &AccuracyDocument) -> Self {
+        let (begin, limit_s) = (Instant::now(), asked.time_budget_s);
+        Self { wall: Wall { begin, limit_s }, estimated_s: asked.reproducible.then_some(0.0) }
+    }
+
+    /// What may stop a run: nothing where the estimates count.
+    pub fn wall(&self) -> Wall {
+        let limit_s = if self.estimated_s.is_some() { f64::INFINITY } else { self.wall.limit_s };
+        Wall { limit_s, ..self.wall }
+    }
+
+    /// Whether the estimates count, rather than the clock on the wall.
+    pub fn is_estimated(&self) -> bool {
+        self.estimated_s.is_some()
+    }
+
+    /// Counts a completed level.
+    pub fn count(&mut self, report: &PlanReport) {
+        self.estimated_s = self.estimated_s.map(|seconds| seconds + report.expected_run_time_s);
+    }
+
+    /// Time spent so far, by the clock that counts [s].
+    pub fn elapsed_s(&self) -> f64 {
+        self.estimated_s.unwrap_or_else(|| self.wall.elapsed_s())
+    }
+
+    /// Whether so many seconds more are too many.
+    pub fn is_over_after(&self, seconds: f64) -> bool {
+        self.elapsed_s() + seconds > self.wall.limit_s
+    }
+}
+
+/// The time on the wall, and its limit.
+#[derive(Clone, Copy)]
+pub(super) struct Wall {
+    begin: Instant,
+    limit_s: f64,
+}
+
+impl Wall {
+    fn elapsed_s(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    /// Whether the limit is exceeded.
+    pub fn is_over(&self) -> bool {
+        self.elapsed_s() > self.limit_s
+    }
+}
