@@ -1,9 +1,8 @@
 //! From the contents of a file, in its own numbering, to a [`Mesh`].
 
-use super::cursor::{Numbers, place_of};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::names::{MOST_NAMES, fault, shortened};
-use crate::mesh::{CellKind, Cells, Mesh, MeshError};
+use crate::mesh::{CellKind, Cells, Mesh, MeshError, Place};
 use std::collections::{BTreeMap, HashMap};
 
 /// A node number of the file, and the byte offset where it occurs.
@@ -74,11 +73,11 @@ impl Assembly {
         part
     }
 
-    /// The mesh, with nodes in the order of the file.
+    /// The mesh, with nodes in the order of the file; `place` names the place of a byte offset.
     ///
     /// # Errors
     /// `UnsupportedElements`, `Empty`, and `Malformed` for a reference to a missing node.
-    pub(super) fn into_mesh(self, bytes: &[u8], numbers: Numbers) -> Result<Mesh, MeshError> {
+    pub(super) fn into_mesh(self, place: impl Fn(usize) -> Place) -> Result<Mesh, MeshError> {
         if !self.unsupported.is_empty() {
             let kinds = self.unsupported.iter().map(|(kind, count)| format!("{kind} ({count})")).collect();
             return Err(MeshError::UnsupportedElements { kinds });
@@ -89,7 +88,7 @@ impl Assembly {
         check_names(self.parts.iter().chain(self.node_sets.keys()))?;
         let resolve = |tag: u64, offset: usize| {
             self.index.get(&tag).copied().ok_or_else(|| MeshError::Malformed {
-                place: place_of(bytes, offset, numbers),
+                place: place(offset),
                 message: format!("there is no node {tag}"),
             })
         };

@@ -8,6 +8,8 @@ mod abaqus;
 mod assembly;
 mod cursor;
 mod gmsh;
+mod vtk;
+mod xml;
 
 #[cfg(test)]
 mod tests;
@@ -29,29 +31,56 @@ pub enum MeshFormat {
     /// Abaqus or CalculiX `.inp`.
     #[serde(rename = "inp")]
     Abaqus,
+    /// Legacy VTK `.vtk` of an unstructured grid, ASCII or binary.
+    #[serde(rename = "vtk")]
+    Vtk,
+    /// XML VTK `.vtu` of an unstructured grid.
+    #[serde(rename = "vtu")]
+    Vtu,
 }
 
 impl MeshFormat {
-    /// File extension of the format.
+    /// All formats.
+    pub const ALL: [Self; 4] = [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu];
+
+    /// The usual file extension of the format.
     pub fn extension(self) -> &'static str {
+        self.extensions()[0]
+    }
+
+    /// File extensions of the format, the usual one first.
+    pub fn extensions(self) -> &'static [&'static str] {
         match self {
-            Self::Gmsh => "msh",
-            Self::Abaqus => "inp",
+            Self::Gmsh => &["msh"],
+            Self::Abaqus => &["inp"],
+            Self::Vtk => &["vtk"],
+            Self::Vtu => &["vtu"],
         }
     }
 
-    /// The format from the extension of a file name (`.msh`, `.inp`, not case-sensitive).
+    /// The format from the extension of a file name (not case-sensitive).
     pub fn from_name(name: &str) -> Option<Self> {
         let (_, extension) = name.rsplit_once('.')?;
-        [Self::Gmsh, Self::Abaqus].into_iter().find(|f| extension.eq_ignore_ascii_case(f.extension()))
+        let has = |format: &Self| format.extensions().iter().any(|own| extension.eq_ignore_ascii_case(own));
+        Self::ALL.into_iter().find(has)
     }
 
     /// The format from the first bytes of a file.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
-        match bytes.trim_ascii_start() {
-            start if start.starts_with(b"$MeshFormat") || start.starts_with(b"$Comments") => Some(Self::Gmsh),
-            start if start.starts_with(b"*") => Some(Self::Abaqus),
-            _ => None,
+        let start = bytes.trim_ascii_start();
+        let begins = |words: &[&[u8]]| words.iter().any(|word| start.starts_with(word));
+        let names =
+            |root: &[u8]| start[..start.len().min(2000)].windows(root.len()).any(|found| found == root);
+        if begins(&[b"$MeshFormat", b"$Comments"]) {
+            Some(Self::Gmsh)
+        } else if begins(&[b"*"]) {
+            Some(Self::Abaqus)
+        } else if begins(&[b"# vtk"]) {
+            Some(Self::Vtk)
+        } else if begins(&[b"<"]) && names(b"<VTKFile") {
+            Some(Self::Vtu)
+        } else {
+            None
         }
     }
 }
@@ -68,5 +97,7 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),
+        MeshFormat::Vtk => vtk::legacy::read(bytes),
+        MeshFormat::Vtu => vtk::unstructured::read(bytes),
     }
 }

@@ -250,6 +250,6 @@ impl<'a> Reader<'a> {
                 self.skipped.iter().map(|(name, count)| format!("*{name} ({count})")).collect();
             self.assembly.notes.push(format!("keywords not used: {}", list.join(", ")));
         }
-        self.assembly.into_mesh(self.bytes, Encoding::Text)
+        self.assembly.into_mesh(|offset| place_of(self.bytes, offset, Encoding::Text))
     }
 }

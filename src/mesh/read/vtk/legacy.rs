@@ -1,0 +1,388 @@
+//! Legacy VTK files, versions 1 to 5.1, ASCII and binary ("VTK File Formats", kitware).
+
+use super::grid::Grid;
+use super::labels::Owner;
+use super::scalar::{Scalar, Values, read_values};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::read::cursor::{Cursor, Numbers, place_of, shown};
+use crate::mesh::{Mesh, MeshError};
+use std::borrow::Cow;
+
+/// Reads a legacy file.
+///
+/// # Errors
+/// Those of [`read_mesh`](crate::mesh::read::read_mesh).
+pub(in crate::mesh::read) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
+    let mut cursor = Cursor::new(bytes);
+    let version = read_version(&mut cursor)?;
+    // The title.
+    cursor.line();
+    let start = cursor.offset();
+    match cursor.line().to_ascii_uppercase().as_slice() {
+        b"ASCII" => {}
+        b"BINARY" => cursor.numbers = Numbers::BigEndian,
+        other => {
+            return Err(cursor.error_at(start, format!("expected ASCII or BINARY, found {}", shown(other))));
+        }
+    }
+    let mut reader = Reader { cursor, version, grid: Grid::default(), owner: None };
+    while !reader.cursor.at_end() {
+        reader.section()?;
+    }
+    let numbers = reader.cursor.numbers;
+    reader.grid.into_mesh(|offset| place_of(bytes, offset, numbers))
+}
+
+/// The major version from the first line.
+fn read_version(cursor: &mut Cursor) -> Result<u32, MeshError> {
+    let line = cursor.line();
+    let text = String::from_utf8_lossy(line);
+    let version =
+        text.to_ascii_lowercase().strip_prefix("# vtk datafile version").map(|v| v.trim().to_owned());
+    let major = version.as_deref().and_then(|v| v.split('.').next()?.parse().ok());
+    match major {
+        Some(major @ 1..=5) => Ok(major),
+        Some(_) => Err(MeshError::Unsupported {
+            what: format!("version {} of legacy VTK files", shown(version.unwrap_or_default().as_bytes())),
+            remedy: "save it as version 5.1 or earlier, or as .vtu".into(),
+        }),
+        None => {
+            let message = format!("expected `# vtk DataFile Version`, found {}", shown(line));
+            Err(cursor.error_at(0, message))
+        }
+    }
+}
+
+struct Reader<'a> {
+    cursor: Cursor<'a>,
+    /// Major version.
+    version: u32,
+    grid: Grid,
+    /// What the arrays belong to, and how many of it there are; `None` before any `CELL_DATA` or `POINT_DATA`.
+    owner: Option<(Owner, usize)>,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads one section, beginning with its keyword.
+    fn section(&mut self) -> Result<(), MeshError> {
+        let (start, keyword) = self.word();
+        match keyword.to_ascii_uppercase().as_str() {
+            "DATASET" => self.dataset(),
+            "POINTS" => self.points(),
+            "CELLS" => self.cells(start),
+            "CELL_TYPES" => self.cell_types(),
+            "CELL_DATA" => self.begin_data(Owner::Cells, self.grid.types.len(), "cells"),
+            "POINT_DATA" => self.begin_data(Owner::Points, self.grid.points.len(), "points"),
+            "METADATA" => {
+                self.metadata();
+                Ok(())
+            }
+            "FIELD" => self.field(),
+            "LOOKUP_TABLE" => self.lookup_table(),
+            "SCALARS" => self.scalars(),
+            "COLOR_SCALARS" => self.colour_scalars(),
+            "VECTORS" | "NORMALS" => self.attribute(3),
+            "TENSORS" => self.attribute(9),
+            "TENSORS6" => self.attribute(6),
+            "GLOBAL_IDS" | "PEDIGREE_IDS" => self.attribute(1),
+            "TEXTURE_COORDINATES" => {
+                let name = self.name();
+                let components = self.cursor.parsed("the number of texture coordinates")?;
+                self.array(&name, components, None)
+            }
+            _ => {
+                let message = format!("expected a section, found {}", shown(keyword.as_bytes()));
+                Err(self.cursor.error_at(start, message))
+            }
+        }
+    }
+
+    /// The next word, and where it begins.
+    fn word(&mut self) -> (usize, Cow<'a, str>) {
+        let (start, word) = self.cursor.placed_word();
+        (start, String::from_utf8_lossy(word))
+    }
+
+    /// The next word as a name, in which `%20` is a space.
+    fn name(&mut self) -> String {
+        unescaped(self.cursor.word())
+    }
+
+    /// Skips metadata, which end with an empty line.
+    fn metadata(&mut self) {
+        self.cursor.line();
+        while !self.cursor.line().is_empty() {}
+    }
+
+    fn dataset(&mut self) -> Result<(), MeshError> {
+        let (_, kind) = self.word();
+        if kind.eq_ignore_ascii_case("UNSTRUCTURED_GRID") {
+            return Ok(());
+        }
+        Err(MeshError::Unsupported {
+            what: format!("a VTK data set {}", shown(kind.as_bytes())),
+            remedy: "save an UNSTRUCTURED_GRID".into(),
+        })
+    }
+
+    /// The next word as a type of numbers; `None` for texts, bits and variants.
+    fn scalar(&mut self) -> Result<Option<Scalar>, MeshError> {
+        let (start, name) = self.word();
+        let scalar = Scalar::of_legacy(&name);
+        let other = ["string", "utf8_string", "bit"].iter().any(|known| name.eq_ignore_ascii_case(known));
+        if scalar.is_none() && !other {
+            let message = format!("expected a type of numbers, found {}", shown(name.as_bytes()));
+            return Err(self.cursor.error_at(start, message));
+        }
+        if name.eq_ignore_ascii_case("bit") {
+            return Err(MeshError::Unsupported {
+                what: "an array of bits".into(),
+                remedy: "save the file without it, or with the type unsigned_char".into(),
+            });
+        }
+        Ok(scalar)
+    }
+
+    fn numbers(&mut self, what: &str) -> Result<Scalar, MeshError> {
+        let start = self.cursor.offset();
+        self.scalar()?.ok_or_else(|| self.cursor.error_at(start, format!("{what} are numbers")))
+    }
+
+    fn points(&mut self) -> Result<(), MeshError> {
+        let count: usize = self.cursor.parsed("the number of points")?;
+        let scalar = self.numbers("coordinates")?;
+        self.cursor.line();
+        let each = 3 * scalar.size() as u64;
+        self.cursor.counted(count as u64, 3, each, "points")?;
+        let coordinates = match read_values(&mut self.cursor, scalar, 3 * count, "coordinates")? {
+            Values::Reals(reals) => reals,
+            Values::Integers(integers) => integers.into_iter().map(|x| x as f64).collect(),
+            Values::Texts(_) => Vec::new(),
+        };
+        let (positions, _) = coordinates.as_chunks::<3>();
+        if let Some(point) = positions.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
+            return Err(self.cursor.error(format!("point {point} has a coordinate that is not finite")));
+        }
+        self.grid.points = positions.iter().map(|x| Vec3::from(*x)).collect();
+        Ok(())
+    }
+
+    /// Cells: up to version 4 each with the number of its points before them, since 5 as two arrays.
+    fn cells(&mut self, start: usize) -> Result<(), MeshError> {
+        self.grid.cells_at = start;
+        let count: usize = self.cursor.parsed("the number of cells")?;
+        let size: usize = self.cursor.parsed("the size of the list of cells")?;
+        self.cursor.line();
+        if self.version < 5 {
+            let list = self.integers(Scalar::I32, size, "the list of cells")?;
+            return self.take_apart(&list, count);
+        }
+        self.expect("OFFSETS")?;
+        let scalar = self.numbers("offsets")?;
+        self.cursor.line();
+        let offsets = self.integers(scalar, count, "offsets")?;
+        self.expect("CONNECTIVITY")?;
+        let scalar = self.numbers("connectivity")?;
+        self.cursor.line();
+        self.grid.connectivity = self.integers(scalar, size, "connectivity")?;
+        match offsets.split_first() {
+            Some((0, ends)) => self.grid.ends = ends.to_vec(),
+            Some((first, _)) => {
+                return Err(self.cursor.error_at(start, format!("the first cell begins at {first}, not 0")));
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn expect(&mut self, keyword: &str) -> Result<(), MeshError> {
+        let (start, found) = self.word();
+        if found.eq_ignore_ascii_case(keyword) {
+            return Ok(());
+        }
+        let message = format!("expected {keyword}, found {}", shown(found.as_bytes()));
+        Err(self.cursor.error_at(start, message))
+    }
+
+    fn integers(&mut self, scalar: Scalar, count: usize, what: &str) -> Result<Vec<i64>, MeshError> {
+        match read_values(&mut self.cursor, scalar, count, what)? {
+            Values::Integers(integers) => Ok(integers),
+            _ => Err(self.cursor.error(format!("{what} are integers"))),
+        }
+    }
+
+    /// Splits a list of cells, each a number of points and these points.
+    fn take_apart(&mut self, mut list: &[i64], count: usize) -> Result<(), MeshError> {
+        let start = self.grid.cells_at;
+        for cell in 0..count {
+            let points = list.split_first().and_then(|(points, rest)| {
+                let (points, rest) = rest.split_at_checked(usize::try_from(*points).ok()?)?;
+                list = rest;
+                Some(points)
+            });
+            let Some(points) = points else {
+                let message = format!("cell {cell} of {count} has more points than the list of cells");
+                return Err(self.cursor.error_at(start, message));
+            };
+            self.grid.connectivity.extend(points);
+            self.grid.ends.push(self.grid.connectivity.len() as i64);
+        }
+        if !list.is_empty() {
+            let message = format!("the list of {count} cells has {} numbers too many", list.len());
+            return Err(self.cursor.error_at(start, message));
+        }
+        Ok(())
+    }
+
+    fn cell_types(&mut self) -> Result<(), MeshError> {
+        let count: usize = self.cursor.parsed("the number of cell types")?;
+        self.cursor.line();
+        self.grid.types = self.integers(Scalar::I32, count, "cell types")?;
+        Ok(())
+    }
+
+    fn begin_data(&mut self, owner: Owner, count: usize, what: &str) -> Result<(), MeshError> {
+        let start = self.cursor.offset();
+        let found: usize = self.cursor.parsed("a number of values")?;
+        if found != count {
+            let message = format!("the grid has {count} {what}, its data {found}");
+            return Err(self.cursor.error_at(start, message));
+        }
+        self.owner = Some((owner, count));
+        Ok(())
+    }
+
+    fn scalars(&mut self) -> Result<(), MeshError> {
+        let name = self.name();
+        let scalar = self.scalar()?;
+        let rest = self.cursor.line();
+        let components = if rest.is_empty() {
+            1
+        } else {
+            let parsed = std::str::from_utf8(rest).ok().and_then(|rest| rest.parse().ok());
+            parsed.ok_or_else(|| {
+                self.cursor.error(format!("expected a number of components, found {}", shown(rest)))
+            })?
+        };
+        self.expect("LOOKUP_TABLE")?;
+        self.cursor.line();
+        self.values(&name, components, scalar)
+    }
+
+    /// Colours: bytes in binary files, numbers from 0 to 1 in text.
+    fn colour_scalars(&mut self) -> Result<(), MeshError> {
+        let name = self.name();
+        let components = self.cursor.parsed("the number of colours")?;
+        self.cursor.line();
+        self.values(&name, components, Some(self.colour()))
+    }
+
+    fn colour(&self) -> Scalar {
+        if self.cursor.numbers == Numbers::Text { Scalar::F32 } else { Scalar::U8 }
+    }
+
+    fn lookup_table(&mut self) -> Result<(), MeshError> {
+        self.word();
+        let count: usize = self.cursor.parsed("the number of colours")?;
+        self.cursor.line();
+        let colour = self.colour();
+        read_values(&mut self.cursor, colour, count.saturating_mul(4), "colours").map(|_| ())
+    }
+
+    /// An attribute with this number of components: its name, its type, its values.
+    fn attribute(&mut self, components: u64) -> Result<(), MeshError> {
+        let name = self.name();
+        self.array(&name, components, None)
+    }
+
+    /// Arrays of any shape; before the data of points and cells, those of the whole file.
+    fn field(&mut self) -> Result<(), MeshError> {
+        self.word();
+        let arrays: u64 = self.cursor.parsed("the number of arrays")?;
+        for _ in 0..arrays {
+            let mut name = self.name();
+            // Metadata may follow an array.
+            while name.eq_ignore_ascii_case("METADATA") {
+                self.metadata();
+                name = self.name();
+            }
+            let components = self.cursor.parsed("the number of components")?;
+            let tuples = self.cursor.parsed("the number of tuples")?;
+            self.array(&name, components, Some(tuples))?;
+        }
+        Ok(())
+    }
+
+    /// The type and the values of an array.
+    fn array(&mut self, name: &str, components: u64, tuples: Option<usize>) -> Result<(), MeshError> {
+        let scalar = self.scalar()?;
+        self.cursor.line();
+        match (tuples, self.owner) {
+            (Some(tuples), Some((_, count))) if tuples != count => {
+                let message =
+                    format!("the array {} has {tuples} tuples, not {count}", shown(name.as_bytes()));
+                Err(self.cursor.error(message))
+            }
+            (Some(tuples), None) => self.read(scalar, components, tuples).map(|_| ()),
+            _ => self.values(name, components, scalar),
+        }
+    }
+
+    /// The values of an array of the points or cells.
+    fn values(&mut self, name: &str, components: u64, scalar: Option<Scalar>) -> Result<(), MeshError> {
+        let Some((owner, count)) = self.owner else {
+            return Err(self.cursor.error("an array before CELL_DATA or POINT_DATA"));
+        };
+        let integer = scalar.is_some_and(Scalar::is_integer);
+        let wanted = self.grid.wants(owner, name, components, integer);
+        let values = self.read(scalar, components, count)?;
+        if wanted {
+            self.grid.add_array(owner, name, values);
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, scalar: Option<Scalar>, components: u64, tuples: usize) -> Result<Values, MeshError> {
+        let count = (tuples as u64).saturating_mul(components);
+        let count = self.cursor.counted(count, 1, 1, "values")?;
+        match scalar {
+            Some(scalar) => read_values(&mut self.cursor, scalar, count, "values of an array"),
+            None => (0..count).map(|_| self.text()).collect::<Result<_, _>>().map(Values::Texts),
+        }
+    }
+
+    /// One text: a line, or the number of its bytes and these.
+    fn text(&mut self) -> Result<String, MeshError> {
+        let bytes = if self.cursor.numbers == Numbers::Text {
+            self.cursor.line()
+        } else {
+            // The two highest bits give the number of bytes of the number.
+            let first = self.cursor.take(1, "the length of a text")?[0];
+            let more = [7, 3, 1, 0][usize::from(first >> 6)];
+            let rest = self.cursor.take(more, "the length of a text")?;
+            let length = rest.iter().fold(u64::from(first & 0x3f), |sum, &byte| sum << 8 | u64::from(byte));
+            self.cursor.take(usize::try_from(length).unwrap_or(usize::MAX), "a text")?
+        };
+        Ok(unescaped(bytes))
+    }
+}
+
+/// A text whose unusual characters are written as `%` and two hexadecimal digits.
+fn unescaped(bytes: &[u8]) -> String {
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut rest = bytes;
+    while let Some((&byte, after)) = rest.split_first() {
+        let code = after.get(..2).and_then(|digits| std::str::from_utf8(digits).ok());
+        match code.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(code) if byte == b'%' => {
+                out.push(code);
+                rest = &after[2..];
+            }
+            _ => {
+                out.push(byte);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
