@@ -12,7 +12,7 @@ use super::refinement::Meshes;
 use super::source::{MeshSource, MeshSourceError};
 use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::read::{MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
 use crate::mesh::{CellKind, Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
@@ -142,10 +142,19 @@ impl<'a> Builder<'a> {
         let format = format.ok_or_else(|| {
             Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
                 .value(name)
-                .limit("a file name ending in .msh or .inp")
-                .remedy("save the mesh as Gmsh .msh or Abaqus .inp")
+                .limit(format!("a file name ending in {}", MeshFormat::extensions_in_words()))
+                .remedy("save the mesh in one of these formats")
         })?;
-        read_mesh(&found.bytes, format).map_err(|error| mesh_problem(&error, place).value(name))
+        let mut left = self.budget.mesh_bytes.saturating_sub(found.bytes.len() as u64);
+        let (source, file_hashes) = (self.source, &mut self.file_hashes);
+        let mut include = |included: &str| {
+            let other = source.read_included(name, included, left).map_err(|error| error.to_string())?;
+            left -= other.bytes.len() as u64;
+            file_hashes.insert(other.file_name, Sha256::digest(&other.bytes).into());
+            Ok(other.bytes)
+        };
+        read_mesh_with(&found.bytes, format, &mut include)
+            .map_err(|error| mesh_problem(&error, place).value(name))
     }
 
     /// Takes elements from the budget; reports a problem when too few are left.
@@ -270,7 +279,7 @@ fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
             .limit(CellKind::ALL.map(|kind| kind.table().title).join(", "))
             .remedy("mesh with cells of these kinds"),
         MeshError::Malformed { .. } => {
-            problem.limit("a valid .msh or .inp file").remedy("export the file again, or repair it")
+            problem.limit("a valid file of its format").remedy("export the file again, or repair it")
         }
         _ => problem.limit("a mesh of cells with a finite element").remedy("change the mesh"),
     }
@@ -291,6 +300,9 @@ fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
         MeshSourceError::NotUploaded { .. } => Problem::error("mesh_not_found", here, error.to_string())
             .limit("the id of an uploaded mesh")
             .remedy("upload the file by `POST /v1/meshes` and name the mesh by the id in the answer"),
+        MeshSourceError::OneFile { .. } => Problem::error("mesh_in_many_files", here, error.to_string())
+            .limit("a mesh in one file")
+            .remedy("put everything into one file"),
         MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
             .limit("a relative path without \"..\" and without links that leave the folder")
             .remedy("copy the mesh into the folder of the scene"),

@@ -5,6 +5,9 @@ use crate::mesh::names::{MOST_NAMES, fault, shortened};
 use crate::mesh::{CellKind, Cells, Mesh, MeshError, Place};
 use std::collections::{BTreeMap, HashMap};
 
+/// Largest number of names listed in a note on what is not used.
+const MOST_LISTED: usize = 50;
+
 /// A node number of the file, and the byte offset where it occurs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeTag {
@@ -73,6 +76,20 @@ impl Assembly {
         part
     }
 
+    /// Notes what a file has that is not used: names after `mark`, with the number of each.
+    pub(super) fn note_unused(&mut self, what: &str, mark: &str, unused: &BTreeMap<String, usize>) {
+        if unused.is_empty() {
+            return;
+        }
+        let listed = unused.iter().take(MOST_LISTED);
+        let mut list: Vec<String> =
+            listed.map(|(name, count)| format!("{mark}{} ({count})", shortened(name))).collect();
+        if unused.len() > MOST_LISTED {
+            list.push(format!("and {} more", unused.len() - MOST_LISTED));
+        }
+        self.notes.push(format!("{what} not used: {}", list.join(", ")));
+    }
+
     /// The mesh, with nodes in the order of the file; `place` names the place of a byte offset.
     ///
     /// # Errors
@@ -105,6 +122,11 @@ impl Assembly {
         note_what_is_dropped(&mut mesh);
         Ok(mesh)
     }
+}
+
+/// The name, with its origin appended if a node set has that name already.
+pub(super) fn free_name(taken: &BTreeMap<String, Vec<NodeTag>>, name: &str, origin: &str) -> String {
+    if taken.contains_key(name) { format!("{name}_{origin}") } else { name.to_owned() }
 }
 
 /// Refuses too many names, and invalid ones.

@@ -36,6 +36,17 @@ pub(super) fn shown(found: &[u8]) -> String {
     if short.len() < text.len() { format!("{short:?}…") } else { format!("{short:?}") }
 }
 
+/// A finite real number as Fortran writes it: the exponent after E or D, or after its sign alone (`1.0-3`).
+pub(super) fn fortran_real(text: &str) -> Option<f64> {
+    let text = text.trim().replace(['D', 'd'], "e");
+    let value = text.parse::<f64>().ok().or_else(|| {
+        let sign = text.rfind(['+', '-']).filter(|&at| at > 0)?;
+        let (mantissa, exponent) = text.split_at(sign);
+        format!("{mantissa}e{exponent}").parse().ok()
+    });
+    value.filter(|value| value.is_finite())
+}
+
 impl<'a> Cursor<'a> {
     /// Starts at the beginning of a file, with numbers as text.
     pub(super) fn new(bytes: &'a [u8]) -> Self {

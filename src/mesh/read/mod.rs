@@ -1,4 +1,4 @@
-//! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary) and Abaqus `.inp`.
+//! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary), Abaqus `.inp`, VTK `.vtk` and `.vtu`, LS-DYNA `.k`.
 //!
 //! The readers accept arbitrary bytes, trust none of them, and report the line or byte of an error. Volumes may be of any
 //! [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of other elements
@@ -7,7 +7,9 @@
 mod abaqus;
 mod assembly;
 mod cursor;
+mod entries;
 mod gmsh;
+mod lsdyna;
 mod vtk;
 mod xml;
 
@@ -37,11 +39,17 @@ pub enum MeshFormat {
     /// XML VTK `.vtu` of an unstructured grid.
     #[serde(rename = "vtu")]
     Vtu,
+    /// LS-DYNA keyword file `.k`.
+    #[serde(rename = "k")]
+    LsDyna,
 }
+
+/// Reads the file of this name that a mesh file includes, or says why it cannot.
+pub type Include<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
 impl MeshFormat {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu];
+    pub const ALL: [Self; 5] = [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna];
 
     /// The usual file extension of the format.
     pub fn extension(self) -> &'static str {
@@ -55,7 +63,14 @@ impl MeshFormat {
             Self::Abaqus => &["inp"],
             Self::Vtk => &["vtk"],
             Self::Vtu => &["vtu"],
+            Self::LsDyna => &["k", "key", "dyn"],
         }
+    }
+
+    /// The extensions of all formats, for messages (".msh, .inp").
+    pub fn extensions_in_words() -> String {
+        let all = Self::ALL.into_iter().flat_map(Self::extensions);
+        all.map(|extension| format!(".{extension}")).collect::<Vec<_>>().join(", ")
     }
 
     /// The format from the extension of a file name (not case-sensitive).
@@ -73,6 +88,8 @@ impl MeshFormat {
             |root: &[u8]| start[..start.len().min(2000)].windows(root.len()).any(|found| found == root);
         if begins(&[b"$MeshFormat", b"$Comments"]) {
             Some(Self::Gmsh)
+        } else if lsdyna::begins(start) {
+            Some(Self::LsDyna)
         } else if begins(&[b"*"]) {
             Some(Self::Abaqus)
         } else if begins(&[b"# vtk"]) {
@@ -85,7 +102,7 @@ impl MeshFormat {
     }
 }
 
-/// Reads a mesh; coordinates are in metres ([`Mesh::transformed`] scales others).
+/// Reads a mesh from one file; coordinates are in metres ([`Mesh::transformed`] scales others).
 ///
 /// Nodes without a volume element are omitted, with a note.
 ///
@@ -94,10 +111,19 @@ impl MeshFormat {
 /// finite; `UnsupportedElements` for volume elements of other kinds; `Unsupported` for versions, encodings and keywords
 /// that are not supported; `Empty` for a file without volume elements.
 pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
+    read_mesh_with(bytes, format, &mut |_| Err("included files are not available here".into()))
+}
+
+/// Reads a mesh from a file and those that it includes (LS-DYNA), which `include` reads.
+///
+/// # Errors
+/// Those of [`read_mesh`], and `Unsupported` for a file that cannot be included.
+pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),
         MeshFormat::Vtk => vtk::legacy::read(bytes),
         MeshFormat::Vtu => vtk::unstructured::read(bytes),
+        MeshFormat::LsDyna => lsdyna::read(bytes, include),
     }
 }

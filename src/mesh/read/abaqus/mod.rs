@@ -245,11 +245,7 @@ impl<'a> Reader<'a> {
         self.end_block()?;
         self.assign_parts()?;
         self.collect_node_sets()?;
-        if !self.skipped.is_empty() {
-            let list: Vec<String> =
-                self.skipped.iter().map(|(name, count)| format!("*{name} ({count})")).collect();
-            self.assembly.notes.push(format!("keywords not used: {}", list.join(", ")));
-        }
+        self.assembly.note_unused("keywords", "*", &self.skipped);
         self.assembly.into_mesh(|offset| place_of(self.bytes, offset, Encoding::Text))
     }
 }

@@ -5,13 +5,9 @@ use super::labels::{Labels, Owner, is_set, part_rank};
 use super::scalar::Values;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::MOST_NODES;
-use crate::mesh::names::shortened;
 use crate::mesh::read::assembly::{Assembly, NodeTag};
 use crate::mesh::{CellKind, Mesh, MeshError, Place};
 use std::collections::BTreeMap;
-
-/// Largest number of arrays named in the note on those that are not used.
-const MOST_LISTED: usize = 20;
 
 /// Points, cells, and the arrays that name parts and sets.
 #[derive(Default)]
@@ -30,8 +26,8 @@ pub(super) struct Grid {
     parts: Option<(usize, Labels)>,
     /// Name and marks of each node set.
     sets: Vec<(String, Vec<i64>)>,
-    /// Names of arrays that are not used.
-    unused: Vec<String>,
+    /// Arrays that are not used: the number of each name.
+    unused: BTreeMap<String, usize>,
 }
 
 impl Grid {
@@ -43,7 +39,7 @@ impl Grid {
                 Owner::Points => integer && !name.starts_with("vtk"),
             };
         if !wanted {
-            self.unused.push(name.to_owned());
+            self.leave(name);
         }
         wanted
     }
@@ -55,8 +51,13 @@ impl Grid {
                 self.sets.push((name.to_owned(), marks));
             }
             (Owner::Cells, values) => self.add_parts(name, values),
-            _ => self.unused.push(name.to_owned()),
+            _ => self.leave(name),
         }
+    }
+
+    /// Counts an array as not used.
+    fn leave(&mut self, name: &str) {
+        *self.unused.entry(name.to_owned()).or_default() += 1;
     }
 
     /// Keeps the labels of the array that comes first among those that name parts.
@@ -64,7 +65,7 @@ impl Grid {
         let better = part_rank(name).filter(|rank| self.parts.as_ref().is_none_or(|(best, _)| rank < best));
         match (better, Labels::new(values)) {
             (Some(rank), Some(labels)) => self.parts = Some((rank, labels)),
-            _ => self.unused.push(name.to_owned()),
+            _ => self.leave(name),
         }
     }
 
@@ -87,7 +88,7 @@ impl Grid {
             let tags = members.map(|(tag, _)| NodeTag { tag, offset: at });
             assembly.node_sets.entry(name).or_default().extend(tags);
         }
-        self.note_what_is_unused(&mut assembly);
+        assembly.note_unused("arrays", "", &self.unused);
         assembly.into_mesh(place)
     }
 
@@ -205,16 +206,6 @@ impl Grid {
             "{count} wedges list the triangle that faces inwards first, as Gmsh does and VTK does not"
         ));
         table.gmsh.order
-    }
-
-    fn note_what_is_unused(&self, assembly: &mut Assembly) {
-        if self.unused.is_empty() {
-            return;
-        }
-        let names: Vec<String> = self.unused.iter().take(MOST_LISTED).map(|name| shortened(name)).collect();
-        let more = self.unused.len() - names.len();
-        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
-        assembly.notes.push(format!("arrays not used: {}{rest}", names.join(", ")));
     }
 }
 
