@@ -8,6 +8,7 @@ mod abaqus;
 mod assembly;
 mod cursor;
 mod entries;
+mod febio;
 mod gmsh;
 mod lsdyna;
 mod vtk;
@@ -42,6 +43,9 @@ pub enum MeshFormat {
     /// LS-DYNA keyword file `.k`.
     #[serde(rename = "k")]
     LsDyna,
+    /// The mesh of a FEBio file `.feb`.
+    #[serde(rename = "feb")]
+    Febio,
 }
 
 /// Reads the file of this name that a mesh file includes, or says why it cannot.
@@ -49,7 +53,8 @@ pub type Include<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
 impl MeshFormat {
     /// All formats.
-    pub const ALL: [Self; 5] = [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna];
+    pub const ALL: [Self; 6] =
+        [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna, Self::Febio];
 
     /// The usual file extension of the format.
     pub fn extension(self) -> &'static str {
@@ -64,6 +69,7 @@ impl MeshFormat {
             Self::Vtk => &["vtk"],
             Self::Vtu => &["vtu"],
             Self::LsDyna => &["k", "key", "dyn"],
+            Self::Febio => &["feb"],
         }
     }
 
@@ -96,6 +102,8 @@ impl MeshFormat {
             Some(Self::Vtk)
         } else if begins(&[b"<"]) && names(b"<VTKFile") {
             Some(Self::Vtu)
+        } else if begins(&[b"<"]) && names(b"<febio_spec") {
+            Some(Self::Febio)
         } else {
             None
         }
@@ -125,5 +133,6 @@ pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Res
         MeshFormat::Vtk => vtk::legacy::read(bytes),
         MeshFormat::Vtu => vtk::unstructured::read(bytes),
         MeshFormat::LsDyna => lsdyna::read(bytes, include),
+        MeshFormat::Febio => febio::read(bytes),
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8], include: Include) -> Result<Mesh, MeshError> {
 /// Whether a file begins as a keyword file: with `*KEYWORD`, or with comments after `$`.
 pub(super) fn begins(start: &[u8]) -> bool {
     let first = start.split(|&b| b == b'\n').find(|line| !line.starts_with(b"$"));
-    let is_keyword = first.is_some_and(|line| keyword_of(line).is_some_and(|keyword| keyword == "KEYWORD"));
+    let is_keyword = first.is_some_and(|line| keyword_of(line).is_some_and(|keyword| keyword.starts_with("KEYWORD")));
     is_keyword || (start.starts_with(b"$") && first.is_some_and(|line| line.starts_with(b"*")))
 }
 
@@ -115,7 +115,7 @@ impl<'d> Reader<'d> {
         self.end_block()?;
         self.format[1] = Format::of_keyword(line, self.format[0]);
         self.block = match keyword {
-            "KEYWORD" => {
+            "KEYWORD" | "KEYWORD_ID" => {
                 self.format = [Format::of_deck(line).unwrap_or(self.format[0]); 2];
                 Block::Skipped
             }
