@@ -206,7 +206,10 @@ mod tests {
         let found = source.read_included("ball.k", "nodes.k", 100).unwrap();
         assert_eq!((found.file_name.as_str(), found.bytes.as_slice()), ("nodes.k", &b"nodes"[..]));
         let source = FolderSource::new(root.path());
-        assert_eq!(source.read_included("meshes/ball.k", "nodes.k", 100).unwrap().file_name, "meshes/nodes.k");
+        assert_eq!(
+            source.read_included("meshes/ball.k", "nodes.k", 100).unwrap().file_name,
+            "meshes/nodes.k"
+        );
         for name in ["../secret.k", "/etc/passwd"] {
             let result = source.read_included("meshes/ball.k", name, 100);
             assert!(matches!(result, Err(MeshSourceError::Outside { .. })), "{name}: {result:?}");

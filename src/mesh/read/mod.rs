@@ -1,4 +1,5 @@
-//! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary), Abaqus `.inp`, VTK `.vtk` and `.vtu`, LS-DYNA `.k`.
+//! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary), Abaqus `.inp`, VTK `.vtk`
+//! and `.vtu`, LS-DYNA `.k`, FEBio `.feb`, Nastran `.bdf`.
 //!
 //! The readers accept arbitrary bytes, trust none of them, and report the line or byte of an error. Volumes may be of any
 //! [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of other elements
@@ -11,6 +12,7 @@ mod entries;
 mod febio;
 mod gmsh;
 mod lsdyna;
+mod nastran;
 mod vtk;
 mod xml;
 
@@ -46,6 +48,9 @@ pub enum MeshFormat {
     /// The mesh of a FEBio file `.feb`.
     #[serde(rename = "feb")]
     Febio,
+    /// Nastran bulk data `.bdf`.
+    #[serde(rename = "bdf")]
+    Nastran,
 }
 
 /// Reads the file of this name that a mesh file includes, or says why it cannot.
@@ -53,8 +58,8 @@ pub type Include<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
 impl MeshFormat {
     /// All formats.
-    pub const ALL: [Self; 6] =
-        [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna, Self::Febio];
+    pub const ALL: [Self; 7] =
+        [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna, Self::Febio, Self::Nastran];
 
     /// The usual file extension of the format.
     pub fn extension(self) -> &'static str {
@@ -70,6 +75,7 @@ impl MeshFormat {
             Self::Vtu => &["vtu"],
             Self::LsDyna => &["k", "key", "dyn"],
             Self::Febio => &["feb"],
+            Self::Nastran => &["bdf", "nas"],
         }
     }
 
@@ -86,7 +92,7 @@ impl MeshFormat {
         Self::ALL.into_iter().find(has)
     }
 
-    /// The format from the first bytes of a file.
+    /// The format from the first bytes of a file; Nastran's has no certain beginning.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
         let start = bytes.trim_ascii_start();
         let begins = |words: &[&[u8]]| words.iter().any(|word| start.starts_with(word));
@@ -134,5 +140,6 @@ pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Res
         MeshFormat::Vtu => vtk::unstructured::read(bytes),
         MeshFormat::LsDyna => lsdyna::read(bytes, include),
         MeshFormat::Febio => febio::read(bytes),
+        MeshFormat::Nastran => nastran::read(bytes),
     }
 }

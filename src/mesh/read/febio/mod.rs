@@ -98,7 +98,10 @@ impl Kind {
             "tet4" => Self::Cell(CellKind::Tet4),
             "tet10" => Self::Cell(CellKind::Tet10),
             "penta6" => Self::Cell(CellKind::Wedge6),
-            _ if ["tri", "quad", "q4", "line", "truss", "beam", "point"].iter().any(|p| name.starts_with(p)) => {
+            _ if ["tri", "quad", "q4", "line", "truss", "beam", "point"]
+                .iter()
+                .any(|p| name.starts_with(p)) =>
+            {
                 Self::Boundary
             }
             _ => Self::Other(name),
@@ -154,7 +157,8 @@ impl<'a> Reader<'a> {
 
     fn elements(&mut self, section: Node<'a, 'a>) -> Result<(), MeshError> {
         let kind = Kind::of(self.xml.attribute(section, "type")?);
-        let name = section.attribute("name").map(str::trim).filter(|name| !name.is_empty()).unwrap_or("unnamed");
+        let name =
+            section.attribute("name").map(str::trim).filter(|name| !name.is_empty()).unwrap_or("unnamed");
         let mut boundary = Vec::new();
         for element in section.children().filter(Node::is_element) {
             let offset = element.range().start;
@@ -243,7 +247,8 @@ impl<'a> Reader<'a> {
             }
         }
         if !lines.is_empty() {
-            let list: Vec<String> = lines.into_iter().map(|(name, line)| format!("{name} ({line})")).collect();
+            let list: Vec<String> =
+                lines.into_iter().map(|(name, line)| format!("{name} ({line})")).collect();
             self.assembly.notes.push(format!("only the mesh is read; not used: {}", list.join(", ")));
         }
     }

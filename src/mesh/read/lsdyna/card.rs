@@ -122,7 +122,10 @@ mod tests {
     #[test]
     fn formats_come_from_signs_and_options() {
         let of = |line: &str| Format::of_keyword(line.as_bytes(), Format::I10);
-        assert_eq!([of("*NODE+"), of("*NODE +"), of("*NODE-")], [Format::Long, Format::Long, Format::Standard]);
+        assert_eq!(
+            [of("*NODE+"), of("*NODE +"), of("*NODE-")],
+            [Format::Long, Format::Long, Format::Standard]
+        );
         assert_eq!([of("*NODE%"), of("*NODE")], [Format::I10, Format::I10]);
         assert_eq!(Format::of_deck(b"*KEYWORD long=y memory=20m"), Some(Format::Long));
         assert_eq!(Format::of_deck(b"*KEYWORD"), None);

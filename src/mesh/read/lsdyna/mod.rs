@@ -43,7 +43,8 @@ pub(super) fn read(bytes: &[u8], include: Include) -> Result<Mesh, MeshError> {
 /// Whether a file begins as a keyword file: with `*KEYWORD`, or with comments after `$`.
 pub(super) fn begins(start: &[u8]) -> bool {
     let first = start.split(|&b| b == b'\n').find(|line| !line.starts_with(b"$"));
-    let is_keyword = first.is_some_and(|line| keyword_of(line).is_some_and(|keyword| keyword.starts_with("KEYWORD")));
+    let is_keyword =
+        first.is_some_and(|line| keyword_of(line).is_some_and(|keyword| keyword.starts_with("KEYWORD")));
     is_keyword || (start.starts_with(b"$") && first.is_some_and(|line| line.starts_with(b"*")))
 }
 
@@ -53,13 +54,17 @@ enum Block {
     Skipped,
     Nodes,
     /// Solid elements; number, part and offset of one whose nodes are on the next line.
-    Solids { begun: Option<(u64, u64, usize)> },
+    Solids {
+        begun: Option<(u64, u64, usize)>,
+    },
     /// Shells, of which only the nodes count.
     Shells,
     /// Elements that we have not, of this name.
     Others(&'static str),
     /// Titles and numbers of parts; the title if its number comes next.
-    Parts { title: Option<String> },
+    Parts {
+        title: Option<String>,
+    },
     Set(Box<Set>),
 }
 
@@ -130,7 +135,11 @@ impl<'d> Reader<'d> {
                 return Err(self.refuse(offset, &format!("*{}", shown(keyword.as_bytes())), remedy));
             }
             "NODE_TRANSFORM" | "NODE_MERGE" | "NODE_MERGE_SET" => {
-                return Err(self.refuse(offset, &format!("*{keyword}"), "write the nodes as they are after it"));
+                return Err(self.refuse(
+                    offset,
+                    &format!("*{keyword}"),
+                    "write the nodes as they are after it",
+                ));
             }
             _ => match set_keyword(keyword) {
                 Some((members, titled)) => Block::Set(Box::new(Set::new(members, titled, offset))),
@@ -149,7 +158,9 @@ impl<'d> Reader<'d> {
         let mut block = std::mem::replace(&mut self.block, Block::Skipped);
         let format = self.format[1];
         match &mut block {
-            Block::Parts { title: title @ None } => *title = Some(String::from_utf8_lossy(line).trim().to_owned()),
+            Block::Parts { title: title @ None } => {
+                *title = Some(String::from_utf8_lossy(line).trim().to_owned())
+            }
             Block::Set(set) if set.awaits_title() => self.set_line(set, line, format, offset)?,
             _ if line.is_empty() => {}
             Block::Skipped => {}
@@ -169,7 +180,9 @@ impl<'d> Reader<'d> {
 
     /// Parses the number of a node, an element, a part or a set.
     fn number(&self, field: &str, offset: usize) -> Result<u64, MeshError> {
-        field.parse().map_err(|_| self.error(offset, format!("expected a number, found {}", shown(field.as_bytes()))))
+        field
+            .parse()
+            .map_err(|_| self.error(offset, format!("expected a number, found {}", shown(field.as_bytes()))))
     }
 
     /// A node: number and coordinates, which default to zero.
@@ -277,8 +290,11 @@ impl<'d> Reader<'d> {
         let mut parts = self.part_of_cell.clone();
         parts.sort_unstable();
         parts.dedup();
-        let names: BTreeMap<u64, String> =
-            parts.iter().chain(self.shells.keys()).map(|&part| (part, self.part_name(part, &count))).collect();
+        let names: BTreeMap<u64, String> = parts
+            .iter()
+            .chain(self.shells.keys())
+            .map(|&part| (part, self.part_name(part, &count)))
+            .collect();
         let index: BTreeMap<u64, u32> =
             parts.into_iter().map(|part| (part, self.assembly.part(&names[&part]))).collect();
         self.assembly.part_of = self.part_of_cell.iter().map(|part| index[part]).collect();

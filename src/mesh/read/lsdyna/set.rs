@@ -81,10 +81,17 @@ impl Set {
 
 impl Reader<'_> {
     /// Reads one line of a set.
-    pub(super) fn set_line(&mut self, set: &mut Set, line: &[u8], format: Format, offset: usize) -> Result<(), MeshError> {
+    pub(super) fn set_line(
+        &mut self,
+        set: &mut Set,
+        line: &[u8],
+        format: Format,
+        offset: usize,
+    ) -> Result<(), MeshError> {
         if set.awaits_title() {
             // A blank title is none.
-            set.title = Some(String::from_utf8_lossy(line).trim().to_owned()).filter(|title| !title.is_empty());
+            set.title =
+                Some(String::from_utf8_lossy(line).trim().to_owned()).filter(|title| !title.is_empty());
             return Ok(());
         }
         let card = Card::plain(line, format);
@@ -115,7 +122,11 @@ impl Reader<'_> {
     }
 
     /// The numbers in these fields; blank ones and zeros are none.
-    fn members<'f>(&self, fields: impl Iterator<Item = &'f str>, offset: usize) -> Result<Vec<Numbers>, MeshError> {
+    fn members<'f>(
+        &self,
+        fields: impl Iterator<Item = &'f str>,
+        offset: usize,
+    ) -> Result<Vec<Numbers>, MeshError> {
         let mut numbers = Vec::new();
         for field in fields.filter(|field| !field.is_empty()) {
             let number = self.number(field, offset)?;

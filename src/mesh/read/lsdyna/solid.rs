@@ -94,6 +94,9 @@ mod tests {
         );
         assert_eq!(Solid::new(&[1, 2, 3, 4, 5, 6, 0, 0]), None);
         assert_eq!(Solid::new(&[0; 10]), None);
-        assert_eq!(Solid::new(&[1, 2, 3, 4, 0, 0, 0, 0]), Some(Solid::Cell(CellKind::Tet4, vec![1, 2, 3, 4])));
+        assert_eq!(
+            Solid::new(&[1, 2, 3, 4, 0, 0, 0, 0]),
+            Some(Solid::Cell(CellKind::Tet4, vec![1, 2, 3, 4]))
+        );
     }
 }

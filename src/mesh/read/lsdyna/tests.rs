@@ -78,9 +78,14 @@ fn wide_and_separated_fields() {
     // Long fields in the whole deck, with a way back for the rest.
     let long = with("*KEYWORD LONG=Y\n", "", nodes(20, 20), each(20));
     let short = |name: &str| (format!("{name}\n"), format!("{name}-\n"));
-    let names = ["*PART", "*ELEMENT_SHELL", "*SET_NODE_LIST_TITLE", "*SET_NODE_LIST_GENERATE", "*SET_NODE_GENERAL"];
+    let names =
+        ["*PART", "*ELEMENT_SHELL", "*SET_NODE_LIST_TITLE", "*SET_NODE_LIST_GENERATE", "*SET_NODE_GENERAL"];
     let others = ["*SET_NODE_ADD", "*SET_PART_LIST", "*SET_SEGMENT_TITLE"];
-    let long = names.iter().chain(&others).map(|name| short(name)).fold(long, |text, (from, to)| text.replace(&from, &to));
+    let long = names
+        .iter()
+        .chain(&others)
+        .map(|name| short(name))
+        .fold(long, |text, (from, to)| text.replace(&from, &to));
     is_the_deck(&read(&long).unwrap());
     let commas = |text: &str| {
         let line = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(", ") + "\n";
@@ -109,15 +114,27 @@ fn errors_name_the_line() {
     assert_eq!(same, (13, "node 1 is defined twice".into()));
     let found = broken(node, "       2             nan           0.000");
     assert_eq!(found, (13, "expected a finite coordinate, found \"nan\"".into()));
-    assert_eq!(broken(node, "      -2           1.000           0.000"), (13, "expected a number, found \"-2\"".into()));
-    assert_eq!(broken("       2       7       1", "       1       7       1"), (29, "element 1 is defined twice".into()));
-    assert_eq!(broken("       2       7       1", "       2       7      77"), (29, "there is no node 77".into()));
+    assert_eq!(
+        broken(node, "      -2           1.000           0.000"),
+        (13, "expected a number, found \"-2\"".into())
+    );
+    assert_eq!(
+        broken("       2       7       1", "       1       7       1"),
+        (29, "element 1 is defined twice".into())
+    );
+    assert_eq!(
+        broken("       2       7       1", "       2       7      77"),
+        (29, "there is no node 77".into())
+    );
     let wedge = "       3       7       1       2       3       3       5       6       7       7";
     let (line, message) = broken(wedge, "       3       7       1       2       3       3       5");
     assert_eq!((line, message.as_str()), (30, "a solid element has 4, 8 or 10 nodes, not 5"));
     let begun = broken(wedge, "       3       7\n*NODE\n");
     assert_eq!(begun, (30, "element 3 has no nodes".into()));
-    assert_eq!(broken("         3         4\n*SET_PART", "         3        44\n*SET_PART").1, "there is no set of nodes 44");
+    assert_eq!(
+        broken("         3         4\n*SET_PART", "         3        44\n*SET_PART").1,
+        "there is no set of nodes 44"
+    );
     assert!(broken("         1         2         7         8", "         2         1").1.contains("pairs"));
     let parameter = broken("         1         2         3         4\n*SET", "        &n\n*SET");
     assert_eq!(parameter, (40, "expected a number, found \"&n\"".into()));
@@ -126,7 +143,8 @@ fn errors_name_the_line() {
 #[test]
 fn what_is_not_understood_is_refused_with_its_line() {
     let with = |from: &str, to: &str| read(&deck().replacen(from, to, 1)).unwrap_err();
-    for keyword in ["ELEMENT_SOLID_TET4TOTET10", "ELEMENT_SOLID_ORTHO", "NODE_TRANSFORM", "INCLUDE_TRANSFORM"] {
+    for keyword in ["ELEMENT_SOLID_TET4TOTET10", "ELEMENT_SOLID_ORTHO", "NODE_TRANSFORM", "INCLUDE_TRANSFORM"]
+    {
         let error = with("*MAT_ELASTIC", &format!("*{keyword}"));
         assert!(matches!(error, MeshError::Unsupported { .. }), "{error}");
         assert!(error.to_string().starts_with("line 34: ") && error.to_string().contains(keyword), "{error}");
@@ -141,7 +159,8 @@ fn what_is_not_understood_is_refused_with_its_line() {
 
 /// The deck with its nodes in another file, as read with these files.
 fn with_files(files: &[(&str, String)]) -> Result<Mesh, MeshError> {
-    let main = deck().replace(&format!("*NODE\n$#   nid               x\n{}", nodes(8, 16)), "*INCLUDE\nnodes.k\n");
+    let main =
+        deck().replace(&format!("*NODE\n$#   nid               x\n{}", nodes(8, 16)), "*INCLUDE\nnodes.k\n");
     read_mesh_with(main.as_bytes(), MeshFormat::LsDyna, &mut |name| {
         let found = files.iter().find(|(known, _)| *known == name);
         found.map(|(_, text)| text.clone().into_bytes()).ok_or_else(|| "it does not exist".to_owned())
@@ -188,7 +207,9 @@ fn short_files_cannot_ask_for_endless_work() {
     let range = "*SET_NODE_LIST_GENERATE\n         9\n1, 18446744073709551615\n";
     let error = read(&deck().replace("*END", &format!("{range}*END"))).unwrap_err();
     assert!(matches!(error, MeshError::Unsupported { .. }), "{error}");
-    let all = (100..9000).map(|i| format!("*SET_NODE_GENERAL\n{i:>10}\n{}", "ALL\n".repeat(20))).collect::<String>();
+    let all = (100..9000)
+        .map(|i| format!("*SET_NODE_GENERAL\n{i:>10}\n{}", "ALL\n".repeat(20)))
+        .collect::<String>();
     let mesh = read(&deck().replace("*END", &format!("{all}*END"))).unwrap();
     assert_eq!(mesh.node_sets["set_100"].len(), 14);
     let parts = "7, 7, 7, 7, 7, 7, 7, 7\n".repeat(4000);
