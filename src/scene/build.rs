@@ -134,27 +134,9 @@ impl<'a> Builder<'a> {
     }
 
     fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
-        let found = self.source.read(name, self.budget.mesh_bytes);
-        let found = found.map_err(|error| source_problem(&error, place).value(name))?;
-        self.file_hashes.insert(name.to_owned(), Sha256::digest(&found.bytes).into());
-        // The format of a file without a known extension (an uploaded mesh) is detected from its first bytes.
-        let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
-        let format = format.ok_or_else(|| {
-            Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
-                .value(name)
-                .limit(format!("a file name ending in {}", MeshFormat::extensions_in_words()))
-                .remedy("save the mesh in one of these formats")
-        })?;
-        let mut left = self.budget.mesh_bytes.saturating_sub(found.bytes.len() as u64);
-        let (source, file_hashes) = (self.source, &mut self.file_hashes);
-        let mut include = |included: &str| {
-            let other = source.read_included(name, included, left).map_err(|error| error.to_string())?;
-            left -= other.bytes.len() as u64;
-            file_hashes.insert(other.file_name, Sha256::digest(&other.bytes).into());
-            Ok(other.bytes)
-        };
-        read_mesh_with(&found.bytes, format, &mut include)
-            .map_err(|error| mesh_problem(&error, place).value(name))
+        let (mesh, file_hashes) = read_file(self.source, name, self.budget.mesh_bytes, place)?;
+        self.file_hashes.extend(file_hashes);
+        Ok(mesh)
     }
 
     /// Takes elements from the budget; reports a problem when too few are left.
@@ -175,6 +157,38 @@ impl<'a> Builder<'a> {
         }
         left.map(|_| ())
     }
+}
+
+/// The mesh of a file of a source, and the SHA-256 of that file and of those that it includes, by name. Together they have at
+/// most `limit` bytes.
+///
+/// # Errors
+/// Why it cannot be read, as a problem at `place`.
+pub fn read_file(
+    source: &dyn MeshSource,
+    name: &str,
+    limit: u64,
+    place: &Pointer,
+) -> Result<(Mesh, BTreeMap<String, [u8; 32]>), Problem> {
+    let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
+    // The format of a file without a known extension (an uploaded mesh) is detected from its first bytes.
+    let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
+    let format = format.ok_or_else(|| {
+        Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
+            .value(name)
+            .limit(format!("a file name ending in {}", MeshFormat::extensions_in_words()))
+            .remedy("save the mesh in one of these formats")
+    })?;
+    let mut file_hashes = BTreeMap::from([(name.to_owned(), Sha256::digest(&found.bytes).into())]);
+    let mut left = limit.saturating_sub(found.bytes.len() as u64);
+    let mut include = |included: &str| {
+        let other = source.read_included(name, included, left).map_err(|error| error.to_string())?;
+        left = left.saturating_sub(other.bytes.len() as u64);
+        file_hashes.insert(other.file_name, Sha256::digest(&other.bytes).into());
+        Ok(other.bytes)
+    };
+    let mesh = read_mesh_with(&found.bytes, format, &mut include);
+    Ok((mesh.map_err(|error| mesh_problem(&error, place).value(name))?, file_hashes))
 }
 
 /// Only some parts of a mesh; every unknown name is a problem.
