@@ -151,8 +151,8 @@ mod tests {
     fn mesh() -> Mesh {
         let mut mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(0.1, 0.1, 0.04), [1, 1, 2], "skin").generate().unwrap();
-        let high = Vec3::new(0.02, 0.02, 0.06);
-        let other = Block::uniform(Vec3::new(0.0, 0.0, 0.05), high, [1, 1, 1], "round").generate().unwrap();
+        let size = Vec3::new(0.02, 0.02, 0.01);
+        let other = Block::uniform(Vec3::new(0.0, 0.0, 0.05), size, [1, 1, 1], "round").generate().unwrap();
         let nodes = mesh.nodes.len() as u32;
         mesh.nodes.extend(&other.nodes);
         mesh.cells.extend(other.cells.map(|node| node + nodes).iter());

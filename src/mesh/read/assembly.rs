@@ -8,6 +8,28 @@ use std::collections::{BTreeMap, HashMap};
 /// Largest number of names listed in a note on what is not used.
 const MOST_LISTED: usize = 50;
 
+/// What a file has that is not used.
+#[derive(Default)]
+pub(super) struct Unused {
+    /// Number of each of the first [`MOST_LISTED`] names.
+    counts: BTreeMap<String, usize>,
+    /// Number of others.
+    more: usize,
+}
+
+impl Unused {
+    /// Counts one of this name.
+    pub(super) fn add(&mut self, name: &str) {
+        if let Some(count) = self.counts.get_mut(name) {
+            *count += 1;
+        } else if self.counts.len() < MOST_LISTED {
+            self.counts.insert(name.to_owned(), 1);
+        } else {
+            self.more += 1;
+        }
+    }
+}
+
 /// A node number of the file, and the byte offset where it occurs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeTag {
@@ -77,15 +99,14 @@ impl Assembly {
     }
 
     /// Notes what a file has that is not used: names after `mark`, with the number of each.
-    pub(super) fn note_unused(&mut self, what: &str, mark: &str, unused: &BTreeMap<String, usize>) {
-        if unused.is_empty() {
+    pub(super) fn note_unused(&mut self, what: &str, mark: &str, unused: &Unused) {
+        if unused.counts.is_empty() {
             return;
         }
-        let listed = unused.iter().take(MOST_LISTED);
-        let mut list: Vec<String> =
-            listed.map(|(name, count)| format!("{mark}{} ({count})", shortened(name))).collect();
-        if unused.len() > MOST_LISTED {
-            list.push(format!("and {} more", unused.len() - MOST_LISTED));
+        let named = |(name, count): (&String, &usize)| format!("{mark}{} ({count})", shortened(name));
+        let mut list: Vec<String> = unused.counts.iter().map(named).collect();
+        if unused.more > 0 {
+            list.push(format!("and {} more", unused.more));
         }
         self.notes.push(format!("{what} not used: {}", list.join(", ")));
     }

@@ -81,6 +81,9 @@ fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> {
     Ok(mesh)
 }
 
+/// Largest number of sections named in the note on those that are not used.
+const MOST_LISTED: usize = 50;
+
 /// What the elements of a list are.
 enum Kind {
     Cell(CellKind),
@@ -242,7 +245,7 @@ impl<'a> Reader<'a> {
         let mut lines: Vec<(String, String)> = Vec::new();
         for section in sections {
             let name = section.tag_name().name();
-            if lines.len() < 50 && lines.iter().all(|(known, _)| known != name) {
+            if lines.len() < MOST_LISTED && lines.iter().all(|(known, _)| known != name) {
                 lines.push((name.to_owned(), self.xml.place(section.range().start).to_string()));
             }
         }

@@ -13,7 +13,7 @@ mod solid;
 mod tests;
 
 use super::Include;
-use super::assembly::{Assembly, NodeTag, free_name};
+use super::assembly::{Assembly, NodeTag, Unused, free_name, within_names};
 use super::cursor::{fortran_real, shown};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError};
@@ -85,7 +85,7 @@ struct Reader<'d> {
     block: Block,
     /// Format of the deck, and of the block.
     format: [Format; 2],
-    skipped: BTreeMap<String, usize>,
+    skipped: Unused,
 }
 
 impl<'d> Reader<'d> {
@@ -101,7 +101,7 @@ impl<'d> Reader<'d> {
             sets: Vec::new(),
             block: Block::Skipped,
             format: [Format::Standard; 2],
-            skipped: BTreeMap::new(),
+            skipped: Unused::default(),
         }
     }
 
@@ -144,7 +144,7 @@ impl<'d> Reader<'d> {
             _ => match set_keyword(keyword) {
                 Some((members, titled)) => Block::Set(Box::new(Set::new(members, titled, offset))),
                 None => {
-                    *self.skipped.entry(keyword.to_owned()).or_default() += 1;
+                    self.skipped.add(keyword);
                     Block::Skipped
                 }
             },
@@ -264,7 +264,7 @@ impl<'d> Reader<'d> {
             }
             Block::Set(set) => {
                 self.sets.push(*set);
-                Ok(())
+                within_names(self.sets.len())
             }
             _ => Ok(()),
         }

@@ -3,7 +3,7 @@
 use super::Reader;
 use super::card::{Card, Format};
 use crate::mesh::MeshError;
-use crate::mesh::read::assembly::{NodeTag, free_name, within_names};
+use crate::mesh::read::assembly::{NodeTag, free_name};
 use crate::mesh::read::entries::{Numbers, most_entries, within_limit};
 use std::collections::{BTreeMap, HashMap};
 
@@ -166,7 +166,6 @@ impl Reader<'_> {
             }
         }
         let sets = std::mem::take(&mut self.sets);
-        within_names(sets.len())?;
         let numbered: HashMap<u64, &Set> = sets
             .iter()
             .filter(|set| !matches!(set.members, Members::Parts | Members::PartRanges | Members::Segments))

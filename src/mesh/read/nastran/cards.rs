@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 
+/// Data fields of an entry beyond which its continuations are left out: no element has so many.
+const MOST_FIELDS: usize = 64;
+
 /// An entry with its continuations.
 pub(super) struct Card {
     /// Its name in capitals, without the asterisk of large fields.
@@ -101,7 +104,11 @@ impl Iterator for Cards<'_> {
         while let Some((offset, line)) = self.line() {
             let (first, data) = fields(&line);
             match &mut self.next {
-                Some(card) if first.is_empty() || first.starts_with(['+', '*']) => card.fields.extend(data),
+                Some(card) if first.is_empty() || first.starts_with(['+', '*']) => {
+                    if card.fields.len() < MOST_FIELDS {
+                        card.fields.extend(data);
+                    }
+                }
                 _ => {
                     let name = first.trim_end_matches('*').trim().to_ascii_uppercase();
                     if name == "ENDDATA" {

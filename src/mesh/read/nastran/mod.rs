@@ -6,7 +6,7 @@ mod cards;
 #[cfg(test)]
 mod tests;
 
-use super::assembly::{Assembly, NodeTag};
+use super::assembly::{Assembly, NodeTag, Unused};
 use super::cursor::{Numbers, fortran_real, place_of, shown};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{CellKind, Mesh, MeshError};
@@ -24,7 +24,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
         elements: HashSet::new(),
         property_of_cell: Vec::new(),
         shells: BTreeMap::new(),
-        skipped: BTreeMap::new(),
+        skipped: Unused::default(),
     };
     for card in Cards::new(bytes) {
         reader.card(&card)?;
@@ -52,7 +52,7 @@ struct Reader<'a> {
     property_of_cell: Vec<u64>,
     /// Nodes of the shells of each property.
     shells: BTreeMap<u64, Vec<NodeTag>>,
-    skipped: BTreeMap<String, usize>,
+    skipped: Unused,
 }
 
 impl Reader<'_> {
@@ -89,7 +89,7 @@ impl Reader<'_> {
             (_, Some(&(_, kind, other)), _) => self.solid(card, kind, other),
             (_, _, Some(&(_, nodes))) => self.shell(card, nodes),
             _ => {
-                *self.skipped.entry(card.name.clone()).or_default() += 1;
+                self.skipped.add(&card.name);
                 Ok(())
             }
         }

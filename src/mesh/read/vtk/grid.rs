@@ -5,7 +5,7 @@ use super::labels::{Labels, Owner, is_set, part_rank};
 use super::scalar::Values;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::MOST_NODES;
-use crate::mesh::read::assembly::{Assembly, NodeTag};
+use crate::mesh::read::assembly::{Assembly, NodeTag, Unused};
 use crate::mesh::{CellKind, Mesh, MeshError, Place};
 use std::collections::BTreeMap;
 
@@ -26,8 +26,8 @@ pub(super) struct Grid {
     parts: Option<(usize, Labels)>,
     /// Name and marks of each node set.
     sets: Vec<(String, Vec<i64>)>,
-    /// Arrays that are not used: the number of each name.
-    unused: BTreeMap<String, usize>,
+    /// Arrays that are not used.
+    unused: Unused,
 }
 
 impl Grid {
@@ -39,7 +39,7 @@ impl Grid {
                 Owner::Points => integer && !name.starts_with("vtk"),
             };
         if !wanted {
-            self.leave(name);
+            self.unused.add(name);
         }
         wanted
     }
@@ -51,13 +51,8 @@ impl Grid {
                 self.sets.push((name.to_owned(), marks));
             }
             (Owner::Cells, values) => self.add_parts(name, values),
-            _ => self.leave(name),
+            _ => self.unused.add(name),
         }
-    }
-
-    /// Counts an array as not used.
-    fn leave(&mut self, name: &str) {
-        *self.unused.entry(name.to_owned()).or_default() += 1;
     }
 
     /// Keeps the labels of the array that comes first among those that name parts.
@@ -65,7 +60,7 @@ impl Grid {
         let better = part_rank(name).filter(|rank| self.parts.as_ref().is_none_or(|(best, _)| rank < best));
         match (better, Labels::new(values)) {
             (Some(rank), Some(labels)) => self.parts = Some((rank, labels)),
-            _ => self.leave(name),
+            _ => self.unused.add(name),
         }
     }
 
