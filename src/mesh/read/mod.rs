@@ -11,6 +11,7 @@ mod cursor;
 mod entries;
 mod febio;
 mod gmsh;
+mod include;
 mod lsdyna;
 mod nastran;
 mod vtk;
@@ -18,6 +19,8 @@ mod xml;
 
 #[cfg(test)]
 mod tests;
+
+pub use include::Include;
 
 use super::{Mesh, MeshError};
 use serde::{Deserialize, Serialize};
@@ -52,9 +55,6 @@ pub enum MeshFormat {
     #[serde(rename = "bdf")]
     Nastran,
 }
-
-/// Reads the file of this name that a mesh file includes, or says why it cannot.
-pub type Include<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
 impl MeshFormat {
     /// All formats.
@@ -136,8 +136,8 @@ pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Res
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),
-        MeshFormat::Vtk => vtk::legacy::read(bytes),
-        MeshFormat::Vtu => vtk::unstructured::read(bytes),
+        MeshFormat::Vtk => vtk::read_legacy(bytes),
+        MeshFormat::Vtu => vtk::read_unstructured(bytes),
         MeshFormat::LsDyna => lsdyna::read(bytes, include),
         MeshFormat::Febio => febio::read(bytes),
         MeshFormat::Nastran => nastran::read(bytes),

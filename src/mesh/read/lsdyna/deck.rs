@@ -1,7 +1,7 @@
 //! The files of a deck: the keyword file and those that it includes, in the order in which they are read.
 
-use crate::mesh::read::Include;
 use crate::mesh::read::cursor::{Numbers, place_of, shown};
+use crate::mesh::read::include::Include;
 use crate::mesh::{MeshError, Place};
 use std::borrow::Cow;
 use std::ops::Range;

@@ -5,6 +5,7 @@
 //! become node sets, named by their titles or `set_<number>`; the nodes of shells form a node set named like their part.
 
 mod card;
+mod collect;
 mod deck;
 mod set;
 mod solid;
@@ -12,9 +13,9 @@ mod solid;
 #[cfg(test)]
 mod tests;
 
-use super::Include;
 use super::assembly::{Assembly, NodeTag, Unused, free_name, within_names};
 use super::cursor::{fortran_real, shown};
+use super::include::Include;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError};
 use card::{Card, Format};

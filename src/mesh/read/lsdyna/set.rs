@@ -1,11 +1,6 @@
-//! Sets of nodes, parts and segments, and the nodes in them.
+//! Sets of nodes, parts and segments.
 
-use super::Reader;
-use super::card::{Card, Format};
-use crate::mesh::MeshError;
-use crate::mesh::read::assembly::{NodeTag, free_name};
-use crate::mesh::read::entries::{Numbers, most_entries, within_limit};
-use std::collections::{BTreeMap, HashMap};
+use crate::mesh::read::entries::Numbers;
 
 /// What the members of a set are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,24 +21,27 @@ pub(super) enum Members {
 
 /// A set, as far as it is read.
 pub(super) struct Set {
-    members: Members,
+    /// What its lines list.
+    pub(super) members: Members,
     /// Title, if the keyword has one.
-    title: Option<String>,
+    pub(super) title: Option<String>,
     /// Its number, once that is read.
-    number: Option<u64>,
-    offset: usize,
+    pub(super) number: Option<u64>,
+    /// Offset of its keyword.
+    pub(super) offset: usize,
     /// Nodes, and ranges of them.
-    nodes: Vec<Numbers>,
-    parts: Vec<Numbers>,
-    sets: Vec<Numbers>,
+    pub(super) nodes: Vec<Numbers>,
+    /// Parts, and ranges of them.
+    pub(super) parts: Vec<Numbers>,
+    /// Sets of nodes.
+    pub(super) sets: Vec<Numbers>,
     /// Whether it has all nodes.
-    all: bool,
+    pub(super) all: bool,
 }
 
 /// A keyword for sets: its members, and whether a title comes first; `None` for other keywords.
 pub(super) fn set_keyword(keyword: &str) -> Option<(Members, bool)> {
-    let name = keyword.strip_suffix("_COLLECT").unwrap_or(keyword);
-    let (name, titled) = name.strip_suffix("_TITLE").map_or((name, false), |name| (name, true));
+    let (name, titled) = keyword.strip_suffix("_TITLE").map_or((keyword, false), |name| (name, true));
     let members = match name.strip_prefix("SET_")? {
         "NODE" | "NODE_LIST" => Members::Nodes,
         "NODE_LIST_GENERATE" => Members::NodeRanges,
@@ -71,148 +69,10 @@ impl Set {
     }
 
     /// Its name: the title, or `set_` and the number.
-    fn name(&self, number: u64) -> String {
+    pub(super) fn name(&self, number: u64) -> String {
         match self.title.as_deref().map(str::trim) {
             Some(title) if !title.is_empty() => title.to_owned(),
             _ => format!("set_{number}"),
         }
-    }
-}
-
-impl Reader<'_> {
-    /// Reads one line of a set.
-    pub(super) fn set_line(
-        &mut self,
-        set: &mut Set,
-        line: &[u8],
-        format: Format,
-        offset: usize,
-    ) -> Result<(), MeshError> {
-        if set.awaits_title() {
-            // A blank title is none.
-            set.title =
-                Some(String::from_utf8_lossy(line).trim().to_owned()).filter(|title| !title.is_empty());
-            return Ok(());
-        }
-        let card = Card::plain(line, format);
-        if set.number.is_none() {
-            set.number = Some(self.number(card.get(0), offset)?);
-            return Ok(());
-        }
-        match set.members {
-            Members::Nodes => set.nodes.extend(self.members(card.from(0), offset)?),
-            Members::NodeSets => set.sets.extend(self.members(card.from(0), offset)?),
-            Members::Parts => set.parts.extend(self.members(card.from(0), offset)?),
-            Members::NodeRanges => set.nodes.extend(self.ranges(&card, offset)?),
-            Members::PartRanges => set.parts.extend(self.ranges(&card, offset)?),
-            Members::Segments => {
-                set.nodes.extend(self.members(card.from(0).take(4), offset)?);
-            }
-            Members::General => match card.get(0).to_ascii_uppercase().as_str() {
-                "ALL" => set.all = true,
-                "NODE" => set.nodes.extend(self.members(card.from(1), offset)?),
-                "PART" => set.parts.extend(self.members(card.from(1), offset)?),
-                other => {
-                    let what = format!("a set of nodes by {other}");
-                    return Err(self.refuse(offset, &what, "list its nodes"));
-                }
-            },
-        }
-        Ok(())
-    }
-
-    /// The numbers in these fields; blank ones and zeros are none.
-    fn members<'f>(
-        &self,
-        fields: impl Iterator<Item = &'f str>,
-        offset: usize,
-    ) -> Result<Vec<Numbers>, MeshError> {
-        let mut numbers = Vec::new();
-        for field in fields.filter(|field| !field.is_empty()) {
-            let number = self.number(field, offset)?;
-            if number != 0 {
-                numbers.push(Numbers::one(number, offset));
-            }
-        }
-        Ok(numbers)
-    }
-
-    /// Pairs of first and last numbers.
-    fn ranges(&self, card: &Card, offset: usize) -> Result<Vec<Numbers>, MeshError> {
-        let ends = self.members(card.from(0), offset)?;
-        let (pairs, odd) = ends.as_chunks::<2>();
-        if !odd.is_empty() || pairs.iter().any(|[first, last]| last.first < first.first) {
-            return Err(self.error(offset, "expected pairs of a first and a last number"));
-        }
-        Ok(pairs
-            .iter()
-            .map(|[first, last]| Numbers { first: first.first, last: last.first, step: 1, offset })
-            .collect())
-    }
-
-    /// Makes node sets of all sets.
-    ///
-    /// # Errors
-    /// `Malformed` for a set of sets that are missing, `Unsupported` when sets are too large.
-    pub(super) fn collect_sets(&mut self) -> Result<(), MeshError> {
-        let mut of_part: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
-        if self.sets.iter().any(|set| !set.parts.is_empty()) {
-            for (cell, &part) in self.assembly.cells().iter().zip(&self.part_of_cell) {
-                of_part.entry(part).or_default().extend(cell.nodes);
-            }
-            for nodes in of_part.values_mut() {
-                nodes.sort_unstable();
-                nodes.dedup();
-            }
-        }
-        let sets = std::mem::take(&mut self.sets);
-        let numbered: HashMap<u64, &Set> = sets
-            .iter()
-            .filter(|set| !matches!(set.members, Members::Parts | Members::PartRanges | Members::Segments))
-            .filter_map(|set| Some((set.number?, set)))
-            .collect();
-        let (mut entries, most) = (0, most_entries(self.deck.size()));
-        for set in &sets {
-            let Some(number) = set.number else { continue };
-            let mut tags = Vec::new();
-            self.add_members(set, &of_part, &mut entries, most, &mut tags)?;
-            for of_set in &set.sets {
-                let Some(other) = numbered.get(&of_set.first) else {
-                    let message = format!("there is no set of nodes {}", of_set.first);
-                    return Err(self.error(of_set.offset, message));
-                };
-                self.add_members(other, &of_part, &mut entries, most, &mut tags)?;
-            }
-            let name = free_name(&self.assembly.node_sets, &set.name(number), &number.to_string());
-            self.assembly.node_sets.entry(name).or_default().extend(tags);
-        }
-        Ok(())
-    }
-
-    /// Adds the nodes of a set, apart from those of sets in it.
-    fn add_members(
-        &self,
-        set: &Set,
-        of_part: &BTreeMap<u64, Vec<u64>>,
-        entries: &mut u64,
-        most: u64,
-        tags: &mut Vec<NodeTag>,
-    ) -> Result<(), MeshError> {
-        let mut count = |more: u64| {
-            *entries = entries.saturating_add(more);
-            within_limit(*entries, most)
-        };
-        for range in &set.nodes {
-            count(range.count())?;
-            let known = range.each().filter(|tag| range.is_one() || self.assembly.has_node(*tag));
-            tags.extend(known.map(|tag| NodeTag { tag, offset: range.offset }));
-        }
-        let of_parts = set.parts.iter().flat_map(|range| of_part.range(range.first..=range.last));
-        let all = set.all.then_some(&self.nodes).into_iter();
-        for nodes in of_parts.map(|(_, nodes)| nodes).chain(all) {
-            count(nodes.len() as u64)?;
-            tags.extend(nodes.iter().map(|&tag| NodeTag { tag, offset: set.offset }));
-        }
-        Ok(())
     }
 }

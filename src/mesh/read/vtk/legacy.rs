@@ -12,7 +12,7 @@ use std::borrow::Cow;
 ///
 /// # Errors
 /// Those of [`read_mesh`](crate::mesh::read::read_mesh).
-pub(in crate::mesh::read) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut cursor = Cursor::new(bytes);
     let version = read_version(&mut cursor)?;
     // The title.
@@ -177,11 +177,11 @@ impl<'a> Reader<'a> {
             let list = self.integers(Scalar::I32, size, "the list of cells")?;
             return self.take_apart(&list, count);
         }
-        self.expect("OFFSETS")?;
+        self.require("OFFSETS")?;
         let scalar = self.numbers("offsets")?;
         self.cursor.line();
         let offsets = self.integers(scalar, count, "offsets")?;
-        self.expect("CONNECTIVITY")?;
+        self.require("CONNECTIVITY")?;
         let scalar = self.numbers("connectivity")?;
         self.cursor.line();
         self.grid.connectivity = self.integers(scalar, size, "connectivity")?;
@@ -195,7 +195,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn expect(&mut self, keyword: &str) -> Result<(), MeshError> {
+    fn require(&mut self, keyword: &str) -> Result<(), MeshError> {
         let (start, found) = self.word();
         if found.eq_ignore_ascii_case(keyword) {
             return Ok(());
@@ -264,7 +264,7 @@ impl<'a> Reader<'a> {
                 self.cursor.error(format!("expected a number of components, found {}", shown(rest)))
             })?
         };
-        self.expect("LOOKUP_TABLE")?;
+        self.require("LOOKUP_TABLE")?;
         self.cursor.line();
         self.values(&name, components, scalar)
     }

@@ -5,10 +5,28 @@ mod cell_type;
 mod compression;
 mod grid;
 mod labels;
-pub(super) mod legacy;
+mod legacy;
 mod scalar;
 mod stream;
-pub(super) mod unstructured;
+mod unstructured;
 
 #[cfg(test)]
 mod tests;
+
+use crate::mesh::{Mesh, MeshError};
+
+/// Reads a legacy `.vtk` file.
+///
+/// # Errors
+/// Those of [`super::read_mesh`].
+pub(super) fn read_legacy(bytes: &[u8]) -> Result<Mesh, MeshError> {
+    legacy::read(bytes)
+}
+
+/// Reads a `.vtu` file.
+///
+/// # Errors
+/// Those of [`super::read_mesh`].
+pub(super) fn read_unstructured(bytes: &[u8]) -> Result<Mesh, MeshError> {
+    unstructured::read(bytes)
+}

@@ -21,7 +21,7 @@ const END: &str = "</VTKFile>";
 ///
 /// # Errors
 /// Those of [`read_mesh`](crate::mesh::read::read_mesh).
-pub(in crate::mesh::read) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let appended = bytes.windows(APPENDED.len()).position(|window| window == APPENDED);
     let (head, appended) = bytes.split_at(appended.unwrap_or(bytes.len()));
     let mut text = String::from_utf8_lossy(head);
