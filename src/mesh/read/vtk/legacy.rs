@@ -3,7 +3,7 @@
 use super::grid::Grid;
 use super::labels::Owner;
 use super::scalar::{Scalar, Values, read_values};
-use crate::mechanics::tensor::Vec3;
+use super::text::unescaped;
 use crate::mesh::read::cursor::{Cursor, Numbers, place_of, shown};
 use crate::mesh::{Mesh, MeshError};
 use std::borrow::Cow;
@@ -53,13 +53,13 @@ fn read_version(cursor: &mut Cursor) -> Result<u32, MeshError> {
     }
 }
 
-struct Reader<'a> {
-    cursor: Cursor<'a>,
+pub(super) struct Reader<'a> {
+    pub(super) cursor: Cursor<'a>,
     /// Major version.
     version: u32,
-    grid: Grid,
+    pub(super) grid: Grid,
     /// What the arrays belong to, and how many of it there are; `None` before any `CELL_DATA` or `POINT_DATA`.
-    owner: Option<(Owner, usize)>,
+    pub(super) owner: Option<(Owner, usize)>,
 }
 
 impl<'a> Reader<'a> {
@@ -85,11 +85,7 @@ impl<'a> Reader<'a> {
             "TENSORS" => self.attribute(9),
             "TENSORS6" => self.attribute(6),
             "GLOBAL_IDS" | "PEDIGREE_IDS" => self.attribute(1),
-            "TEXTURE_COORDINATES" => {
-                let name = self.name();
-                let components = self.cursor.parsed("the number of texture coordinates")?;
-                self.array(&name, components, None)
-            }
+            "TEXTURE_COORDINATES" => self.texture_coordinates(),
             _ => {
                 let message = format!("expected a section, found {}", shown(keyword.as_bytes()));
                 Err(self.cursor.error_at(start, message))
@@ -98,18 +94,18 @@ impl<'a> Reader<'a> {
     }
 
     /// The next word, and where it begins.
-    fn word(&mut self) -> (usize, Cow<'a, str>) {
+    pub(super) fn word(&mut self) -> (usize, Cow<'a, str>) {
         let (start, word) = self.cursor.placed_word();
         (start, String::from_utf8_lossy(word))
     }
 
     /// The next word as a name, in which `%20` is a space.
-    fn name(&mut self) -> String {
+    pub(super) fn name(&mut self) -> String {
         unescaped(self.cursor.word())
     }
 
     /// Skips metadata, which end with an empty line.
-    fn metadata(&mut self) {
+    pub(super) fn metadata(&mut self) {
         self.cursor.line();
         while !self.cursor.line().is_empty() {}
     }
@@ -125,22 +121,21 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The next word as a type of numbers; `None` for texts, bits and variants.
-    fn scalar(&mut self) -> Result<Option<Scalar>, MeshError> {
+    /// The next word as a type of numbers; `None` for texts.
+    pub(super) fn scalar(&mut self) -> Result<Option<Scalar>, MeshError> {
         let (start, name) = self.word();
-        let scalar = Scalar::of_legacy(&name);
-        let other = ["string", "utf8_string", "bit"].iter().any(|known| name.eq_ignore_ascii_case(known));
-        if scalar.is_none() && !other {
-            let message = format!("expected a type of numbers, found {}", shown(name.as_bytes()));
-            return Err(self.cursor.error_at(start, message));
-        }
-        if name.eq_ignore_ascii_case("bit") {
-            return Err(MeshError::Unsupported {
+        match (name.to_ascii_lowercase().as_str(), Scalar::of_legacy(&name)) {
+            (_, Some(scalar)) => Ok(Some(scalar)),
+            ("string" | "utf8_string", _) => Ok(None),
+            ("bit", _) => Err(MeshError::Unsupported {
                 what: "an array of bits".into(),
                 remedy: "save the file without it, or with the type unsigned_char".into(),
-            });
+            }),
+            _ => {
+                let message = format!("expected a type of numbers, found {}", shown(name.as_bytes()));
+                Err(self.cursor.error_at(start, message))
+            }
         }
-        Ok(scalar)
     }
 
     fn numbers(&mut self, what: &str) -> Result<Scalar, MeshError> {
@@ -154,16 +149,8 @@ impl<'a> Reader<'a> {
         self.cursor.line();
         let each = 3 * scalar.size() as u64;
         self.cursor.counted(count as u64, 3, each, "points")?;
-        let coordinates = match read_values(&mut self.cursor, scalar, 3 * count, "coordinates")? {
-            Values::Reals(reals) => reals,
-            Values::Integers(integers) => integers.into_iter().map(|x| x as f64).collect(),
-            Values::Texts(_) => Vec::new(),
-        };
-        let (positions, _) = coordinates.as_chunks::<3>();
-        if let Some(point) = positions.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
-            return Err(self.cursor.error(format!("point {point} has a coordinate that is not finite")));
-        }
-        self.grid.points = positions.iter().map(|x| Vec3::from(*x)).collect();
+        let coordinates = read_values(&mut self.cursor, scalar, 3 * count, "coordinates")?;
+        self.grid.points = coordinates.into_positions().map_err(|message| self.cursor.error(message))?;
         Ok(())
     }
 
@@ -195,7 +182,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn require(&mut self, keyword: &str) -> Result<(), MeshError> {
+    pub(super) fn require(&mut self, keyword: &str) -> Result<(), MeshError> {
         let (start, found) = self.word();
         if found.eq_ignore_ascii_case(keyword) {
             return Ok(());
@@ -240,149 +227,4 @@ impl<'a> Reader<'a> {
         self.grid.types = self.integers(Scalar::I32, count, "cell types")?;
         Ok(())
     }
-
-    fn begin_data(&mut self, owner: Owner, count: usize, what: &str) -> Result<(), MeshError> {
-        let start = self.cursor.offset();
-        let found: usize = self.cursor.parsed("a number of values")?;
-        if found != count {
-            let message = format!("the grid has {count} {what}, its data {found}");
-            return Err(self.cursor.error_at(start, message));
-        }
-        self.owner = Some((owner, count));
-        Ok(())
-    }
-
-    fn scalars(&mut self) -> Result<(), MeshError> {
-        let name = self.name();
-        let scalar = self.scalar()?;
-        let rest = self.cursor.line();
-        let components = if rest.is_empty() {
-            1
-        } else {
-            let parsed = std::str::from_utf8(rest).ok().and_then(|rest| rest.parse().ok());
-            parsed.ok_or_else(|| {
-                self.cursor.error(format!("expected a number of components, found {}", shown(rest)))
-            })?
-        };
-        self.require("LOOKUP_TABLE")?;
-        self.cursor.line();
-        self.values(&name, components, scalar)
-    }
-
-    /// Colours: bytes in binary files, numbers from 0 to 1 in text.
-    fn colour_scalars(&mut self) -> Result<(), MeshError> {
-        let name = self.name();
-        let components = self.cursor.parsed("the number of colours")?;
-        self.cursor.line();
-        self.values(&name, components, Some(self.colour()))
-    }
-
-    fn colour(&self) -> Scalar {
-        if self.cursor.numbers == Numbers::Text { Scalar::F32 } else { Scalar::U8 }
-    }
-
-    fn lookup_table(&mut self) -> Result<(), MeshError> {
-        self.word();
-        let count: usize = self.cursor.parsed("the number of colours")?;
-        self.cursor.line();
-        let colour = self.colour();
-        read_values(&mut self.cursor, colour, count.saturating_mul(4), "colours").map(|_| ())
-    }
-
-    /// An attribute with this number of components: its name, its type, its values.
-    fn attribute(&mut self, components: u64) -> Result<(), MeshError> {
-        let name = self.name();
-        self.array(&name, components, None)
-    }
-
-    /// Arrays of any shape; before the data of points and cells, those of the whole file.
-    fn field(&mut self) -> Result<(), MeshError> {
-        self.word();
-        let arrays: u64 = self.cursor.parsed("the number of arrays")?;
-        for _ in 0..arrays {
-            let mut name = self.name();
-            // Metadata may follow an array.
-            while name.eq_ignore_ascii_case("METADATA") {
-                self.metadata();
-                name = self.name();
-            }
-            let components = self.cursor.parsed("the number of components")?;
-            let tuples = self.cursor.parsed("the number of tuples")?;
-            self.array(&name, components, Some(tuples))?;
-        }
-        Ok(())
-    }
-
-    /// The type and the values of an array.
-    fn array(&mut self, name: &str, components: u64, tuples: Option<usize>) -> Result<(), MeshError> {
-        let scalar = self.scalar()?;
-        self.cursor.line();
-        match (tuples, self.owner) {
-            (Some(tuples), Some((_, count))) if tuples != count => {
-                let message =
-                    format!("the array {} has {tuples} tuples, not {count}", shown(name.as_bytes()));
-                Err(self.cursor.error(message))
-            }
-            (Some(tuples), None) => self.read(scalar, components, tuples).map(|_| ()),
-            _ => self.values(name, components, scalar),
-        }
-    }
-
-    /// The values of an array of the points or cells.
-    fn values(&mut self, name: &str, components: u64, scalar: Option<Scalar>) -> Result<(), MeshError> {
-        let Some((owner, count)) = self.owner else {
-            return Err(self.cursor.error("an array before CELL_DATA or POINT_DATA"));
-        };
-        let integer = scalar.is_some_and(Scalar::is_integer);
-        let wanted = self.grid.wants(owner, name, components, integer);
-        let values = self.read(scalar, components, count)?;
-        if wanted {
-            self.grid.add_array(owner, name, values);
-        }
-        Ok(())
-    }
-
-    fn read(&mut self, scalar: Option<Scalar>, components: u64, tuples: usize) -> Result<Values, MeshError> {
-        let count = (tuples as u64).saturating_mul(components);
-        let count = self.cursor.counted(count, 1, 1, "values")?;
-        match scalar {
-            Some(scalar) => read_values(&mut self.cursor, scalar, count, "values of an array"),
-            None => (0..count).map(|_| self.text()).collect::<Result<_, _>>().map(Values::Texts),
-        }
-    }
-
-    /// One text: a line, or the number of its bytes and these.
-    fn text(&mut self) -> Result<String, MeshError> {
-        let bytes = if self.cursor.numbers == Numbers::Text {
-            self.cursor.line()
-        } else {
-            // The two highest bits give the number of bytes of the number.
-            let first = self.cursor.take(1, "the length of a text")?[0];
-            let more = [7, 3, 1, 0][usize::from(first >> 6)];
-            let rest = self.cursor.take(more, "the length of a text")?;
-            let length = rest.iter().fold(u64::from(first & 0x3f), |sum, &byte| sum << 8 | u64::from(byte));
-            self.cursor.take(usize::try_from(length).unwrap_or(usize::MAX), "a text")?
-        };
-        Ok(unescaped(bytes))
-    }
-}
-
-/// A text whose unusual characters are written as `%` and two hexadecimal digits.
-fn unescaped(bytes: &[u8]) -> String {
-    let mut out = Vec::with_capacity(bytes.len());
-    let mut rest = bytes;
-    while let Some((&byte, after)) = rest.split_first() {
-        let code = after.get(..2).and_then(|digits| std::str::from_utf8(digits).ok());
-        match code.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(code) if byte == b'%' => {
-                out.push(code);
-                rest = &after[2..];
-            }
-            _ => {
-                out.push(byte);
-                rest = after;
-            }
-        }
-    }
-    String::from_utf8_lossy(&out).into_owned()
 }

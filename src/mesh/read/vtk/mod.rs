@@ -6,8 +6,10 @@ mod compression;
 mod grid;
 mod labels;
 mod legacy;
+mod legacy_arrays;
 mod scalar;
 mod stream;
+mod text;
 mod unstructured;
 
 #[cfg(test)]

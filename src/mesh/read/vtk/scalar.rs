@@ -1,5 +1,6 @@
 //! Types of the numbers in VTK files: their names, and the reading of them.
 
+use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::read::cursor::{Cursor, Numbers};
 
@@ -24,6 +25,25 @@ pub(super) enum Values {
     Integers(Vec<i64>),
     Reals(Vec<f64>),
     Texts(Vec<String>),
+}
+
+impl Values {
+    /// Groups of three numbers as positions.
+    ///
+    /// # Errors
+    /// A message with the first point that has a coordinate that is not finite.
+    pub(super) fn into_positions(self) -> Result<Vec<Vec3>, String> {
+        let coordinates = match self {
+            Self::Reals(reals) => reals,
+            Self::Integers(integers) => integers.into_iter().map(|x| x as f64).collect(),
+            Self::Texts(_) => return Err("coordinates are numbers".into()),
+        };
+        let (positions, _) = coordinates.as_chunks::<3>();
+        match positions.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
+            Some(point) => Err(format!("point {point} has a coordinate that is not finite")),
+            None => Ok(positions.iter().map(|x| Vec3::from(*x)).collect()),
+        }
+    }
 }
 
 impl Scalar {

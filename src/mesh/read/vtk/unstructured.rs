@@ -144,16 +144,8 @@ impl<'a> Reader<'a> {
         if components != 3 {
             return Err(self.xml.error(array, format!("points have 3 coordinates, not {components}")));
         }
-        let coordinates = match self.values(array, count.saturating_mul(3))? {
-            Values::Reals(reals) => reals,
-            Values::Integers(integers) => integers.into_iter().map(|x| x as f64).collect(),
-            Values::Texts(_) => Vec::new(),
-        };
-        let (positions, _) = coordinates.as_chunks::<3>();
-        if let Some(point) = positions.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
-            return Err(self.xml.error(array, format!("point {point} has a coordinate that is not finite")));
-        }
-        Ok(positions.iter().map(|x| Vec3::from(*x)).collect())
+        let coordinates = self.values(array, count.saturating_mul(3))?;
+        coordinates.into_positions().map_err(|message| self.xml.error(array, message))
     }
 
     /// An array of integers of `<Cells>`.
