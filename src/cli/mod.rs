@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. Results go to `out`, which is standard output outside tests.
 
 pub mod contact_problem;
+pub mod convert;
 mod exit;
 pub mod export;
 mod input_file;
@@ -9,11 +10,14 @@ pub mod keep;
 pub mod material;
 mod material_fit;
 pub mod materials;
+pub mod mesh;
+mod mesh_file;
 mod output_file;
 pub mod plan;
 mod recording_output;
 pub mod report;
 pub mod run;
+pub mod scene;
 pub mod schema;
 #[cfg(feature = "service")]
 pub mod serve;
@@ -82,6 +86,14 @@ pub enum Command {
     Material(material::MaterialArgs),
     /// List the named sets of material parameters that scenes can use, with their sources.
     Materials(materials::MaterialsArgs),
+    /// Inspect mesh files.
+    #[command(subcommand)]
+    Mesh(mesh::MeshCommand),
+    /// Write a mesh file in another format.
+    Convert(convert::ConvertArgs),
+    /// Begin a scene.
+    #[command(subcommand)]
+    Scene(scene::SceneCommand),
     /// Solve saved frictional contact problems, and compare solvers on them.
     ContactProblem(contact_problem::ContactProblemArgs),
     /// Print the JSON Schema of the scene document.
@@ -112,6 +124,9 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Export(args) => export::export(&args, out),
         Command::Material(args) => material::material(&args, out),
         Command::Materials(args) => materials::materials(&args, out),
+        Command::Mesh(command) => mesh::mesh(&command, out),
+        Command::Convert(args) => convert::convert(&args, out),
+        Command::Scene(command) => scene::scene(&command, out),
         Command::ContactProblem(args) => contact_problem::contact_problem(&args, out),
         Command::Schema => schema::print(out),
         #[cfg(feature = "service")]

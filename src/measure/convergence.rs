@@ -96,9 +96,9 @@ pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f
 ///
 /// A curve φ₀ + a hᵖ is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130), with the
 /// order p of 1, ¾ or ½ that leaves the least scatter. Where the scatter is below the mean difference of successive values,
-/// σ < Δφ, the uncertainty is `1.25 |a hᵖ| + σ + |φ − φ_fit|`; else a factor of 3 replaces 1.25, and σ/Δφ multiplies the sum.
-/// It is at most what the differences themselves allow, so that values that scatter are not extrapolated: three times the largest of them
-/// for meshes of up to twice the size, in proportion to h − 1 beyond. This covers the error of orders from ½ on.
+/// σ < Δφ, the uncertainty is `1.25 |a hᵖ| + σ + |φ − φ_fit|`; else a factor of 3 replaces 1.25, and σ/Δφ multiplies the sum. Values
+/// that scatter so are not extrapolated farther than their differences allow: by three times the largest of them for meshes of up to twice
+/// the size, in proportion to 1/(h − 1) beyond, which covers the error of orders from ½ on.
 pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     let Some((finest, value)) = levels.last().copied() else { return f64::INFINITY };
     let fits = FITTED_ORDERS.map(|order| Fit::new(levels, order));
@@ -111,17 +111,15 @@ pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     if spread == 0.0 {
         return 0.0;
     }
+    let (of_curve, off_curve) =
+        ((fit.slope * finest.powf(fit.order)).abs(), fit.scatter + (value - fit.at(finest)).abs());
+    if fit.scatter < spread {
+        return SAFETY_OBSERVED * of_curve + off_curve;
+    }
     let allowed =
         |(h, phi): &(f64, f64)| SAFETY_ASSUMED * (phi - value).abs() / f64::max(h / finest - 1.0, 1.0);
     let most = levels.iter().map(allowed).fold(0.0, f64::max);
-    let (of_curve, off_curve) =
-        ((fit.slope * finest.powf(fit.order)).abs(), fit.scatter + (value - fit.at(finest)).abs());
-    let fitted = if fit.scatter < spread {
-        SAFETY_OBSERVED * of_curve + off_curve
-    } else {
-        SAFETY_ASSUMED * fit.scatter / spread * (of_curve + off_curve)
-    };
-    fitted.min(most)
+    (SAFETY_ASSUMED * fit.scatter / spread * (of_curve + off_curve)).min(most)
 }
 
 /// The curve φ₀ + a hᵖ of a given order p through values on meshes of the sizes h, by least squares with weights 1/h.

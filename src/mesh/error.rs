@@ -23,10 +23,17 @@ impl fmt::Display for ParameterProblem {
 }
 
 /// A place in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Line of a text file, from 1.
     Line(usize),
+    /// Line of a file that the file includes.
+    LineOf {
+        /// Name of the included file.
+        file: String,
+        /// Line in it, from 1.
+        line: usize,
+    },
     /// Byte offset in a binary file, from 0.
     Byte(usize),
 }
@@ -35,6 +42,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Place::Line(line) => write!(f, "line {line}"),
+            Place::LineOf { file, line } => write!(f, "line {line} of {file}"),
             Place::Byte(offset) => write!(f, "byte {offset}"),
         }
     }

@@ -10,6 +10,7 @@ pub mod distance;
 pub mod error;
 pub mod generate;
 pub mod hanging;
+pub mod inspect;
 pub mod local_refinement;
 pub mod locate;
 pub mod names;

@@ -12,7 +12,7 @@ use super::refinement::Meshes;
 use super::source::{MeshSource, MeshSourceError};
 use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::read::{MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
 use crate::mesh::{CellKind, Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
@@ -134,18 +134,9 @@ impl<'a> Builder<'a> {
     }
 
     fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
-        let found = self.source.read(name, self.budget.mesh_bytes);
-        let found = found.map_err(|error| source_problem(&error, place).value(name))?;
-        self.file_hashes.insert(name.to_owned(), Sha256::digest(&found.bytes).into());
-        // The format of a file without a known extension (an uploaded mesh) is detected from its first bytes.
-        let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
-        let format = format.ok_or_else(|| {
-            Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
-                .value(name)
-                .limit("a file name ending in .msh or .inp")
-                .remedy("save the mesh as Gmsh .msh or Abaqus .inp")
-        })?;
-        read_mesh(&found.bytes, format).map_err(|error| mesh_problem(&error, place).value(name))
+        let (mesh, file_hashes) = read_file(self.source, name, self.budget.mesh_bytes, place)?;
+        self.file_hashes.extend(file_hashes);
+        Ok(mesh)
     }
 
     /// Takes elements from the budget; reports a problem when too few are left.
@@ -166,6 +157,38 @@ impl<'a> Builder<'a> {
         }
         left.map(|_| ())
     }
+}
+
+/// The mesh of a file of a source, and the SHA-256 of that file and of those that it includes, by name. Together they have at
+/// most `limit` bytes.
+///
+/// # Errors
+/// Why it cannot be read, as a problem at `place`.
+pub fn read_file(
+    source: &dyn MeshSource,
+    name: &str,
+    limit: u64,
+    place: &Pointer,
+) -> Result<(Mesh, BTreeMap<String, [u8; 32]>), Problem> {
+    let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
+    // The format of a file without a known extension (an uploaded mesh) is detected from its first bytes.
+    let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
+    let format = format.ok_or_else(|| {
+        Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
+            .value(name)
+            .limit(format!("a file name ending in {}", MeshFormat::extensions_in_words()))
+            .remedy("save the mesh in one of these formats")
+    })?;
+    let mut file_hashes = BTreeMap::from([(name.to_owned(), Sha256::digest(&found.bytes).into())]);
+    let mut left = limit.saturating_sub(found.bytes.len() as u64);
+    let mut include = |included: &str| {
+        let other = source.read_included(name, included, left).map_err(|error| error.to_string())?;
+        left = left.saturating_sub(other.bytes.len() as u64);
+        file_hashes.insert(other.file_name, Sha256::digest(&other.bytes).into());
+        Ok(other.bytes)
+    };
+    let mesh = read_mesh_with(&found.bytes, format, &mut include);
+    Ok((mesh.map_err(|error| mesh_problem(&error, place).value(name))?, file_hashes))
 }
 
 /// Only some parts of a mesh; every unknown name is a problem.
@@ -270,7 +293,7 @@ fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
             .limit(CellKind::ALL.map(|kind| kind.table().title).join(", "))
             .remedy("mesh with cells of these kinds"),
         MeshError::Malformed { .. } => {
-            problem.limit("a valid .msh or .inp file").remedy("export the file again, or repair it")
+            problem.limit("a valid file of its format").remedy("export the file again, or repair it")
         }
         _ => problem.limit("a mesh of cells with a finite element").remedy("change the mesh"),
     }
@@ -291,6 +314,9 @@ fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
         MeshSourceError::NotUploaded { .. } => Problem::error("mesh_not_found", here, error.to_string())
             .limit("the id of an uploaded mesh")
             .remedy("upload the file by `POST /v1/meshes` and name the mesh by the id in the answer"),
+        MeshSourceError::OneFile { .. } => Problem::error("mesh_in_many_files", here, error.to_string())
+            .limit("a mesh in one file")
+            .remedy("put everything into one file"),
         MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
             .limit("a relative path without \"..\" and without links that leave the folder")
             .remedy("copy the mesh into the folder of the scene"),

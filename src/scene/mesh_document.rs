@@ -17,7 +17,7 @@ pub enum MeshDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshFileDocument {
-    /// File name relative to the scene's folder (`.msh`, `.inp`), or the id of an uploaded mesh.
+    /// File name relative to the scene's folder (`.msh`, `.inp`, `.vtk`, `.vtu`, `.k`, `.feb`, `.bdf`), or the id of an uploaded mesh.
     pub name: String,
     /// Parts of the file that make up this body; all by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]

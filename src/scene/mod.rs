@@ -20,6 +20,7 @@ mod deformation;
 pub mod document;
 pub mod elements;
 pub mod exposed_faces;
+pub mod first_scene;
 pub mod frames;
 pub mod integrator_choice;
 pub mod integrator_document;

@@ -1,5 +1,6 @@
 //! Sources of mesh bytes: files in the folder of the scene, or the store of a service.
 
+use crate::mesh::read::MeshFormat;
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
 
@@ -10,6 +11,15 @@ pub trait MeshSource {
     /// # Errors
     /// When the mesh does not exist, lies outside the source, is larger than `limit` bytes, or cannot be read.
     fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError>;
+
+    /// The file that the mesh called `name` includes as `included`: its name in this source, and its bytes. Only files
+    /// include others: by default, a mesh is one file.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    fn read_included(&self, name: &str, _: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
+        Err(MeshSourceError::OneFile { name: name.to_owned() })
+    }
 }
 
 /// A mesh file, not yet parsed.
@@ -36,6 +46,12 @@ pub enum MeshSourceError {
     #[error("there is no mesh {name:?}")]
     NotUploaded {
         /// Id of the mesh that was requested.
+        name: String,
+    },
+    /// A mesh that includes other files where there are none.
+    #[error("the mesh {name:?} is uploaded as one file")]
+    OneFile {
+        /// The requested name.
         name: String,
     },
     /// A name that points outside the folder of the scene.
@@ -109,8 +125,8 @@ impl FolderSource {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let mut names: Vec<String> = entries
             .map(|entry| entry.path())
-            .filter(|path| path.extension().is_some_and(|e| e == "msh" || e == "inp"))
             .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
+            .filter(|name| MeshFormat::from_name(name).is_some())
             .collect();
         names.sort();
         names
@@ -137,6 +153,14 @@ impl MeshSource for FolderSource {
             return Err(too_large(bytes.len() as u64));
         }
         Ok(MeshBytes { file_name: name.to_owned(), bytes })
+    }
+
+    /// Included names are relative to the folder of the mesh.
+    fn read_included(&self, name: &str, included: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
+        let beside = Path::new(name).with_file_name("").join(included);
+        let beside = beside.to_str().filter(|_| !Path::new(included).is_absolute());
+        let outside = || MeshSourceError::Outside { name: included.to_owned() };
+        self.read(beside.ok_or_else(outside)?, limit)
     }
 }
 
@@ -170,5 +194,27 @@ mod tests {
             };
             assert!(known.contains(&"block.msh".into()));
         }
+    }
+
+    #[test]
+    fn files_are_included_from_the_folder_of_the_mesh() {
+        let root = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(root.path().join("meshes")).unwrap();
+        std::fs::write(root.path().join("meshes/nodes.k"), "nodes").unwrap();
+        std::fs::write(root.path().join("secret.k"), "secret").unwrap();
+        let source = FolderSource::new(root.path().join("meshes"));
+        let found = source.read_included("ball.k", "nodes.k", 100).unwrap();
+        assert_eq!((found.file_name.as_str(), found.bytes.as_slice()), ("nodes.k", &b"nodes"[..]));
+        let source = FolderSource::new(root.path());
+        assert_eq!(
+            source.read_included("meshes/ball.k", "nodes.k", 100).unwrap().file_name,
+            "meshes/nodes.k"
+        );
+        for name in ["../secret.k", "/etc/passwd"] {
+            let result = source.read_included("meshes/ball.k", name, 100);
+            assert!(matches!(result, Err(MeshSourceError::Outside { .. })), "{name}: {result:?}");
+        }
+        let result = NoFiles.read_included("ball", "nodes.k", 100);
+        assert!(matches!(result, Err(MeshSourceError::OneFile { .. })), "{result:?}");
     }
 }

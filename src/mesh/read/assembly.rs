@@ -1,10 +1,34 @@
 //! From the contents of a file, in its own numbering, to a [`Mesh`].
 
-use super::cursor::{Numbers, place_of};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::names::{MOST_NAMES, fault, shortened};
-use crate::mesh::{CellKind, Cells, Mesh, MeshError};
+use crate::mesh::{CellKind, Cells, Mesh, MeshError, Place};
 use std::collections::{BTreeMap, HashMap};
+
+/// Largest number of names listed in a note on what is not used.
+const MOST_LISTED: usize = 50;
+
+/// What a file has that is not used.
+#[derive(Default)]
+pub(super) struct Unused {
+    /// Number of each of the first [`MOST_LISTED`] names.
+    counts: BTreeMap<String, usize>,
+    /// Number of others.
+    more: usize,
+}
+
+impl Unused {
+    /// Counts one of this name.
+    pub(super) fn add(&mut self, name: &str) {
+        if let Some(count) = self.counts.get_mut(name) {
+            *count += 1;
+        } else if self.counts.len() < MOST_LISTED {
+            self.counts.insert(name.to_owned(), 1);
+        } else {
+            self.more += 1;
+        }
+    }
+}
 
 /// A node number of the file, and the byte offset where it occurs.
 #[derive(Clone, Copy, Debug)]
@@ -74,11 +98,24 @@ impl Assembly {
         part
     }
 
-    /// The mesh, with nodes in the order of the file.
+    /// Notes what a file has that is not used: names after `mark`, with the number of each.
+    pub(super) fn note_unused(&mut self, what: &str, mark: &str, unused: &Unused) {
+        if unused.counts.is_empty() {
+            return;
+        }
+        let named = |(name, count): (&String, &usize)| format!("{mark}{} ({count})", shortened(name));
+        let mut list: Vec<String> = unused.counts.iter().map(named).collect();
+        if unused.more > 0 {
+            list.push(format!("and {} more", unused.more));
+        }
+        self.notes.push(format!("{what} not used: {}", list.join(", ")));
+    }
+
+    /// The mesh, with nodes in the order of the file; `place` names the place of a byte offset.
     ///
     /// # Errors
     /// `UnsupportedElements`, `Empty`, and `Malformed` for a reference to a missing node.
-    pub(super) fn into_mesh(self, bytes: &[u8], numbers: Numbers) -> Result<Mesh, MeshError> {
+    pub(super) fn into_mesh(self, place: impl Fn(usize) -> Place) -> Result<Mesh, MeshError> {
         if !self.unsupported.is_empty() {
             let kinds = self.unsupported.iter().map(|(kind, count)| format!("{kind} ({count})")).collect();
             return Err(MeshError::UnsupportedElements { kinds });
@@ -89,7 +126,7 @@ impl Assembly {
         check_names(self.parts.iter().chain(self.node_sets.keys()))?;
         let resolve = |tag: u64, offset: usize| {
             self.index.get(&tag).copied().ok_or_else(|| MeshError::Malformed {
-                place: place_of(bytes, offset, numbers),
+                place: place(offset),
                 message: format!("there is no node {tag}"),
             })
         };
@@ -106,6 +143,11 @@ impl Assembly {
         note_what_is_dropped(&mut mesh);
         Ok(mesh)
     }
+}
+
+/// The name, with its origin appended if a node set has that name already.
+pub(super) fn free_name(taken: &BTreeMap<String, Vec<NodeTag>>, name: &str, origin: &str) -> String {
+    if taken.contains_key(name) { format!("{name}_{origin}") } else { name.to_owned() }
 }
 
 /// Refuses too many names, and invalid ones.

@@ -36,10 +36,26 @@ pub(super) fn shown(found: &[u8]) -> String {
     if short.len() < text.len() { format!("{short:?}…") } else { format!("{short:?}") }
 }
 
+/// A finite real number as Fortran writes it: the exponent after E or D, or after its sign alone (`1.0-3`).
+pub(super) fn fortran_real(text: &str) -> Option<f64> {
+    let text = text.trim().replace(['D', 'd'], "e");
+    let value = text.parse::<f64>().ok().or_else(|| {
+        let sign = text.rfind(['+', '-']).filter(|&at| at > 0)?;
+        let (mantissa, exponent) = text.split_at(sign);
+        format!("{mantissa}e{exponent}").parse().ok()
+    });
+    value.filter(|value| value.is_finite())
+}
+
 impl<'a> Cursor<'a> {
     /// Starts at the beginning of a file, with numbers as text.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, offset: 0, numbers: Numbers::Text }
+    }
+
+    /// Starts at `start`, and ends before `end`; places are those of the whole file.
+    pub(super) fn within(bytes: &'a [u8], start: usize, end: usize) -> Self {
+        Self { bytes: &bytes[..end], offset: start, numbers: Numbers::Text }
     }
 
     /// Byte offset of the next item: after white space in a text file.
@@ -97,15 +113,28 @@ impl<'a> Cursor<'a> {
         &rest[..end]
     }
 
+    /// The next word of text, and where it begins.
+    pub(super) fn placed_word(&mut self) -> (usize, &'a [u8]) {
+        self.skip_white_space();
+        (self.offset, self.word())
+    }
+
     /// The next word of text as a number.
     pub(super) fn parsed<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, MeshError> {
-        self.skip_white_space();
-        let start = self.offset;
-        let word = self.word();
+        let (start, word) = self.placed_word();
         std::str::from_utf8(word)
             .ok()
             .and_then(|text| text.parse().ok())
             .ok_or_else(|| self.error_at(start, format!("expected {what}, found {}", shown(word))))
+    }
+
+    /// The next `count` bytes.
+    pub(super) fn take(&mut self, count: usize, what: &str) -> Result<&'a [u8], MeshError> {
+        let Some((taken, _)) = self.rest().split_at_checked(count) else {
+            return Err(self.error(format!("expected {count} bytes of {what}, found the end of the file")));
+        };
+        self.offset += count;
+        Ok(taken)
     }
 
     /// The next `N` bytes, in little-endian order.

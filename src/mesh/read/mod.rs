@@ -1,4 +1,5 @@
-//! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary) and Abaqus `.inp`.
+//! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary), Abaqus `.inp`, VTK `.vtk`
+//! and `.vtu`, LS-DYNA `.k`, FEBio `.feb`, Nastran `.bdf`.
 //!
 //! The readers accept arbitrary bytes, trust none of them, and report the line or byte of an error. Volumes may be of any
 //! [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of other elements
@@ -7,10 +8,19 @@
 mod abaqus;
 mod assembly;
 mod cursor;
+mod entries;
+mod febio;
 mod gmsh;
+mod include;
+mod lsdyna;
+mod nastran;
+mod vtk;
+mod xml;
 
 #[cfg(test)]
 mod tests;
+
+pub use include::Include;
 
 use super::{Mesh, MeshError};
 use serde::{Deserialize, Serialize};
@@ -29,34 +39,84 @@ pub enum MeshFormat {
     /// Abaqus or CalculiX `.inp`.
     #[serde(rename = "inp")]
     Abaqus,
+    /// Legacy VTK `.vtk` of an unstructured grid, ASCII or binary.
+    #[serde(rename = "vtk")]
+    Vtk,
+    /// XML VTK `.vtu` of an unstructured grid.
+    #[serde(rename = "vtu")]
+    Vtu,
+    /// LS-DYNA keyword file `.k`.
+    #[serde(rename = "k")]
+    LsDyna,
+    /// The mesh of a FEBio file `.feb`.
+    #[serde(rename = "feb")]
+    Febio,
+    /// Nastran bulk data `.bdf`.
+    #[serde(rename = "bdf")]
+    Nastran,
 }
 
 impl MeshFormat {
-    /// File extension of the format.
+    /// All formats.
+    pub const ALL: [Self; 7] =
+        [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna, Self::Febio, Self::Nastran];
+
+    /// The usual file extension of the format.
     pub fn extension(self) -> &'static str {
+        self.extensions()[0]
+    }
+
+    /// File extensions of the format, the usual one first.
+    pub fn extensions(self) -> &'static [&'static str] {
         match self {
-            Self::Gmsh => "msh",
-            Self::Abaqus => "inp",
+            Self::Gmsh => &["msh"],
+            Self::Abaqus => &["inp"],
+            Self::Vtk => &["vtk"],
+            Self::Vtu => &["vtu"],
+            Self::LsDyna => &["k", "key", "dyn"],
+            Self::Febio => &["feb"],
+            Self::Nastran => &["bdf", "nas"],
         }
     }
 
-    /// The format from the extension of a file name (`.msh`, `.inp`, not case-sensitive).
-    pub fn from_name(name: &str) -> Option<Self> {
-        let (_, extension) = name.rsplit_once('.')?;
-        [Self::Gmsh, Self::Abaqus].into_iter().find(|f| extension.eq_ignore_ascii_case(f.extension()))
+    /// The extensions of all formats, for messages (".msh, .inp").
+    pub fn extensions_in_words() -> String {
+        let all = Self::ALL.into_iter().flat_map(Self::extensions);
+        all.map(|extension| format!(".{extension}")).collect::<Vec<_>>().join(", ")
     }
 
-    /// The format from the first bytes of a file.
+    /// The format from the extension of a file name (not case-sensitive).
+    pub fn from_name(name: &str) -> Option<Self> {
+        let (_, extension) = name.rsplit_once('.')?;
+        let has = |format: &Self| format.extensions().iter().any(|own| extension.eq_ignore_ascii_case(own));
+        Self::ALL.into_iter().find(has)
+    }
+
+    /// The format from the first bytes of a file; Nastran's has no certain beginning.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
-        match bytes.trim_ascii_start() {
-            start if start.starts_with(b"$MeshFormat") || start.starts_with(b"$Comments") => Some(Self::Gmsh),
-            start if start.starts_with(b"*") => Some(Self::Abaqus),
-            _ => None,
+        let start = bytes.trim_ascii_start();
+        let begins = |words: &[&[u8]]| words.iter().any(|word| start.starts_with(word));
+        let names =
+            |root: &[u8]| start[..start.len().min(2000)].windows(root.len()).any(|found| found == root);
+        if begins(&[b"$MeshFormat", b"$Comments"]) {
+            Some(Self::Gmsh)
+        } else if lsdyna::begins(start) {
+            Some(Self::LsDyna)
+        } else if begins(&[b"*"]) {
+            Some(Self::Abaqus)
+        } else if begins(&[b"# vtk"]) {
+            Some(Self::Vtk)
+        } else if begins(&[b"<"]) && names(b"<VTKFile") {
+            Some(Self::Vtu)
+        } else if begins(&[b"<"]) && names(b"<febio_spec") {
+            Some(Self::Febio)
+        } else {
+            None
         }
     }
 }
 
-/// Reads a mesh; coordinates are in metres ([`Mesh::transformed`] scales others).
+/// Reads a mesh from one file; coordinates are in metres ([`Mesh::transformed`] scales others).
 ///
 /// Nodes without a volume element are omitted, with a note.
 ///
@@ -65,8 +125,21 @@ impl MeshFormat {
 /// finite; `UnsupportedElements` for volume elements of other kinds; `Unsupported` for versions, encodings and keywords
 /// that are not supported; `Empty` for a file without volume elements.
 pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
+    read_mesh_with(bytes, format, &mut |_| Err("included files are not available here".into()))
+}
+
+/// Reads a mesh from a file and those that it includes (LS-DYNA), which `include` reads.
+///
+/// # Errors
+/// Those of [`read_mesh`], and `Unsupported` for a file that cannot be included.
+pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),
+        MeshFormat::Vtk => vtk::read_legacy(bytes),
+        MeshFormat::Vtu => vtk::read_unstructured(bytes),
+        MeshFormat::LsDyna => lsdyna::read(bytes, include),
+        MeshFormat::Febio => febio::read(bytes),
+        MeshFormat::Nastran => nastran::read(bytes),
     }
 }

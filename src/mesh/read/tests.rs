@@ -108,7 +108,8 @@ fn the_ball_of_the_file_is_the_ball_of_the_generator() {
 fn formats_are_known_by_name_and_by_their_beginning() {
     assert_eq!(MeshFormat::from_name("a/Scene.MSH"), Some(MeshFormat::Gmsh));
     assert_eq!(MeshFormat::from_name("b.inp"), Some(MeshFormat::Abaqus));
-    assert_eq!(MeshFormat::from_name("c.vtu"), None);
+    assert_eq!(MeshFormat::from_name("c.vtu"), Some(MeshFormat::Vtu));
+    assert_eq!(MeshFormat::from_name("c.vtp"), None);
     assert_eq!(MeshFormat::from_name("msh"), None);
     assert_eq!(MeshFormat::sniff(MSH), Some(MeshFormat::Gmsh));
     assert_eq!(MeshFormat::sniff(INP), Some(MeshFormat::Abaqus));
@@ -116,7 +117,7 @@ fn formats_are_known_by_name_and_by_their_beginning() {
 }
 
 /// Line and message of the error for this text.
-fn malformed(text: &str, format: MeshFormat) -> (usize, String) {
+pub(super) fn malformed(text: &str, format: MeshFormat) -> (usize, String) {
     match read_mesh(text.as_bytes(), format) {
         Err(MeshError::Malformed { place: Place::Line(line), message }) => (line, message),
         other => panic!("{other:?}"),
@@ -244,7 +245,7 @@ fn abaqus_refuses_what_it_does_not_understand_by_name() {
 
 /// Nodes of a unit cube, followed by the edge midpoints of the tetrahedron 1 2 4 5: first those in the plane z = 0, then
 /// those on the edges from nodes 1, 2 and 4.
-const NODES: [[f64; 3]; 14] = [
+pub(super) const NODES: [[f64; 3]; 14] = [
     [0.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
     [1.0, 1.0, 0.0],
@@ -262,7 +263,7 @@ const NODES: [[f64; 3]; 14] = [
 ];
 
 /// A hexahedron, both tetrahedra and a wedge, which overlap: readers do not check that.
-fn is_one_of_each(mesh: &Mesh) {
+pub(super) fn is_one_of_each(mesh: &Mesh) {
     let kinds: Vec<CellKind> = mesh.cells.iter().map(|cell| cell.kind).collect();
     assert_eq!(kinds, [CellKind::Tet10, CellKind::Hex8, CellKind::Wedge6, CellKind::Tet4]);
     for (element, exact) in [1.0 / 6.0, 1.0, 0.5, 1.0 / 6.0].into_iter().enumerate() {

@@ -3,6 +3,7 @@
 mod broken;
 mod cells;
 mod library;
+mod mesh_formats;
 mod rigid;
 
 use super::*;

@@ -24,7 +24,7 @@ use utoipa::IntoParams;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct UploadParameters {
-    /// The format, unless the first character identifies it: `msh` or `inp`.
+    /// The format, unless the beginning of the file identifies it: `msh`, `inp`, `vtk`, `vtu`, `k`, `feb` or `bdf`.
     format: Option<MeshFormat>,
 }
 

@@ -1,6 +1,7 @@
 //! Errors as `application/problem+json` (RFC 9457). The only file that assigns statuses to errors.
 
 use crate::blobs::BlobError;
+use crate::mesh::read::MeshFormat;
 use crate::scene::{self, Problems};
 use crate::service::jobs::{JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
@@ -311,7 +312,7 @@ impl From<JobsError> for Problem {
 impl From<MeshRefusal> for Problem {
     fn from(refusal: MeshRefusal) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message)
-            .remedy("Send a Gmsh .msh (2.2 or 4.1) or an Abaqus .inp file of solid cells.")
+            .remedy(format!("Send a file of solid cells: {}.", MeshFormat::extensions_in_words()))
     }
 }
 

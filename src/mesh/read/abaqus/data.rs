@@ -1,9 +1,10 @@
 //! Data lines: nodes, elements, members of sets, faces of surfaces.
 
-use super::sets::{Numbers, Sets};
+use super::sets::Sets;
 use super::{Block, CardSet, Reader};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::read::cursor::shown;
+use crate::mesh::read::cursor::{fortran_real, shown};
+use crate::mesh::read::entries::Numbers;
 use crate::mesh::{CellKind, MeshError};
 use std::borrow::Cow;
 
@@ -85,9 +86,7 @@ impl Reader<'_> {
             if field.is_empty() {
                 continue;
             }
-            // Fortran writes exponents with D.
-            let value = field.replace(['D', 'd'], "e").parse::<f64>().ok().filter(|value| value.is_finite());
-            *x = value.ok_or_else(|| {
+            *x = fortran_real(field).ok_or_else(|| {
                 self.error(offset, format!("expected a finite coordinate, found {}", shown(field.as_bytes())))
             })?;
         }

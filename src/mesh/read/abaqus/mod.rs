@@ -9,7 +9,7 @@ mod lines;
 mod resolve;
 mod sets;
 
-use super::assembly::{Assembly, within_names};
+use super::assembly::{Assembly, Unused, within_names};
 use super::cursor::{Numbers as Encoding, place_of};
 use crate::mesh::{CellKind, Mesh, MeshError};
 use lines::{Keyword, Line, Lines};
@@ -77,7 +77,7 @@ struct Reader<'a> {
     surfaces: BTreeMap<String, Vec<(String, usize, usize)>>,
     /// Names of the element sets of solid sections.
     sections: Vec<String>,
-    skipped: BTreeMap<String, usize>,
+    skipped: Unused,
     parts_seen: usize,
 }
 
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
             facets: Sets::of_file(bytes.len()),
             surfaces: BTreeMap::new(),
             sections: Vec::new(),
-            skipped: BTreeMap::new(),
+            skipped: Unused::default(),
             parts_seen: 0,
         }
     }
@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
                 Block::Skipped
             }
             other => {
-                *self.skipped.entry(other.to_owned()).or_default() += 1;
+                self.skipped.add(other);
                 Block::Skipped
             }
         };
@@ -215,7 +215,7 @@ impl<'a> Reader<'a> {
                 Ok(Block::Surface { name })
             }
             Some(other) => {
-                *self.skipped.entry(format!("SURFACE of type {other}")).or_default() += 1;
+                self.skipped.add(&format!("SURFACE of type {other}"));
                 Ok(Block::Skipped)
             }
         }
@@ -245,11 +245,7 @@ impl<'a> Reader<'a> {
         self.end_block()?;
         self.assign_parts()?;
         self.collect_node_sets()?;
-        if !self.skipped.is_empty() {
-            let list: Vec<String> =
-                self.skipped.iter().map(|(name, count)| format!("*{name} ({count})")).collect();
-            self.assembly.notes.push(format!("keywords not used: {}", list.join(", ")));
-        }
-        self.assembly.into_mesh(self.bytes, Encoding::Text)
+        self.assembly.note_unused("keywords", "*", &self.skipped);
+        self.assembly.into_mesh(|offset| place_of(self.bytes, offset, Encoding::Text))
     }
 }

@@ -1,10 +1,9 @@
 //! After all lines are read: the part of each cell, and the nodes of each set.
 
 use super::Reader;
-use super::sets::{Numbers, most_entries, within_limit};
-use crate::mesh::read::assembly::NodeTag;
+use crate::mesh::read::assembly::{NodeTag, free_name};
+use crate::mesh::read::entries::{Numbers, most_entries, within_limit};
 use crate::mesh::{Cell, MeshError};
-use std::collections::BTreeMap;
 
 impl Reader<'_> {
     /// Assigns each cell a part: its solid section, else the set of its `*ELEMENT`, else the first `*ELSET`.
@@ -128,9 +127,4 @@ impl Reader<'_> {
             .map(|(tag, range)| NodeTag { tag, offset: range.offset })
             .collect()
     }
-}
-
-/// The name, with its origin appended if a node set has that name already.
-fn free_name(taken: &BTreeMap<String, Vec<NodeTag>>, name: &str, origin: &str) -> String {
-    if taken.contains_key(name) { format!("{name}_{origin}") } else { name.to_owned() }
 }

@@ -3,7 +3,7 @@
 use super::element_kind::ElementKind;
 use crate::mesh::cell::MOST_NODES;
 use crate::mesh::read::assembly::{Assembly, NodeTag};
-use crate::mesh::read::cursor::{Cursor, Numbers};
+use crate::mesh::read::cursor::{Cursor, Numbers, place_of};
 use crate::mesh::{Mesh, MeshError};
 use std::collections::BTreeMap;
 
@@ -90,6 +90,6 @@ impl Contents {
                 self.in_many_groups
             ));
         }
-        self.assembly.into_mesh(bytes, numbers)
+        self.assembly.into_mesh(|offset| place_of(bytes, offset, numbers))
     }
 }

@@ -1,0 +1,114 @@
+//! `contuse mesh info`: contents and quality of a mesh file.
+
+use super::json::write_json;
+use super::mesh_file::read_mesh_file;
+use super::plan::write_table;
+use super::{CliError, Exit};
+use crate::mesh::MeshError;
+use crate::mesh::inspect::{Inspection, inspect};
+use crate::mesh::names::shortened;
+use clap::{Args, Subcommand};
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// Subcommands on mesh files.
+#[derive(Debug, Subcommand)]
+pub enum MeshCommand {
+    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file.
+    Info(InfoArgs),
+}
+
+/// Arguments of `contuse mesh info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf.
+    pub file: PathBuf,
+    /// Print the answer as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Executes a command on a mesh file. Exit code 0 if the mesh can be computed with, 2 if it cannot.
+///
+/// # Errors
+/// Why the file is no mesh.
+pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let MeshCommand::Info(args) = command;
+    let (mesh, name) = read_mesh_file(&args.file)?;
+    let found = inspect(&mesh).ok_or_else(|| CliError::Usage(format!("{name}: {}", MeshError::Empty)))?;
+    if args.json {
+        write_json(&found, out)?;
+    } else {
+        write_inspection(&name, &found, out)?;
+    }
+    Ok(if found.negative_elements == 0 { Exit::Success } else { Exit::InvalidInput })
+}
+
+fn write_inspection(name: &str, found: &Inspection, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "{name}: {} elements, {} nodes; lengths in the unit of the file",
+        found.elements, found.nodes
+    )?;
+    let kinds: Vec<String> = found.kinds.iter().map(|k| format!("{} {}", k.elements, k.kind)).collect();
+    writeln!(out, "  kinds         {}", kinds.join(", "))?;
+    let [low, high] = found.bounding_box.map(|corner| corner.map(|x| format!("{x:.6}")).join(", "));
+    writeln!(out, "  bounding box  ({low}) to ({high})")?;
+    writeln!(out, "  volume        {:.6e}", found.volume)?;
+    let aspect = found.max_aspect_ratio.map_or_else(|| "infinite".to_owned(), |ratio| format!("{ratio:.1}"));
+    writeln!(
+        out,
+        "  edges         {:.4e} to {:.4e}, aspect ratio up to {aspect}",
+        found.edges[0], found.edges[1]
+    )?;
+
+    writeln!(out, "\nParts")?;
+    let parts =
+        found.parts.iter().map(|p| [shortened(&p.name), p.elements.to_string(), format!("{:.6e}", p.volume)]);
+    write_table(&["part", "elements", "volume"], &parts.collect::<Vec<_>>(), out)?;
+    if !found.node_sets.is_empty() {
+        writeln!(out, "\nNode sets")?;
+        let sets = found.node_sets.iter().map(|set| [shortened(&set.name), set.nodes.to_string()]);
+        write_table(&["set", "nodes"], &sets.collect::<Vec<_>>(), out)?;
+    }
+    write_quality(found, out)?;
+    found.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
+}
+
+fn write_quality(found: &Inspection, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "\nSmallest scaled Jacobian of each element (1 in the ideal element)")?;
+    for bin in found.histogram.iter().filter(|bin| bin.elements > 0) {
+        let share = 100.0 * bin.elements as f64 / found.elements as f64;
+        writeln!(out, "  {:4.1} to {:3.1}  {:>9}  {share:5.1} %", bin.from, bin.to, bin.elements)?;
+    }
+    writeln!(out, "\nWorst elements")?;
+    let header = ["element", "kind", "part", "scaled Jacobian", "aspect ratio", "centre"];
+    let rows = found.worst.iter().map(|element| {
+        [
+            element.element.to_string(),
+            element.kind.to_owned(),
+            shortened(&element.part),
+            format!("{:.4}", element.scaled_jacobian),
+            element.aspect_ratio.map_or_else(|| "infinite".to_owned(), |ratio| format!("{ratio:.1}")),
+            element.centre.map(|x| format!("{x:.6}")).join(", "),
+        ]
+    });
+    write_table(&header, &rows.collect::<Vec<_>>(), out)?;
+    writeln!(out)?;
+    for (count, what) in [
+        (
+            found.negative_elements,
+            "elements cannot be computed: a Jacobian at a quadrature point is not positive",
+        ),
+        (found.folded_elements, "elements are folded at a corner: computed with poor accuracy"),
+        (
+            found.coincident_nodes,
+            "nodes are at the position of another: intended where bodies touch, else a crack",
+        ),
+    ] {
+        if count > 0 {
+            writeln!(out, "{count} {what}")?;
+        }
+    }
+    Ok(())
+}

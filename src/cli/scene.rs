@@ -1,0 +1,65 @@
+//! `contuse scene from`: a first scene of a mesh file.
+
+use super::mesh_file::read_mesh_file;
+use super::output_file::write_file;
+use super::{CliError, Exit};
+use crate::scene::first_scene::first_scene;
+use clap::{Args, Subcommand};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Subcommands on scene documents.
+#[derive(Debug, Subcommand)]
+pub enum SceneCommand {
+    /// Write a first scene of a mesh file: bodies, parts and sets with guessed roles. What only you know is left open, and
+    /// `contuse validate` names it.
+    From(FromArgs),
+}
+
+/// Arguments of `contuse scene from`.
+#[derive(Args, Debug)]
+pub struct FromArgs {
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf.
+    pub mesh: PathBuf,
+    /// Scene to write, in the folder of the mesh [default: standard output].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// Executes a command on scene documents.
+///
+/// # Errors
+/// Why a file cannot be read or written.
+pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let SceneCommand::From(args) = command;
+    if let Some(output) = &args.output {
+        check_folder(output, &args.mesh)?;
+    }
+    let (mesh, name) = read_mesh_file(&args.mesh)?;
+    mesh.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    let document = first_scene(&mesh, &name);
+    match &args.output {
+        Some(output) => write_file(output, |file| writeln!(file, "{document:#}"))?,
+        None => writeln!(out, "{document:#}")?,
+    }
+    Ok(Exit::Success)
+}
+
+/// Refuses a scene outside the folder of its mesh, which it could not read, and one that exists.
+fn check_folder(scene: &Path, mesh: &Path) -> Result<(), CliError> {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        parent.canonicalize().ok()
+    };
+    if scene.exists() {
+        return Err(CliError::Usage(format!("{} exists: name another file with -o", scene.display())));
+    }
+    if folder(scene) == folder(mesh) {
+        return Ok(());
+    }
+    Err(CliError::Usage(format!(
+        "{} is not in the folder of {}: a scene reads meshes of its own folder; write it there with -o",
+        scene.display(),
+        mesh.display()
+    )))
+}

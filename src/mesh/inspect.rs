@@ -1,0 +1,217 @@
+//! What is in a mesh: kinds, parts, sets, size, and the quality of its elements with the worst of them.
+
+use super::Mesh;
+use super::quality::{ElementQuality, element_quality, quality};
+use serde::Serialize;
+
+/// Number of the worst elements that are listed.
+pub const WORST: usize = 10;
+
+/// Number of bins of the histogram between scaled Jacobians 0 and 1.
+const BINS: usize = 10;
+
+/// Contents and quality of a mesh; lengths and volumes are in the unit of the mesh.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Inspection {
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of elements.
+    pub elements: usize,
+    /// Number of elements of each kind.
+    pub kinds: Vec<KindCount>,
+    /// Parts in their order.
+    pub parts: Vec<PartInspection>,
+    /// Node sets by name.
+    pub node_sets: Vec<SetInspection>,
+    /// Lower and upper corner of the bounding box.
+    pub bounding_box: [[f64; 3]; 2],
+    /// Volume of all elements.
+    pub volume: f64,
+    /// Length of the shortest and of the longest edge.
+    pub edges: [f64; 2],
+    /// Largest ratio of longest to shortest edge in one element [-]; null if an edge has no length.
+    pub max_aspect_ratio: Option<f64>,
+    /// Elements that cannot be computed: a Jacobian is not positive at a quadrature point.
+    pub negative_elements: usize,
+    /// Elements that are valid inside but folded at a corner: computed with poor accuracy.
+    pub folded_elements: usize,
+    /// Nodes at exactly the position of an earlier one.
+    pub coincident_nodes: usize,
+    /// Numbers of elements by their smallest scaled Jacobian.
+    pub histogram: Vec<Bin>,
+    /// The elements with the smallest scaled Jacobians, worst first.
+    pub worst: Vec<WorstElement>,
+    /// Notes of the reader.
+    pub notes: Vec<String>,
+}
+
+/// Elements of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KindCount {
+    /// Name of the kind ("hex8").
+    pub kind: &'static str,
+    /// Number of its elements.
+    pub elements: usize,
+}
+
+/// One part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartInspection {
+    /// Name of the part.
+    pub name: String,
+    /// Number of its elements.
+    pub elements: usize,
+    /// Its volume.
+    pub volume: f64,
+}
+
+/// One node set.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SetInspection {
+    /// Name of the set.
+    pub name: String,
+    /// Number of its nodes.
+    pub nodes: usize,
+}
+
+/// Elements whose smallest scaled Jacobian is above `from` and at most `to` [-].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bin {
+    /// Lower end.
+    pub from: f64,
+    /// Upper end.
+    pub to: f64,
+    /// Number of elements.
+    pub elements: usize,
+}
+
+/// An element of poor quality, and where it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorstElement {
+    /// Index of the element, in the order of the file.
+    pub element: usize,
+    /// Its kind ("hex8").
+    pub kind: &'static str,
+    /// Name of its part.
+    pub part: String,
+    /// Mean of the positions of its nodes.
+    pub centre: [f64; 3],
+    /// Smallest scaled Jacobian of its corners and quadrature points [-].
+    pub scaled_jacobian: f64,
+    /// Ratio of its longest to its shortest edge [-]; null if an edge has no length.
+    pub aspect_ratio: Option<f64>,
+}
+
+/// Contents and quality of a mesh; `None` without elements.
+pub fn inspect(mesh: &Mesh) -> Option<Inspection> {
+    let quality = quality(mesh)?;
+    let of_element: Vec<ElementQuality> =
+        mesh.cells.iter().map(|cell| element_quality(cell.kind, &cell.points(&mesh.nodes))).collect();
+    Some(Inspection {
+        nodes: mesh.nodes.len(),
+        elements: mesh.cells.len(),
+        kinds: mesh
+            .cells
+            .counts()
+            .into_iter()
+            .map(|(kind, elements)| KindCount { kind: kind.table().name, elements })
+            .collect(),
+        parts: parts(mesh, &of_element),
+        node_sets: mesh
+            .node_sets
+            .iter()
+            .map(|(name, set)| SetInspection { name: name.clone(), nodes: set.len() })
+            .collect(),
+        bounding_box: quality.bounding_box_m.map(Into::into),
+        volume: quality.volume_m3,
+        edges: [quality.min_edge_m, quality.max_edge_m],
+        max_aspect_ratio: finite(quality.max_aspect_ratio),
+        negative_elements: quality.negative.count,
+        folded_elements: quality.folded_corners.count,
+        coincident_nodes: quality.coincident_nodes.count,
+        histogram: histogram(&of_element),
+        worst: worst(mesh, &of_element),
+        notes: mesh.notes.clone(),
+    })
+}
+
+fn finite(ratio: f64) -> Option<f64> {
+    ratio.is_finite().then_some(ratio)
+}
+
+fn parts(mesh: &Mesh, of_element: &[ElementQuality]) -> Vec<PartInspection> {
+    let empty = |name: &String| PartInspection { name: name.clone(), elements: 0, volume: 0.0 };
+    let mut parts: Vec<PartInspection> = mesh.parts.iter().map(empty).collect();
+    for (&part, element) in mesh.part_of.iter().zip(of_element) {
+        let part = &mut parts[part as usize];
+        part.elements += 1;
+        part.volume += element.volume_m3;
+    }
+    parts
+}
+
+/// One bin for Jacobians that are not positive, and equal ones above zero. Jacobians are at most 1 up to rounding.
+fn histogram(of_element: &[ElementQuality]) -> Vec<Bin> {
+    let width = 1.0 / BINS as f64;
+    let positive = (0..BINS).map(|bin| (bin as f64 * width, (bin + 1) as f64 * width));
+    let ends = std::iter::once((-1.0, 0.0)).chain(positive);
+    let mut bins: Vec<Bin> = ends.map(|(from, to)| Bin { from, to, elements: 0 }).collect();
+    for element in of_element {
+        let jacobian = element.min_scaled_jacobian();
+        // Also where it is not a number.
+        let bin = if jacobian > 0.0 { ((jacobian / width).ceil() as usize).min(BINS) } else { 0 };
+        bins[bin].elements += 1;
+    }
+    bins
+}
+
+fn worst(mesh: &Mesh, of_element: &[ElementQuality]) -> Vec<WorstElement> {
+    let mut order: Vec<usize> = (0..of_element.len()).collect();
+    let jacobian = |element: &usize| of_element[*element].min_scaled_jacobian();
+    order.sort_by(|a, b| jacobian(a).total_cmp(&jacobian(b)));
+    let described = |element: usize| {
+        let cell = mesh.cells.get(element);
+        let sum: crate::mechanics::tensor::Vec3 =
+            cell.nodes.iter().map(|&node| mesh.nodes[node as usize]).sum();
+        WorstElement {
+            element,
+            kind: cell.kind.table().name,
+            part: mesh.parts[mesh.part_of[element] as usize].clone(),
+            centre: (sum / cell.nodes.len() as f64).into(),
+            scaled_jacobian: of_element[element].min_scaled_jacobian(),
+            aspect_ratio: finite(of_element[element].aspect_ratio()),
+        }
+    };
+    order.into_iter().take(WORST).map(described).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::generate::block::Block;
+    use super::*;
+    use crate::mechanics::tensor::Vec3;
+
+    #[test]
+    fn a_mesh_is_described_with_its_worst_elements() {
+        let mut mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(1.0, 1.0, 3.0), [1, 1, 3], "low").generate().unwrap();
+        mesh.parts.push("high".into());
+        mesh.part_of = vec![0, 0, 1];
+        // The uppermost element is sheared.
+        mesh.nodes.iter_mut().filter(|x| x.z > 2.5).for_each(|x| x.x += 1.0);
+        let found = inspect(&mesh).unwrap();
+        assert_eq!((found.nodes, found.elements), (16, 3));
+        assert_eq!(found.kinds, [KindCount { kind: "hex8", elements: 3 }]);
+        let parts: Vec<_> = found.parts.iter().map(|part| (part.name.as_str(), part.elements)).collect();
+        assert_eq!(parts, [("low", 2), ("high", 1)]);
+        assert!((found.parts[1].volume - 1.0).abs() < 1e-14);
+        assert_eq!(found.bounding_box, [[0.0; 3], [2.0, 1.0, 3.0]]);
+        let worst = &found.worst[0];
+        assert_eq!((worst.element, worst.part.as_str(), worst.centre), (2, "high", [1.0, 0.5, 2.5]));
+        assert!((worst.scaled_jacobian - 0.5_f64.sqrt()).abs() < 1e-14);
+        let counts: Vec<usize> = found.histogram.iter().map(|bin| bin.elements).collect();
+        assert_eq!(counts, [0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 2]);
+        assert!(inspect(&Mesh::default()).is_none());
+    }
+}

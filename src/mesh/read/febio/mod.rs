@@ -1,0 +1,258 @@
+//! The mesh of FEBio files `.feb`, versions 2.5 to 4.0 (FEBio User Manual, "Mesh Section"). Materials, loads and all other
+//! sections are left out, with a note of their lines.
+//!
+//! Parts are the `<Elements>` of volumes; `<NodeSet>`, `<Surface>`, `<ElementSet>`, and `<Elements>` of shells and lines become
+//! node sets.
+
+#[cfg(test)]
+mod tests;
+
+use super::assembly::{Assembly, NodeTag, free_name};
+use super::cursor::shown;
+use super::entries::{most_entries, within_limit};
+use super::xml::Xml;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::{CellKind, Mesh, MeshError};
+use roxmltree::Node;
+use std::collections::HashMap;
+
+/// Reads a `.feb` file.
+///
+/// # Errors
+/// Those of [`super::read_mesh`].
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
+    let text = String::from_utf8_lossy(bytes);
+    let xml = Xml::new(&text)?;
+    let mesh = mesh_section(&xml)?;
+    let mut reader = Reader {
+        xml: &xml,
+        assembly: Assembly::default(),
+        elements: HashMap::new(),
+        entries: 0,
+        most_entries: most_entries(bytes.len()),
+    };
+    let sections = || mesh.children().filter(Node::is_element);
+    for section in sections() {
+        match section.tag_name().name() {
+            "Nodes" => reader.nodes(section)?,
+            "Elements" => reader.elements(section)?,
+            _ => {}
+        }
+    }
+    // Sets may come before the elements that they name.
+    let mut unused = Vec::new();
+    for section in sections() {
+        match section.tag_name().name() {
+            "Nodes" | "Elements" => {}
+            "NodeSet" => reader.node_set(section)?,
+            "ElementSet" => reader.element_set(section)?,
+            "Surface" | "Edge" => reader.surface(section)?,
+            _ => unused.push(section),
+        }
+    }
+    let other = xml.root().children().filter(|child| child.is_element() && *child != mesh);
+    unused.extend(other.filter(|child| !child.has_tag_name("Module")));
+    reader.note_unused(unused);
+    reader.assembly.into_mesh(|offset| xml.place(offset))
+}
+
+/// The element with the mesh.
+fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> {
+    let root = xml.root();
+    if !root.has_tag_name("febio_spec") {
+        return Err(xml.error(root, format!("expected <febio_spec>, found <{}>", root.tag_name().name())));
+    }
+    let refused = |node: Node, what: String, remedy: &str| {
+        let what = format!("{}: {what}", xml.place(node.range().start));
+        Err(MeshError::Unsupported { what, remedy: remedy.to_owned() })
+    };
+    let version = xml.attribute(root, "version")?;
+    let mesh = match version {
+        "2.5" => xml.child(root, "Geometry")?,
+        "3.0" | "4.0" => xml.child(root, "Mesh")?,
+        _ => {
+            let what = format!("version {} of FEBio files", shown(version.as_bytes()));
+            return refused(root, what, "open it in FEBio Studio, and save it as version 4.0");
+        }
+    };
+    if mesh.has_attribute("from") {
+        return refused(mesh, "a mesh in another file".into(), "put everything into one file");
+    }
+    Ok(mesh)
+}
+
+/// Largest number of sections named in the note on those that are not used.
+const MOST_LISTED: usize = 50;
+
+/// What the elements of a list are.
+enum Kind {
+    Cell(CellKind),
+    /// Shells and lines, of which only the nodes count.
+    Boundary,
+    /// Other volumes, by their name.
+    Other(String),
+}
+
+impl Kind {
+    fn of(name: &str) -> Self {
+        let name = name.to_ascii_lowercase();
+        match name.as_str() {
+            "hex8" => Self::Cell(CellKind::Hex8),
+            "tet4" => Self::Cell(CellKind::Tet4),
+            "tet10" => Self::Cell(CellKind::Tet10),
+            "penta6" => Self::Cell(CellKind::Wedge6),
+            _ if ["tri", "quad", "q4", "line", "truss", "beam", "point"]
+                .iter()
+                .any(|p| name.starts_with(p)) =>
+            {
+                Self::Boundary
+            }
+            _ => Self::Other(name),
+        }
+    }
+}
+
+struct Reader<'a> {
+    xml: &'a Xml<'a>,
+    assembly: Assembly,
+    /// Nodes of each element by its number: those of a cell, or of a shell or line.
+    elements: HashMap<u64, Vec<u64>>,
+    /// Entries of all sets, and how many are allowed.
+    entries: u64,
+    most_entries: u64,
+}
+
+impl<'a> Reader<'a> {
+    /// Numbers separated by commas.
+    fn numbers(&self, node: Node<'a, 'a>) -> Result<Vec<u64>, MeshError> {
+        let text = node.text().unwrap_or_default().trim();
+        if text.is_empty() {
+            return Ok(Vec::new());
+        }
+        let number = |field: &str| {
+            let field = field.trim();
+            let found = || format!("expected a number, found {}", shown(field.as_bytes()));
+            field.parse().map_err(|_| self.xml.error(node, found()))
+        };
+        text.split(',').map(number).collect()
+    }
+
+    fn nodes(&mut self, section: Node<'a, 'a>) -> Result<(), MeshError> {
+        for node in section.children().filter(Node::is_element) {
+            let tag: u64 = self.xml.number(node, "id")?;
+            let mut position = Vec3::zeros();
+            let mut fields = node.text().unwrap_or_default().split(',');
+            for x in &mut position {
+                let field = fields.next().unwrap_or_default().trim();
+                let value = field.parse::<f64>().ok().filter(|value| value.is_finite());
+                let found = || format!("expected a finite coordinate, found {}", shown(field.as_bytes()));
+                *x = value.ok_or_else(|| self.xml.error(node, found()))?;
+            }
+            if fields.next().is_some() {
+                return Err(self.xml.error(node, format!("node {tag} has more than three coordinates")));
+            }
+            if !self.assembly.add_node(tag, position) {
+                return Err(self.xml.error(node, format!("node {tag} is defined twice")));
+            }
+        }
+        Ok(())
+    }
+
+    fn elements(&mut self, section: Node<'a, 'a>) -> Result<(), MeshError> {
+        let kind = Kind::of(self.xml.attribute(section, "type")?);
+        let name =
+            section.attribute("name").map(str::trim).filter(|name| !name.is_empty()).unwrap_or("unnamed");
+        let mut boundary = Vec::new();
+        for element in section.children().filter(Node::is_element) {
+            let offset = element.range().start;
+            let tag: u64 = self.xml.number(element, "id")?;
+            let nodes = self.numbers(element)?;
+            match &kind {
+                Kind::Cell(kind) if nodes.len() == kind.node_count() => {
+                    let part = self.assembly.part(name);
+                    self.assembly.add_cell(*kind, &nodes, offset);
+                    self.assembly.part_of.push(part);
+                }
+                Kind::Cell(kind) => {
+                    let message = format!("a {} with {} nodes", kind.table().title, nodes.len());
+                    return Err(self.xml.error(element, message));
+                }
+                Kind::Boundary => boundary.extend(nodes.iter().map(|&tag| NodeTag { tag, offset })),
+                Kind::Other(name) => *self.assembly.unsupported.entry(name.clone()).or_default() += 1,
+            }
+            if self.elements.insert(tag, nodes).is_some() {
+                return Err(self.xml.error(element, format!("element {tag} is defined twice")));
+            }
+        }
+        if matches!(kind, Kind::Boundary) {
+            self.add_set(name, "elements", boundary);
+        }
+        Ok(())
+    }
+
+    fn add_set(&mut self, name: &str, origin: &str, tags: Vec<NodeTag>) {
+        let name = free_name(&self.assembly.node_sets, name, origin);
+        self.assembly.node_sets.entry(name).or_default().extend(tags);
+    }
+
+    /// The numbers of a set: a list since version 4, an element with its number for each before.
+    fn members(&self, set: Node<'a, 'a>) -> Result<Vec<u64>, MeshError> {
+        let mut numbers = Vec::new();
+        for child in set.children().filter(Node::is_element) {
+            numbers.push(self.xml.number(child, "id")?);
+        }
+        if numbers.is_empty() { self.numbers(set) } else { Ok(numbers) }
+    }
+
+    fn node_set(&mut self, set: Node<'a, 'a>) -> Result<(), MeshError> {
+        let name = self.xml.attribute(set, "name")?;
+        let offset = set.range().start;
+        let tags = self.members(set)?.into_iter().map(|tag| NodeTag { tag, offset }).collect();
+        self.add_set(name, "nodes", tags);
+        Ok(())
+    }
+
+    fn element_set(&mut self, set: Node<'a, 'a>) -> Result<(), MeshError> {
+        let name = self.xml.attribute(set, "name")?;
+        let offset = set.range().start;
+        let mut tags = Vec::new();
+        for element in self.members(set)? {
+            let Some(nodes) = self.elements.get(&element) else {
+                return Err(self.xml.error(set, format!("there is no element {element}")));
+            };
+            self.entries += nodes.len() as u64;
+            within_limit(self.entries, self.most_entries)?;
+            tags.extend(nodes.iter().map(|&tag| NodeTag { tag, offset }));
+        }
+        self.add_set(name, "elements", tags);
+        Ok(())
+    }
+
+    /// A list of facets, each with its nodes.
+    fn surface(&mut self, surface: Node<'a, 'a>) -> Result<(), MeshError> {
+        let name = self.xml.attribute(surface, "name")?;
+        let mut tags = Vec::new();
+        for facet in surface.children().filter(Node::is_element) {
+            let offset = facet.range().start;
+            tags.extend(self.numbers(facet)?.into_iter().map(|tag| NodeTag { tag, offset }));
+        }
+        self.add_set(name, "surface", tags);
+        Ok(())
+    }
+
+    /// Notes the sections that are not used, with the line of the first of each name.
+    fn note_unused(&mut self, sections: Vec<Node>) {
+        let mut lines: Vec<(String, String)> = Vec::new();
+        for section in sections {
+            let name = section.tag_name().name();
+            if lines.len() < MOST_LISTED && lines.iter().all(|(known, _)| known != name) {
+                lines.push((name.to_owned(), self.xml.place(section.range().start).to_string()));
+            }
+        }
+        if !lines.is_empty() {
+            let list: Vec<String> =
+                lines.into_iter().map(|(name, line)| format!("{name} ({line})")).collect();
+            self.assembly.notes.push(format!("only the mesh is read; not used: {}", list.join(", ")));
+        }
+    }
+}

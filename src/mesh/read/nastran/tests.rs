@@ -1,0 +1,86 @@
+use crate::mesh::read::tests::{NODES, is_one_of_each, malformed};
+use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::{Mesh, MeshError};
+use proptest::prelude::*;
+
+fn file() -> String {
+    let node =
+        |(tag, [x, y, z]): (u32, [f64; 3])| format!("GRID    {tag:>8}        {x:>8.3}{y:>8.3}{z:>8.3}\n");
+    let nodes: String = (1..).zip(NODES).map(node).collect();
+    format!(
+        "SOL 101\nCEND\nBEGIN BULK\n$ nodes\n{nodes}CTETRA,1,7,1,2,4,5,9,10,+A\n+A,11,12,13,14\n\
+         CHEXA          2       7       1       2       3       4       5       6+B      \n\
+         +B             7       8\n\
+         CPENTA,3,7,1,2,3,5,6,7\nCTETRA*,4,2,1,2\n*,4,5\nCQUAD4,5,9,1,2,3,4,0.0\nPSOLID,7,1\nMAT1,1,1.+6,,0.3\nENDDATA\n"
+    )
+}
+
+fn read(text: &str) -> Result<Mesh, MeshError> {
+    read_mesh(text.as_bytes(), MeshFormat::Nastran)
+}
+
+#[test]
+fn every_kind_of_element() {
+    let mesh = read(&file()).unwrap();
+    is_one_of_each(&mesh);
+    assert_eq!(mesh.parts, ["part_2", "part_7"]);
+    assert_eq!(mesh.part_of, [1, 1, 1, 0]);
+    assert_eq!(mesh.node_sets["part_9"], [0, 1, 2, 3]);
+    assert_eq!(mesh.notes, ["entries not used: MAT1 (1), PSOLID (1)"]);
+}
+
+#[test]
+fn errors_name_the_line() {
+    let broken = |from: &str, to: &str| malformed(&file().replacen(from, to, 1), MeshFormat::Nastran);
+    let node = "GRID           2           1.000   0.000";
+    assert_eq!(
+        broken(node, "GRID           1           1.000   0.000"),
+        (6, "node 1 is defined twice".into())
+    );
+    let found = broken(node, "GRID           2             nan   0.000");
+    assert_eq!(found, (6, "expected a finite coordinate, found \"nan\"".into()));
+    assert_eq!(broken(node, "GRID          -2           1.000   0.000").1, "expected a number, found \"-2\"");
+    assert_eq!(
+        broken("+B             7       8", "+B             7      88"),
+        (21, "there is no node 88".into())
+    );
+    assert_eq!(
+        broken("+B             7       8", "+B             7"),
+        (21, "expected a number, found \"\"".into())
+    );
+    assert_eq!(broken("CPENTA,3", "CPENTA,2"), (23, "element 2 is defined twice".into()));
+}
+
+#[test]
+fn what_is_not_understood_is_refused() {
+    let with = |from: &str, to: &str| read(&file().replacen(from, to, 1)).unwrap_err();
+    let added = "CPYRAM,8,7,1,2,3,4,5\nCTETRA,9,7,1,2,4,5,9\nCPENTA,3,7,1,2,3,5,6,7,+\n+,9,10\nCTETRA*";
+    let error = with("CPENTA,3,7,1,2,3,5,6,7\nCTETRA*", added);
+    let kinds = ["prism of 15 nodes (1)", "pyramid (1)", "tetrahedron of 10 nodes without some of them (1)"];
+    assert_eq!(error, MeshError::UnsupportedElements { kinds: kinds.map(str::to_owned).to_vec() });
+    for other in ["GRID,99,3,1.,1.,1.", "INCLUDE 'x.bdf'", "GRDSET,,3", "=,*1"] {
+        let error = with("PSOLID,7,1", other);
+        assert!(
+            matches!(&error, MeshError::Unsupported { what, .. } if what.starts_with("line 27: ")),
+            "{error}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn damaged_files_never_panic(
+        damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        end in any::<prop::sample::Index>(),
+    ) {
+        let mut bytes = file().into_bytes();
+        let _ = read_mesh(&bytes[..end.index(bytes.len())], MeshFormat::Nastran);
+        for (place, value) in damage {
+            let i = place.index(bytes.len());
+            bytes[i] = value;
+        }
+        let _ = read_mesh(&bytes, MeshFormat::Nastran);
+    }
+}
