@@ -146,10 +146,10 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         let seconds = clock.elapsed_s() - started;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });
-        let is_settled = result.summary.values().nothing_touched || (is_withheld && was_withheld);
+        let is_final = result.summary.values().nothing_touched || (is_withheld && was_withheld);
         was_withheld = is_withheld;
         let has_stopped = match &result.outcome.ending {
-            Ending::Finished => is_reached || (level >= 0 && is_settled),
+            Ending::Finished => is_reached || (level >= 0 && is_final),
             // A mesh that is too coarse may fail where a finer one does not.
             ending => level >= 0 || is_stop(&ending_name(ending)),
         };

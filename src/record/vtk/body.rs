@@ -99,7 +99,7 @@ impl Body {
         if positions.len() != self.node_count {
             return Err(format!("{} points for {} nodes", positions.len(), self.node_count));
         }
-        // Eroded cells are left out: of cells marked as hidden ParaView 5.11 leaves a hole without the faces behind.
+        // Eroded cells are omitted: of cells marked as hidden ParaView 5.11 leaves a hole without the faces behind.
         let count = self.cells.len();
         let eroded = stress.element.iter().find(|array| array.name == ERODED);
         let eroded = eroded.map_or(Ok(&[][..]), |array| checked(Some(array), ERODED, ("u8", 1)))?;

@@ -57,7 +57,7 @@ pub async fn archive(
     let disposition = format!("attachment; filename=\"{name}-{id}.tar\"");
     let work = move || write(opened, Path::new(&blob), &name, &sender);
     let exports = app.exports.clone();
-    // It ends with the archive, or with the client: nobody waits for it.
+    // It ends with the archive, or with the client.
     tokio::spawn(async move { exports.call(work).await });
     // The first piece decides between an archive and a problem.
     let first = receiver.recv().await.ok_or_else(|| Problem::internal(&"the export has stopped"))?;

@@ -1,5 +1,5 @@
 //! The mesh of FEBio files `.feb`, versions 2.5 to 4.0 (FEBio User Manual, "Mesh Section"). Materials, loads and all other
-//! sections are left out, with a note of their lines.
+//! sections are omitted, with a note of their lines.
 //!
 //! Parts are the `<Elements>` of volumes; `<NodeSet>`, `<Surface>`, `<ElementSet>`, and `<Elements>` of shells and lines become
 //! node sets.

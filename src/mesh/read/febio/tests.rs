@@ -39,8 +39,8 @@ fn is_the_mesh(mesh: &Mesh) {
 fn meshes_of_each_version() {
     let mesh = read(&file()).unwrap();
     is_the_mesh(&mesh);
-    let left_out = "PartList (line 45), Material (line 4), MeshDomains (line 47), Loads (line 48)";
-    assert_eq!(mesh.notes, [format!("only the mesh is read; not used: {left_out}")]);
+    let unread = "PartList (line 45), Material (line 4), MeshDomains (line 47), Loads (line 48)";
+    assert_eq!(mesh.notes, [format!("only the mesh is read; not used: {unread}")]);
     // Sets of earlier versions list elements with numbers.
     let old = file()
         .replace("1,2,3,\n4</NodeSet>", "<n id=\"1\"/><n id=\"2\"/><n id=\"3\"/><n id=\"4\"/></NodeSet>")

@@ -25,7 +25,7 @@ struct File<'a> {
     base: usize,
 }
 
-/// A line with its offset if all files are laid end to end; comments are left out.
+/// A line with its offset if all files are laid end to end; comments are omitted.
 pub(super) struct Line<'d> {
     pub(super) offset: usize,
     pub(super) bytes: &'d [u8],

@@ -95,7 +95,7 @@ fn wide_and_separated_fields() {
 }
 
 #[test]
-fn parts_of_one_title_are_told_apart() {
+fn parts_of_one_title_are_distinguished() {
     let text = deck().replace("\n\n         8         1", "\nmuscle\n         8         1");
     assert_eq!(read(&text).unwrap().parts, ["muscle_7", "muscle_8"]);
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// Data fields of an entry beyond which its continuations are left out: no element has so many.
+/// Data fields of an entry beyond which its continuations are omitted: no element has so many.
 const MOST_FIELDS: usize = 64;
 
 /// An entry with its continuations.
