@@ -236,7 +236,7 @@ fn a_body_has_its_nodes_cells_and_fields() {
 }
 
 #[test]
-fn eroded_elements_are_left_out() {
+fn eroded_elements_are_omitted() {
     let file = &series().files["1_tower___sons_0001.vtu"];
     assert_eq!(integers(file, "connectivity"), [0, 1, 2, 3, 4, 5, 6, 7]);
     assert_eq!((integers(file, "part"), integers(file, "element")), (vec![0], vec![0]));
