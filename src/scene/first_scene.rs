@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_named_by_validation() {
         use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
-        use crate::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, load};
+        use crate::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, Problem, load};
         struct One(Vec<u8>);
         impl MeshSource for One {
             fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
@@ -204,7 +204,7 @@ mod tests {
             .unwrap_err()
             .0
             .into_iter()
-            .filter(|p| p.is_error())
+            .filter(Problem::is_error)
             .map(|p| p.pointer)
             .collect();
         pointers.sort();

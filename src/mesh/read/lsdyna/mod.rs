@@ -142,13 +142,14 @@ impl<'d> Reader<'d> {
                     "write the nodes as they are after it",
                 ));
             }
-            _ => match set_keyword(keyword) {
-                Some((members, titled)) => Block::Set(Box::new(Set::new(members, titled, offset))),
-                None => {
+            _ => {
+                if let Some((members, titled)) = set_keyword(keyword) {
+                    Block::Set(Box::new(Set::new(members, titled, offset)))
+                } else {
                     self.skipped.add(keyword);
                     Block::Skipped
                 }
-            },
+            }
         };
         Ok(())
     }
@@ -160,7 +161,7 @@ impl<'d> Reader<'d> {
         let format = self.format[1];
         match &mut block {
             Block::Parts { title: title @ None } => {
-                *title = Some(String::from_utf8_lossy(line).trim().to_owned())
+                *title = Some(String::from_utf8_lossy(line).trim().to_owned());
             }
             Block::Set(set) if set.awaits_title() => self.set_line(set, line, format, offset)?,
             _ if line.is_empty() => {}

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 /// A line of numbers, each right-aligned in this many columns.
 fn row(width: usize, numbers: &[i64]) -> String {
-    numbers.iter().map(|n| format!("{n:>width$}")).collect::<String>() + "\n"
+    numbers.iter().map(|n| format!("{n:>width$}")).collect::<Vec<_>>().concat() + "\n"
 }
 
 /// Nodes in fields of this many columns for their numbers, and of this many for coordinates.
@@ -209,11 +209,12 @@ fn short_files_cannot_ask_for_endless_work() {
     assert!(matches!(error, MeshError::Unsupported { .. }), "{error}");
     let all = (100..9000)
         .map(|i| format!("*SET_NODE_GENERAL\n{i:>10}\n{}", "ALL\n".repeat(20)))
-        .collect::<String>();
+        .collect::<Vec<_>>()
+        .concat();
     let mesh = read(&deck().replace("*END", &format!("{all}*END"))).unwrap();
     assert_eq!(mesh.node_sets["set_100"].len(), 14);
     let parts = "7, 7, 7, 7, 7, 7, 7, 7\n".repeat(4000);
-    let sets = (100..300).map(|i| format!("*SET_PART\n{i}\n{parts}")).collect::<String>();
+    let sets = (100..300).map(|i| format!("*SET_PART\n{i}\n{parts}")).collect::<Vec<_>>().concat();
     let error = read(&deck().replace("*END", &format!("{sets}*END"))).unwrap_err();
     assert!(matches!(error, MeshError::Unsupported { .. }), "{error}");
 }

@@ -105,9 +105,11 @@ impl Grid {
         let points = self.points.len();
         let outside = |id: &i64| usize::try_from(*id).map_or(true, |id| id >= points);
         if let Some(index) = self.connectivity.iter().position(outside) {
-            let cell = self.ends.partition_point(|end| *end <= index as i64);
+            let cell = self.ends.partition_point(|end| *end <= (index as u64).cast_signed());
             let id = self.connectivity[index];
-            return Err(format!("cell {cell} has the point {id}; the points are 0 to {}", points as i64 - 1));
+            return Err(format!(
+                "cell {cell} has the point {id}; there are {points} points, numbered from 0"
+            ));
         }
         match self.parts.as_ref().map(|(_, labels)| labels.len()) {
             Some(labels) if labels != self.types.len() => {

@@ -212,7 +212,7 @@ impl<'a> Reader<'a> {
                 return Err(self.cursor.error_at(start, message));
             };
             self.grid.connectivity.extend(points);
-            self.grid.ends.push(self.grid.connectivity.len() as i64);
+            self.grid.ends.push((self.grid.connectivity.len() as u64).cast_signed());
         }
         if !list.is_empty() {
             let message = format!("the list of {count} cells has {} numbers too many", list.len());

@@ -290,7 +290,10 @@ fn a_voxel_is_a_hexahedron() {
 fn errors_in_xml_files_name_the_line() {
     let broken = |from: &str, to: &str| malformed(&plain().replace(from, to), MeshFormat::Vtu);
     let (line, message) = broken("0 1 3 4 8 9", "0 1 3 44 8 9");
-    assert_eq!((line, message.as_str()), (23, "cell 0 has the point 44; the points are 0 to 13"));
+    assert_eq!(
+        (line, message.as_str()),
+        (23, "cell 0 has the point 44; there are 14 points, numbered from 0")
+    );
     assert!(broken("0 1 3 4 8 9", "0 1 3 -4 8 9").1.contains("the point -4"));
     assert_eq!(
         broken("0 0 0 1 0 0", "0 0 0 1 nan 0"),
@@ -319,7 +322,7 @@ fn errors_in_legacy_files_name_the_line() {
     assert_eq!(broken("0 0 0 1 0 0", "0 0 0 1 x 0"), (9, "expected coordinates, found \"x\"".into()));
     assert_eq!(
         broken("10 0 1 3 4 8", "10 0 1 3 44 8"),
-        (10, "cell 0 has the point 44; the points are 0 to 13".into())
+        (10, "cell 0 has the point 44; there are 14 points, numbered from 0".into())
     );
     assert!(broken("10 0 1 3 4 8", "99 0 1 3 4 8").1.contains("more points than the list"));
     assert!(broken("10 0 1 3 4 8", "-1 0 1 3 4 8").1.contains("more points than the list"));

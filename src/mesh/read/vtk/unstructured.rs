@@ -193,7 +193,7 @@ impl<'a> Reader<'a> {
         let size = scalar.map_or(1, Scalar::size);
         let bytes = self.bytes(array).map_err(|message| self.xml.error(array, message))?;
         match scalar {
-            None => texts(bytes, count).map_err(|message| self.xml.error(array, message)),
+            None => texts(&bytes, count).map_err(|message| self.xml.error(array, message)),
             Some(_) if bytes.len() / size != count || bytes.len() % size != 0 => {
                 let found = bytes.len();
                 Err(self.xml.error(array, format!("{found} bytes are not {count} numbers of {size} bytes")))
@@ -212,7 +212,7 @@ impl<'a> Reader<'a> {
             while !cursor.at_end() {
                 bytes.push(cursor.parsed::<u8>("the number of a byte")?);
             }
-            return texts(bytes, count).map_err(|message| self.xml.error(array, message));
+            return texts(&bytes, count).map_err(|message| self.xml.error(array, message));
         };
         let values = read_values(&mut cursor, scalar, count, "values of an array")?;
         if !cursor.at_end() {
@@ -244,13 +244,11 @@ impl<'a> Reader<'a> {
             Some(Values::Integers(numbers)) => Ok(numbers.first().map_or(0, |number| number.unsigned_abs())),
             _ => Err("a size in the header exceeds 2⁶³ − 1".to_owned()),
         };
-        match self.compressor {
-            Some(compressor) => compressor.decompress(&mut stream, header, &mut self.left),
-            None => {
-                let bytes = header(&mut stream)?;
-                stream.take(usize::try_from(bytes).unwrap_or(usize::MAX))
-            }
+        if let Some(compressor) = self.compressor {
+            return compressor.decompress(&mut stream, header, &mut self.left);
         }
+        let bytes = header(&mut stream)?;
+        stream.take(usize::try_from(bytes).unwrap_or(usize::MAX))
     }
 }
 
@@ -266,7 +264,7 @@ impl<'a> Appended<'a> {
 }
 
 /// Texts, each ended by a zero.
-fn texts(bytes: Vec<u8>, count: usize) -> Result<Values, String> {
+fn texts(bytes: &[u8], count: usize) -> Result<Values, String> {
     let mut texts: Vec<String> =
         bytes.split(|&byte| byte == 0).map(|text| String::from_utf8_lossy(text).into_owned()).collect();
     if texts.last().is_some_and(String::is_empty) {
