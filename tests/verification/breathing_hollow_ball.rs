@@ -20,9 +20,16 @@ const BULK_MODULUS: f64 = 1e9;
 fn ball(n: u32) -> Mesh {
     let (center, part) = (Vec3::zeros(), "ball".into());
     let (elements_around, elements_through) = (n, n / 2);
-    HollowBall { center, outer_radius_m: 0.015, inner_radius_m: 0.01, elements_around, elements_through, part }
-        .generate()
-        .unwrap()
+    HollowBall {
+        center,
+        outer_radius_m: 0.015,
+        inner_radius_m: 0.01,
+        elements_around,
+        elements_through,
+        part,
+    }
+    .generate()
+    .unwrap()
 }
 
 fn scene(stretch: f64, formulation: &Value) -> Value {
@@ -148,21 +155,28 @@ fn reduced_elements_converge_to_the_same_motion() {
     assert_at_most(fine.balance, 1e-3, "error of the energy balance, reduced elements");
 }
 
+/// Elements, as many hexahedra a quarter as they are cut from, and how; largest errors of strain energy, turning point and period on the finer mesh.
+type Cells = (&'static str, [u32; 2], fn(Mesh) -> Mesh, [f64; 3]);
+
 #[test]
 fn other_elements_converge_to_the_same_motion() {
-    let cells: [(&str, [u32; 2], fn(Mesh) -> Mesh); 3] = [
-        ("wedges", [4, 8], |mesh| mesh.split_to_wedges()),
-        ("tetrahedra of ten nodes", [2, 4], |mesh| mesh.split_to_tetrahedra().to_quadratic_tetrahedra()),
-        ("tetrahedra of four nodes", [4, 8], |mesh| mesh.split_to_tetrahedra()),
-    ];
-    for (cells, n, split) in cells {
+    let wedges: Cells = ("wedges", [4, 8], |mesh| mesh.split_to_wedges(), [0.012, 0.0015, 0.01]);
+    // The start is not free of volume changes in tetrahedra, whose energy is then too large.
+    let quadratic: Cells = (
+        "tetrahedra of ten nodes",
+        [4, 8],
+        |mesh| mesh.split_to_tetrahedra().to_quadratic_tetrahedra(),
+        [0.015, 0.003, 0.001],
+    );
+    let linear: Cells =
+        ("tetrahedra of four nodes", [4, 8], |mesh| mesh.split_to_tetrahedra(), [0.05, 0.005, 0.05]);
+    for (cells, n, split, most) in [wedges, quadratic, linear] {
         let [medium, fine] = n.map(|n| look(split(ball(n)), 1.25, &Value::Null));
         let (medium_errors, errors) = (medium.errors(), fine.errors());
         println!("{cells}: {medium_errors:?} {errors:?}");
-        let most = [("strain energy", 0.012), ("turning point", 0.0015), ("period", 0.01)];
-        for (i, (what, most)) in most.into_iter().enumerate() {
+        for (i, what) in ["strain energy", "turning point", "period"].into_iter().enumerate() {
             assert_order(&[medium_errors[i], errors[i]], 1.6, &format!("{what}, {cells}"));
-            assert_at_most(errors[i], most, &format!("{what}, {cells}, relative error"));
+            assert_at_most(errors[i], most[i], &format!("{what}, {cells}, relative error"));
         }
         assert_at_most(fine.balance, 1e-3, &format!("error of the energy balance, {cells}"));
     }

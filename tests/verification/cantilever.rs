@@ -7,7 +7,7 @@ use crate::rig::{assert_at_most, assert_close, assert_order, plan_with, run_on};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
-use contuse::step::State;
+use contuse::step::{Ending, State};
 use serde_json::{Value, json};
 
 const L: f64 = 0.2;
@@ -71,6 +71,7 @@ fn look(mesh: Mesh, formulation: &Value, bulk_modulus: f64) -> (f64, f64, f64) {
         let body = &frame.energy.bodies[0];
         fraction = fraction.max(if body.strain_j > 0.0 { body.hourglass_j / body.strain_j } else { 0.0 });
     });
+    assert_eq!(outcome.ending, Ending::Finished, "{outcome:#?}");
     (0.5 / half_period.unwrap(), fraction, outcome.balance_error)
 }
 
@@ -114,19 +115,20 @@ fn one_tetrahedron_of_ten_nodes_through_the_thickness_bends_as_a_beam() {
 
 #[test]
 fn linear_elements_converge_to_the_beam() {
-    let cells: [(&str, fn(Mesh) -> Mesh); 2] = [
-        ("wedges", |mesh| mesh.split_to_wedges()),
-        ("tetrahedra of four nodes", |mesh| mesh.split_to_tetrahedra()),
+    // Nearly incompressible wedges are stiff in the plane of their triangles (docs/limits.md), tetrahedra with averaged pressure are not.
+    let cases: [(&str, f64, fn(Mesh) -> Mesh); 3] = [
+        ("wedges", 2e5, |mesh| mesh.split_to_wedges()),
+        ("tetrahedra of four nodes", 2e5, |mesh| mesh.split_to_tetrahedra()),
+        ("tetrahedra of four nodes", 2e6, |mesh| mesh.split_to_tetrahedra()),
     ];
-    for (what, cells) in cells {
-        for bulk_modulus in [2e5, 2e6] {
-            let errors = [1, 2, 4].map(|n| {
-                let (frequency, _, balance) = look(cells(beam(n, 20 * n)), &Value::Null, bulk_modulus);
-                assert_at_most(balance, 0.01, &format!("error of the energy balance, {what}"));
-                frequency / exact(bulk_modulus) - 1.0
-            });
-            println!("{what}, K = {bulk_modulus:e}: {errors:?}");
-            assert_order(&errors[1..], 1.6, &format!("first frequency, {what}, K = {bulk_modulus:e} Pa, 2 to 4 elements in the height"));
-        }
+    for (what, bulk_modulus, cells) in cases {
+        let errors = [2, 4].map(|n| {
+            let (frequency, _, balance) = look(cells(beam(n, 20 * n)), &Value::Null, bulk_modulus);
+            assert_at_most(balance, 0.01, &format!("error of the energy balance, {what}"));
+            frequency / exact(bulk_modulus) - 1.0
+        });
+        println!("{what}, K = {bulk_modulus:e}: {errors:?}");
+        let what = format!("first frequency, {what}, K = {bulk_modulus:e} Pa, 2 to 4 elements in the height");
+        assert_order(&errors, 1.6, &what);
     }
 }

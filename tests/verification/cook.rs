@@ -86,8 +86,17 @@ fn tetrahedra_of_four_nodes_with_averaged_pressure_do_not_lock() {
     for (i, exact) in [6.962, 6.934].into_iter().enumerate() {
         let errors = found.map(|deflections| exact - deflections[i]);
         let what = ["middle", "corner"][i];
-        assert_order(&errors[1..], 0.9, &format!("deflection of the {what}, tetrahedra of four nodes, 16 × 16 to 32 × 32"));
-        assert_close(found[2][i], exact, 0.05, &format!("deflection of the {what}, tetrahedra of four nodes, 32 × 32 × 6"));
+        assert_order(
+            &errors[1..],
+            0.9,
+            &format!("deflection of the {what}, tetrahedra of four nodes, 16 × 16 to 32 × 32"),
+        );
+        assert_close(
+            found[2][i],
+            exact,
+            0.05,
+            &format!("deflection of the {what}, tetrahedra of four nodes, 32 × 32 × 6"),
+        );
     }
 }
 

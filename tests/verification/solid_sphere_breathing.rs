@@ -111,7 +111,12 @@ fn frequency_with_tetrahedra_of_four_nodes() {
     for (law, what) in laws().iter().zip(["full integration", "averaged pressure"]) {
         let [coarse, fine] = [6, 12].map(|n| look(ball(n).split_to_tetrahedra(), law));
         println!("{what}: {coarse} {fine}");
-        assert_close(fine, FREQUENCY, 1e-2, &format!("frequency [Hz], tetrahedra of four nodes, {what}, 12 a quarter"));
+        assert_close(
+            fine,
+            FREQUENCY,
+            1e-2,
+            &format!("frequency [Hz], tetrahedra of four nodes, {what}, 12 a quarter"),
+        );
         assert_order(
             &[coarse, fine].map(|f| f / FREQUENCY - 1.0),
             1.6,

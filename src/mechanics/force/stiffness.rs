@@ -169,8 +169,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, E, N, Q> {
 
         let mut smallest_j = Row::default();
         smallest.store(&mut smallest_j, part);
-        let barrier = (self.mean_dilatation && pressure.is_some() && point_is_crushed::<S>(&smallest_j, part))
-            .then(|| Barrier::new(self.law.moduli_at_rest().0));
+        let barrier =
+            (self.mean_dilatation && pressure.is_some() && point_is_crushed::<S>(&smallest_j, part))
+                .then(|| Barrier::new(self.law.moduli_at_rest().0));
         let mut sums = [[zero; 9]; CORNER_PAIRS];
         let mut volume_slope = [[zero; 3]; N];
         for q in 0..Q {
