@@ -53,12 +53,6 @@ pub enum CompileError {
     /// Elements that no block can have.
     #[error(transparent)]
     Block(#[from] BlockError),
-    /// Implicit steps with elements that average pressure over nodes; validation reports them earlier.
-    #[error("body `{body}` has elements without a tangent of their own, which implicit steps need")]
-    NoTangent {
-        /// Name of the body.
-        body: String,
-    },
     /// The systems of an implicit integrator cannot be solved.
     #[error(transparent)]
     Sparse(#[from] SparseError),

@@ -3,6 +3,7 @@
 use super::parts::{CompileError, Parts};
 use super::statics::Statics;
 use super::{Explicit, Implicit, Integrator, SystemSize};
+use crate::mechanics::force::ElementBlock;
 use crate::mechanics::sparse::Unknowns;
 use crate::scene::document::{IntegratorDocument, SceneDocument};
 
@@ -54,12 +55,11 @@ pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result
 
 /// The unknowns of implicit steps, in the order of elimination.
 fn unknowns(parts: &Parts) -> Result<Unknowns, CompileError> {
-    if let Some(block) = parts.blocks.iter().find(|block| !block.parameters.is_local()) {
-        return Err(CompileError::NoTangent { body: parts.bodies[block.body].name.clone() });
-    }
     let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
     let elements = parts.bodies.iter().flat_map(|body| body.cells.iter());
-    let nodes = elements.map(|cell| cell.nodes);
+    // Nodes that average pressure couple their patches.
+    let patches: Vec<Vec<u32>> = parts.blocks.iter().flat_map(ElementBlock::patches).collect();
+    let nodes = elements.map(|cell| cell.nodes).chain(patches.iter().map(Vec::as_slice));
     Ok(Unknowns::with_followers(parts.X.len(), is_free, nodes, parts.followers.clone())?)
 }
 

@@ -1,7 +1,7 @@
 //! The finite element of each kind of cell, and the formulations that a scene may ask of it.
 
 use super::SceneBody;
-use super::document::{BodyDocument, PartDocument, SceneDocument};
+use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
 use super::problem::{Pointer, Problem};
 use super::validate::Findings;
 use crate::mechanics::element::ElementKind;
@@ -28,7 +28,7 @@ pub(super) fn check(index: usize, document: &SceneDocument, body: &SceneBody, ou
         }
     }
     if has_averaged_pressure(&document.bodies[index], body) {
-        check_steps(document, out);
+        check_conserving(document, out);
     }
 }
 
@@ -91,17 +91,14 @@ fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findin
     }
 }
 
-fn check_steps(document: &SceneDocument, out: &mut Findings) {
-    let root = Pointer::root();
-    let is_implicit = document.integrator.is_implicit();
-    for (place, is_there) in
-        [(root.key("integrator"), is_implicit), (root.key("preload"), document.preload.is_some())]
-    {
-        out.require(!is_there, || {
-            let message = "the mesh has tetrahedra of four nodes, which have no tangent: they average pressure over nodes";
-            Problem::error("averaged_pressure", &place, message)
-                .limit("explicit steps without preload, for such elements")
-                .remedy(format!("step explicitly; or {REMEDY}"))
-        });
-    }
+/// Conserving steps correct the forces of each chunk of elements by its energy, which here is not a matter of the chunk alone.
+fn check_conserving(document: &SceneDocument, out: &mut Findings) {
+    let conserves = matches!(document.integrator, IntegratorDocument::Implicit { energy_momentum: true, .. });
+    out.require(!conserves, || {
+        let message = "the mesh has tetrahedra of four nodes, which have no energy-conserving steps: they average pressure over nodes";
+        let place = Pointer::root().key("integrator").key("energy_momentum");
+        Problem::error("averaged_pressure", &place, message)
+            .limit("`energy_momentum` false, for such elements")
+            .remedy(format!("omit `energy_momentum`; or {REMEDY}"))
+    });
 }

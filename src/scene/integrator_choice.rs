@@ -92,11 +92,15 @@ pub fn choose(
     let (implicit, why) = if document.needs_explicit_steps() {
         (None, "implicit steps support neither softening nor erosion".to_owned())
     } else if document.bodies.iter().zip(bodies).any(|(body, made)| has_averaged_pressure(body, made)) {
-        (None, "implicit steps do not support tetrahedra of four nodes".to_owned())
+        (
+            None,
+            "tetrahedra that average pressure over nodes make the matrix of implicit steps expensive"
+                .to_owned(),
+        )
     } else if least.run_time_s >= explicit.run_time_s {
         // Force evaluations alone take longer: no need to analyse the matrix.
         (None, "the force evaluations of implicit steps alone would take longer".to_owned())
-    } else if system_bytes(load.nodes as u64) > budget.memory_bytes {
+    } else if system_bytes(load.nodes as u64, false) > budget.memory_bytes {
         (None, "the matrix of implicit steps would exceed the memory limit".to_owned())
     } else {
         match bodies.iter().map(|b| FactorSize::of(&b.mesh)).sum::<Result<FactorSize, _>>() {

@@ -5,7 +5,8 @@
 //! pressure alternates is `(Σ V (p − p̄)² / Σ V p²)^½`, p̄ the mean of an element's neighbours by a face.
 
 use crate::rig::{assert_at_most, assert_close, plan_with, run};
-use contuse::mechanics::force::{ElementForces, ForceInput, Threads};
+use contuse::mechanics::force::{ElementForces, ForceInput, StiffnessBatch, Threads};
+use contuse::mechanics::sparse::{Cholesky, Definiteness, SymmetricMatrix, Unknowns};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
@@ -90,11 +91,7 @@ fn plan(problem: &Problem, formulation: &Value) -> Plan {
 /// Weighted displacement along the load, and how much pressure alternates.
 fn solve(problem: &Problem, formulation: &Value) -> (f64, f64) {
     let plan = plan(problem, formulation);
-    let mut forces = ElementForces::new(&plan.blocks);
-    let mut force = |u: &[Vec3]| -> Vec<Vec3> {
-        forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
-        (0..u.len()).map(|a| forces.at_node(&plan.assembly, a)).collect()
-    };
+    let force = |u: &[Vec3]| internal_forces(&plan, u);
     // The free components, and the stiffness between them.
     let all = (0..plan.X.len()).flat_map(|a| (0..3).map(move |i| (a, i)));
     let free: Vec<(usize, usize)> = all.filter(|(a, i)| !(problem.is_held)(&plan.X[*a], *i)).collect();
@@ -173,6 +170,106 @@ fn nearly_incompressible_tetrahedra_do_not_lock_and_their_pressure_does_not_alte
             assert_close(roughness, expected[1], 1e-3, &format!("{what}, {how}: roughness of the pressure"));
         }
     }
+}
+
+/// Internal forces at all nodes [N].
+fn internal_forces(plan: &Plan, u: &[Vec3]) -> Vec<Vec3> {
+    let mut forces = ElementForces::new(&plan.blocks);
+    forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
+    (0..u.len()).map(|a| forces.at_node(&plan.assembly, a)).collect()
+}
+
+/// The components that are not held, with the pattern of the tangent between them.
+fn unknowns(problem: &Problem, plan: &Plan) -> Unknowns {
+    let patches = plan.blocks[0].patches();
+    let nodes = plan.bodies[0].cells.iter().map(|cell| cell.nodes).chain(patches.iter().map(Vec::as_slice));
+    Unknowns::new(plan.node_count(), |a, i| !(problem.is_held)(&plan.X[a], i), nodes).unwrap()
+}
+
+/// The tangent between those components.
+fn tangent(plan: &Plan, unknowns: &Unknowns, u: &[Vec3]) -> SymmetricMatrix {
+    let block = &plan.blocks[0];
+    let (mut matrix, mut batch) = (SymmetricMatrix::new(unknowns), StiffnessBatch::zeros());
+    let tangent = block.tangent_at(u);
+    for b in 0..block.batch_count() {
+        tangent.eval_batch(b, &mut batch);
+        matrix.add_batch(unknowns, block, b, &batch, 1.0);
+    }
+    tangent.for_each_nodal_term(&plan.X, &mut |term| matrix.add_square(unknowns, term.modulus, &term.patch));
+    matrix
+}
+
+#[test]
+fn the_tangent_is_the_derivative_of_the_forces_at_finite_strain() {
+    for (what, problem) in [("Cook's membrane", cook(6)), ("cantilever", cantilever(4))] {
+        let plan = plan(&problem, &Value::Null);
+        let unknowns = unknowns(&problem, &plan);
+        // A bent and stretched state, and a direction that is smooth nowhere.
+        let size = plan.X.iter().map(|X| X.x).fold(0.0, f64::max);
+        let state =
+            |X: &Vec3| Vec3::new(0.1 * X.x + 0.05 * X.y, 0.2 * X.x * X.x / size, 0.1 * X.z * X.x / size);
+        let u: Vec<Vec3> = plan.X.iter().map(state).collect();
+        let mut w = vec![0.0; unknowns.count()];
+        w.iter_mut().enumerate().for_each(|(i, w)| *w = (1.7 * (i * i) as f64).sin());
+        let mut direction = vec![Vec3::zeros(); u.len()];
+        unknowns.scatter(&w, &mut direction);
+
+        let side = |h: f64| -> Vec<Vec3> {
+            let moved: Vec<Vec3> = u.iter().zip(&direction).map(|(u, w)| u + w * h).collect();
+            internal_forces(&plan, &moved)
+        };
+        // Fourth order.
+        let h = 1e-4;
+        let [far_low, low, high, far_high] = [-2.0, -1.0, 1.0, 2.0].map(|steps| side(steps * h));
+        let slope: Vec<Vec3> = (0..u.len())
+            .map(|a| ((high[a] - low[a]) * 8.0 - (far_high[a] - far_low[a])) / (12.0 * h))
+            .collect();
+        let (mut expected, mut found) = (vec![0.0; w.len()], vec![0.0; w.len()]);
+        unknowns.gather(&slope, &mut expected);
+        tangent(&plan, &unknowns, &u).multiply(&w, &mut found);
+        let [expected, found] = [expected, found].map(DVector::from_vec);
+        let error = (&found - &expected).norm() / expected.norm();
+        assert_at_most(
+            error,
+            1e-8,
+            &format!("{what}: difference of the tangent along a direction, of its size"),
+        );
+    }
+}
+
+#[test]
+fn newton_converges_quadratically() {
+    let problem = cook(8);
+    let plan = plan(&problem, &Value::Null);
+    let unknowns = unknowns(&problem, &plan);
+    let mut load = vec![Vec3::zeros(); plan.node_count()];
+    for (a, fraction) in &problem.load {
+        load[*a].y = 0.02 * problem.force * fraction;
+    }
+    let mut u = vec![Vec3::zeros(); plan.node_count()];
+    let mut step = vec![Vec3::zeros(); plan.node_count()];
+    let mut residuals = Vec::new();
+    for _ in 0..20 {
+        let residual: Vec<Vec3> =
+            load.iter().zip(internal_forces(&plan, &u)).map(|(load, f)| load - f).collect();
+        let mut x = vec![0.0; unknowns.count()];
+        unknowns.gather(&residual, &mut x);
+        residuals.push(x.iter().map(|r| r * r).sum::<f64>().sqrt());
+        if residuals.last().is_some_and(|last| *last < 1e-9 * residuals[0]) {
+            break;
+        }
+        let matrix = tangent(&plan, &unknowns, &u);
+        let mut factor = Cholesky::new(&matrix).unwrap();
+        assert_eq!(factor.factorize(&matrix), Ok(Definiteness::Positive));
+        factor.solve(&mut x);
+        unknowns.scatter(&x, &mut step);
+        u.iter_mut().zip(&step).for_each(|(u, step)| *u += step);
+    }
+    println!("residuals {residuals:?}");
+    let [before, middle, last] = residuals[residuals.len() - 3..] else { panic!() };
+    assert!(last < 1e-9 * residuals[0], "{residuals:?}");
+    let order = (last / middle).ln() / (middle / before).ln();
+    assert!(order > 1.7, "order {order} of {residuals:?}");
 }
 
 #[test]

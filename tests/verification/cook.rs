@@ -3,7 +3,7 @@
 //! ψ = μ/2 (Ī1 − 3) + K/4 (J² − 1 − 2 ln J), μ = 80.1938, K = 400889.8, corners (0, 0), (48, 44), (48, 60), (0, 44), clamped on
 //! the left, F = 100 spread over the right edge as a dead load. Converged: u_y(48, 52) = 6.962(1), u_y(48, 60) = 6.934(1).
 
-use crate::rig::{assert_at_most, assert_close, order, plan_with, run};
+use crate::rig::{assert_at_most, assert_close, assert_order, order, plan_with, run};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
@@ -76,6 +76,27 @@ fn tetrahedra_of_ten_nodes_do_not_lock() {
         let [coarse, fine] = found.map(|deflections| deflections[i]);
         assert_close(fine, exact, 0.01, "tetrahedra of ten nodes, 16 × 16 × 6");
         assert!((exact - coarse) > 1.8 * (exact - fine).abs(), "{found:?}");
+    }
+}
+
+#[test]
+fn tetrahedra_of_four_nodes_with_averaged_pressure_do_not_lock() {
+    let found = [8, 16, 32].map(|n| deflections_of(mesh(n).split_to_tetrahedra()));
+    println!("tetrahedra of four nodes: {found:?}");
+    for (i, exact) in [6.962, 6.934].into_iter().enumerate() {
+        let errors = found.map(|deflections| exact - deflections[i]);
+        let what = ["middle", "corner"][i];
+        assert_order(
+            &errors[1..],
+            0.9,
+            &format!("deflection of the {what}, tetrahedra of four nodes, 16 × 16 to 32 × 32"),
+        );
+        assert_close(
+            found[2][i],
+            exact,
+            0.05,
+            &format!("deflection of the {what}, tetrahedra of four nodes, 32 × 32 × 6"),
+        );
     }
 }
 

@@ -1,87 +1,155 @@
 //! A manufactured solution at finite strain: a displacement is chosen, the body force that it asks for is applied, and the error of
-//! what comes out falls with the square of the element size in L2.
+//! what comes out falls with the power of the element size in L2 that its shape functions have.
 //!
-//! Unit cube, held on all sides, u = A sin πx sin πy sin πz (strains to a third), coupled neo-Hookean law. A scene has no such
-//! force; it is given to the plan.
+//! Unit cube, held on all sides, u = A sin πx sin πy sin πz (strains to a third), coupled neo-Hookean law for full integration, a split one
+//! (K/μ = 10) for mean dilatation and averaged pressure. The other cells are the hexahedra split; shape functions and quadrature are the
+//! test's own. A scene has no such force; it is given to the plan.
 
-use crate::rig::{assert_order, assert_within, order, plan, run};
+use crate::rig::{assert_order, assert_within, order, plan_with, run};
 use contuse::mechanics::tensor::{Mat3, Vec3};
+use contuse::mesh::generate::block::Block;
+use contuse::mesh::{CellKind, Mesh};
 use contuse::plan::{NodalForces, Plan, Ramp};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::f64::consts::PI;
 
 const MU: f64 = 1e5;
 const LAMBDA: f64 = 1.5e5;
+const K: f64 = 1e6;
 const A: [f64; 3] = [0.1, 0.06, -0.08];
 /// Points and weights of the Gauss rule on [0, 1], exact to degree five.
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
+/// A law: as a scene has it, and P(F) [Pa].
+struct Law {
+    document: Value,
+    stress: fn(&Mat3) -> Mat3,
+}
+
+/// P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ
+fn coupled() -> Law {
+    let document = json!({"law": "coupled_neo_hookean", "mu_pa": MU, "lambda_pa": LAMBDA});
+    let stress = |F: &Mat3| {
+        let inverse = F.try_inverse().unwrap().transpose();
+        F * MU + inverse * (LAMBDA * F.determinant().ln() - MU)
+    };
+    Law { document, stress }
+}
+
+/// P = μ J^(−2/3) (F − tr(FᵀF)/3 F⁻ᵀ) + K ln J F⁻ᵀ
+fn split() -> Law {
+    let document = json!({
+        "law": "neo_hookean", "c10_pa": 0.5 * MU, "bulk_modulus_pa": K, "volumetric": "ln_squared"
+    });
+    let stress = |F: &Mat3| {
+        let (inverse, J) = (F.try_inverse().unwrap().transpose(), F.determinant());
+        let scale = MU * J.powf(-2.0 / 3.0);
+        F * scale + inverse * (K * J.ln() - scale * F.norm_squared() / 3.0)
+    };
+    Law { document, stress }
+}
+
 fn displacement(X: &Vec3) -> Vec3 {
     Vec3::from(A) * ((PI * X.x).sin() * (PI * X.y).sin() * (PI * X.z).sin())
 }
 
-/// P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ of that displacement.
-fn stress(X: &Vec3) -> Mat3 {
+/// F of that displacement.
+fn gradient(X: &Vec3) -> Mat3 {
     let ((s0, c0), (s1, c1), (s2, c2)) = ((PI * X.x).sin_cos(), (PI * X.y).sin_cos(), (PI * X.z).sin_cos());
     let slope = Vec3::new(c0 * s1 * s2, s0 * c1 * s2, s0 * s1 * c2) * PI;
-    let F = Mat3::identity() + Vec3::from(A) * slope.transpose();
-    let inverse = F.try_inverse().unwrap().transpose();
-    F * MU + inverse * (LAMBDA * F.determinant().ln() - MU)
+    Mat3::identity() + Vec3::from(A) * slope.transpose()
 }
 
 /// −Div P, by central differences of fourth order.
-fn body_force(X: &Vec3) -> Vec3 {
+fn body_force(law: &Law, X: &Vec3) -> Vec3 {
     let h = 1e-3;
     let mut divergence = Vec3::zeros();
     for axis in 0..3 {
-        let at = |steps: f64| stress(&(X + Vec3::ith(axis, steps * h))).column(axis).into_owned();
+        let at = |steps: f64| {
+            let P = (law.stress)(&gradient(&(X + Vec3::ith(axis, steps * h))));
+            P.column(axis).into_owned()
+        };
         divergence += ((at(1.0) - at(-1.0)) * 8.0 - (at(2.0) - at(-2.0))) / (12.0 * h);
     }
     -divergence
 }
 
-/// Visits the Gauss points of all elements of the regular mesh: X, weight [m³], and shape functions of the corners.
-fn visit(plan: &Plan, mut at: impl FnMut(&[u32; 8], &Vec3, f64, &[f64; 8])) {
-    for hex in plan.bodies[0].cells.hexes().unwrap() {
-        let (low, high) = (plan.X[hex[0] as usize], plan.X[hex[6] as usize]);
-        let size = high - low;
-        for (x, wx) in GAUSS {
-            for (y, wy) in GAUSS {
-                for (z, wz) in GAUSS {
-                    let X = low + size.component_mul(&Vec3::new(x, y, z));
-                    let N = hex.map(|node| {
-                        let corner = (plan.X[node as usize] - low).component_div(&size);
-                        let along = |c: f64, s: f64| if c > 0.5 { s } else { 1.0 - s };
-                        along(corner.x, x) * along(corner.y, y) * along(corner.z, z)
-                    });
-                    at(hex, &X, wx * wy * wz * size.x * size.y * size.z, &N);
-                }
+/// Points and weights on the cell with a corner at 0 and edges along the axes: the Gauss rule, collapsed for triangles and tetrahedra.
+fn rule(kind: CellKind) -> Vec<(Vec3, f64)> {
+    let mut points = Vec::new();
+    for (x, wx) in GAUSS {
+        for (y, wy) in GAUSS {
+            for (z, wz) in GAUSS {
+                let (point, shrunk) = match kind {
+                    CellKind::Hex8 => (Vec3::new(x, y, z), 1.0),
+                    CellKind::Wedge6 => (Vec3::new(x, y * (1.0 - x), z), 1.0 - x),
+                    CellKind::Tet4 | CellKind::Tet10 => {
+                        let last = (1.0 - x) * (1.0 - y);
+                        (Vec3::new(x, y * (1.0 - x), z * last), (1.0 - x) * last)
+                    }
+                };
+                points.push((point, wx * wy * wz * shrunk));
             }
+        }
+    }
+    points
+}
+
+/// Shape functions at a point of that cell.
+fn shapes(kind: CellKind, at: &Vec3) -> Vec<f64> {
+    let [x, y, z] = [at.x, at.y, at.z];
+    let corners = [1.0 - x - y - z, x, y, z];
+    match kind {
+        CellKind::Hex8 => {
+            let square = [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y];
+            [1.0 - z, z].iter().flat_map(|along| square.map(|N| N * along)).collect()
+        }
+        CellKind::Wedge6 => {
+            let triangle = [1.0 - x - y, x, y];
+            [1.0 - z, z].iter().flat_map(|along| triangle.map(|N| N * along)).collect()
+        }
+        CellKind::Tet4 => corners.to_vec(),
+        CellKind::Tet10 => {
+            let edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)];
+            let middles = edges.map(|(a, b)| 4.0 * corners[a] * corners[b]);
+            corners.iter().map(|L| L * (2.0 * L - 1.0)).chain(middles).collect()
         }
     }
 }
 
-/// √∫ |u_h − u|² dV on n³ elements.
-fn error(n: u32) -> f64 {
-    let mut plan = plan(&json!({
+/// Visits the points of all cells, each an affine image: nodes, X, weight [m³], and shape functions.
+fn visit(plan: &Plan, mut at: impl FnMut(&[u32], &Vec3, f64, &[f64])) {
+    for cell in plan.bodies[0].cells.iter() {
+        let corner = |i: usize| plan.X[cell.nodes[i] as usize];
+        let ends = if cell.kind == CellKind::Hex8 { [1, 3, 4] } else { [1, 2, 3] };
+        let edges = Mat3::from_columns(&ends.map(|end| corner(end) - corner(0)));
+        for (point, weight) in rule(cell.kind) {
+            let X = corner(0) + edges * point;
+            at(cell.nodes, &X, weight * edges.determinant(), &shapes(cell.kind, &point));
+        }
+    }
+}
+
+/// √∫ |u_h − u|² dV on a mesh.
+fn error(law: &Law, mesh: Mesh) -> f64 {
+    let scene = json!({
         "name": "manufactured solution",
         "end_time_s": 1.0,
         "bodies": [{
             "name": "cube",
-            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [1, 1, 1], "elements": [n, n, n]}},
+            "mesh": {"file": {"name": "cube.msh"}},
             "fixed": [{"set": "x_min"}, {"set": "x_max"}, {"set": "y_min"}, {"set": "y_max"}, {"set": "z_min"}, {"set": "z_max"}],
-            "parts": [{"part": "block", "density_kg_per_m3": 1000.0, "material": {
-                "law": "coupled_neo_hookean", "mu_pa": MU, "lambda_pa": LAMBDA
-            }}]
+            "parts": [{"part": "block", "density_kg_per_m3": 1000.0, "material": law.document}]
         }],
         "integrator": {"kind": "quasi_static", "step_s": 0.5, "newton_tolerance": 1e-10},
         "record": {"fields": [], "field_times_s": []}
-    }));
+    });
+    let mut plan = plan_with(&scene, Some(mesh));
     let mut forces = vec![Vec3::zeros(); plan.node_count()];
-    visit(&plan, |hex, X, weight, N| {
-        let force = body_force(X) * weight;
-        for (node, N) in hex.iter().zip(N) {
+    visit(&plan, |nodes, X, weight, N| {
+        let force = body_force(law, X) * weight;
+        for (node, N) in nodes.iter().zip(N) {
             forces[*node as usize] += force * *N;
         }
     });
@@ -89,19 +157,58 @@ fn error(n: u32) -> f64 {
     plan.loads.forces.push(NodalForces { forces, ramp: Ramp::of_points(vec![(0.0, 0.0), (1.0, 1.0)]) });
     let (_, state) = run(&plan, |_| {});
     let mut square = 0.0;
-    visit(&plan, |hex, X, weight, N| {
-        let found: Vec3 = hex.iter().zip(N).map(|(node, N)| state.u[*node as usize] * *N).sum();
+    visit(&plan, |nodes, X, weight, N| {
+        let found: Vec3 = nodes.iter().zip(N).map(|(node, N)| state.u[*node as usize] * *N).sum();
         square += weight * (found - displacement(X)).norm_squared();
     });
     square.sqrt()
 }
 
-#[test]
-fn the_error_falls_with_the_square_of_the_element_size() {
-    let errors = [4, 8, 16].map(error);
-    for (pair, meshes) in errors.windows(2).zip(["4 to 8", "8 to 16"]) {
-        let what = format!("displacement in L², {meshes} elements along an edge");
-        assert_order(pair, 1.9, &what);
-        assert_within(order(pair[0], pair[1]), 2.0, 0.1, &format!("order of the {what}"));
+/// The cube of n³ hexahedra.
+fn cube(n: u32) -> Mesh {
+    Block::uniform(Vec3::zeros(), Vec3::repeat(1.0), [n, n, n], "block").generate().unwrap()
+}
+
+/// Checks the order of the displacement on meshes from cubes of `n[0]`, `n[1]` … hexahedra along an edge, to a tolerance.
+fn check(what: &str, law: &Law, n: &[u32], (expected, tolerance): (f64, f64), cells: impl Fn(Mesh) -> Mesh) {
+    let errors: Vec<f64> = n.iter().map(|n| error(law, cells(cube(*n)))).collect();
+    println!("{what}: {errors:?}");
+    for (pair, n) in errors.windows(2).zip(n.windows(2)) {
+        let what = format!("displacement in L², {what}, {} to {} elements along an edge", n[0], n[1]);
+        assert_order(pair, expected - tolerance, &what);
+        assert_within(order(pair[0], pair[1]), expected, tolerance, &format!("order of the {what}"));
     }
+}
+
+#[test]
+fn the_error_of_hexahedra_falls_with_the_square_of_the_element_size() {
+    check("hexahedra", &coupled(), &[4, 8, 16], (2.0, 0.1), |mesh| mesh);
+    check("hexahedra with mean dilatation", &split(), &[4, 8, 16], (2.0, 0.1), |mesh| mesh);
+}
+
+#[test]
+fn the_error_of_wedges_falls_with_the_square_of_the_element_size() {
+    let cells = |mesh: Mesh| mesh.split_to_wedges();
+    check("wedges", &coupled(), &[4, 8, 16], (2.0, 0.1), cells);
+    check("wedges with mean dilatation", &split(), &[4, 8, 16], (2.0, 0.1), cells);
+}
+
+#[test]
+fn the_error_of_tetrahedra_of_four_nodes_falls_with_the_square_of_the_element_size() {
+    let cells = |mesh: Mesh| mesh.split_to_tetrahedra();
+    // 1.70 from 4 to 8: so few of these elements are not yet in the asymptotic range.
+    check("tetrahedra of four nodes", &coupled(), &[8, 16], (2.0, 0.15), cells);
+    check("tetrahedra of four nodes with averaged pressure", &split(), &[3, 6, 12], (2.0, 0.15), cells);
+}
+
+#[test]
+fn the_error_of_tetrahedra_of_ten_nodes_falls_with_the_cube_of_the_element_size() {
+    let cells = |mesh: Mesh| mesh.split_to_tetrahedra().to_quadratic_tetrahedra();
+    check("tetrahedra of ten nodes", &coupled(), &[4, 8], (3.0, 0.1), cells);
+}
+
+#[test]
+fn one_pressure_an_element_leaves_tetrahedra_of_ten_nodes_the_second_order() {
+    let cells = |mesh: Mesh| mesh.split_to_tetrahedra().to_quadratic_tetrahedra();
+    check("tetrahedra of ten nodes with mean dilatation", &split(), &[2, 4, 8], (2.0, 0.15), cells);
 }

@@ -7,7 +7,7 @@ use crate::rig::{assert_at_most, plan_with, run};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::Block;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// Half of the smallest symmetric block would do; the whole one shows what is not symmetric.
 fn block(n: u32) -> Mesh {
@@ -17,6 +17,10 @@ fn block(n: u32) -> Mesh {
 
 /// Impulse after 4 ms [N s], and the error of the energy balance.
 fn impulse(mesh: Mesh) -> (f64, f64) {
+    impulse_with(mesh, &json!({"kind": "explicit"}))
+}
+
+fn impulse_with(mesh: Mesh, integrator: &Value) -> (f64, f64) {
     let scene = json!({
         "name": "steel ball on a soft block",
         "end_time_s": 4e-3,
@@ -38,6 +42,7 @@ fn impulse(mesh: Mesh) -> (f64, f64) {
             }
         ],
         "contact": {"friction": 0.3},
+        "integrator": integrator,
         "record": {"fields": [], "field_times_s": []}
     });
     let plan = plan_with(&scene, Some(mesh));
@@ -65,4 +70,14 @@ fn every_kind_of_cell_gives_the_same_impulse() {
         assert_at_most((found - fine).abs(), bar, &format!("difference of the impulse [N s], {what}"));
         assert_at_most(balance, 1e-3, &format!("error of the energy balance, {what}"));
     }
+}
+
+#[test]
+fn implicit_steps_of_four_node_tetrahedra_give_the_impulse_of_explicit_ones() {
+    let mesh = || block(4).split_to_tetrahedra();
+    let (explicit, _) = impulse(mesh());
+    let (implicit, balance) = impulse_with(mesh(), &json!({"kind": "implicit", "step_s": 2e-5}));
+    println!("explicit {explicit:.6}, implicit {implicit:.6} N s, balance {balance:.1e}");
+    assert_at_most(implicit / explicit - 1.0, 0.02, "relative difference of the impulse, implicit steps");
+    assert_at_most(balance, 0.01, "error of the energy balance, implicit steps");
 }

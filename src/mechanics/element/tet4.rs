@@ -5,11 +5,20 @@
 
 use super::Element;
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, tensor};
+use crate::mechanics::tensor::{Tensor, Vec3, tensor};
 
 /// Nodes 1, 2, 3 are right-handed seen from node 0: the determinant of their three edges from there is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Tet4;
+
+impl Tet4 {
+    /// Derivatives of the volume by the positions of the nodes [m²]: a sixth of the cross products of two edges.
+    pub fn volume_slopes(x: &[Vec3; 4]) -> [Vec3; 4] {
+        let [a, b, c] = [1, 2, 3].map(|i| x[i] - x[0]);
+        let [a, b, c] = [b.cross(&c) / 6.0, c.cross(&a) / 6.0, a.cross(&b) / 6.0];
+        [-(a + b + c), a, b, c]
+    }
+}
 
 impl Element<4, 1> for Tet4 {
     const DERIVATIVE: f64 = 1.0;

@@ -9,6 +9,7 @@
 mod activity;
 mod assembly;
 mod block;
+mod block_tangent;
 mod branch_totals;
 mod chunk;
 mod conserving;
@@ -37,6 +38,7 @@ mod viscous;
 pub use activity::Activity;
 pub use assembly::Assembly;
 pub use block::{ElementBlock, NodeList};
+pub use block_tangent::{BlockTangent, NodalTerm};
 pub use branch_totals::BranchTotals;
 pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;

@@ -19,7 +19,7 @@
 //! `max(U″(J̃_a), 0)` in place of U′.
 
 use super::block::ElementBlock;
-use super::chunk::{Chunk, NodalResponse};
+use super::chunk::Chunk;
 use super::nodal_volumes::{NodalState, NodalVolumes};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
@@ -53,9 +53,10 @@ impl ElementForces {
 }
 
 impl ElementBlock {
-    /// Responses at the nodes of the block to displacements `u` [m]; empty in other formulations.
-    pub(super) fn nodal_responses(&self, u: &[Vec3]) -> Vec<NodalResponse> {
-        let Some((volumes, U)) = self.averaged() else { return Vec::new() };
+    /// Dilatations and responses at the nodes of the block to displacements `u` [m]; empty in other formulations.
+    pub(super) fn nodal_state(&self, u: &[Vec3]) -> NodalState {
+        let mut state = NodalState::of(self.nodal_volumes.as_ref());
+        let Some((volumes, U)) = self.averaged() else { return state };
         let of_chunk = |chunk: usize| {
             let count = self.nodes_of_chunk(chunk).len();
             let (mut local, mut sums) = (vec![Vec3::zeros(); count], vec![0.0; count]);
@@ -63,13 +64,12 @@ impl ElementBlock {
             sums
         };
         let sums: Vec<Vec<f64>> = (0..self.chunk_count()).map(of_chunk).collect();
-        let mut state = NodalState::of(self.nodal_volumes.as_ref());
         volumes.respond(&Threads::ONE, U, &mut state, |chunk| &sums[chunk]);
-        state.response
+        state
     }
 
     /// The volumes around its nodes with U(J), where pressure is averaged over nodes.
-    fn averaged(&self) -> Option<(&NodalVolumes, Volumetric)> {
+    pub(super) fn averaged(&self) -> Option<(&NodalVolumes, Volumetric)> {
         Some((self.nodal_volumes.as_ref()?, self.parameters.material.volumetric()?))
     }
 

@@ -7,6 +7,7 @@ use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::material::Volumetric;
 use crate::mechanics::real::Real;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Largest modulus of the elements' fraction over the shear modulus, c [-]. From 0.03 to 0.3 the deflection of a cantilever changes by one per
 /// cent; at 1 it is stiffer, and the pressure less smooth.
@@ -20,6 +21,8 @@ const NODES: usize = 512;
 pub(super) struct NodalVolumes {
     /// Fraction s of U that is of the elements [-].
     pub fraction: f64,
+    /// Global nodes of the block, ascending.
+    pub nodes: Vec<u32>,
     /// For each node of each chunk, in their order, its number among the nodes of the block.
     number: Vec<u32>,
     /// Where the list of each node starts, nodes + 1.
@@ -88,7 +91,7 @@ impl NodalVolumes {
         let (G, K) = parameters.material.moduli_at_rest();
         let fraction = if K > 0.0 { (STABILISATION * G / K).min(1.0) } else { 1.0 };
         let inverse = volume.into_iter().map(|V| 1.0 / V).collect();
-        Some(Self { fraction, number, start, places, inverse, rows, neighbours })
+        Some(Self { fraction, nodes, number, start, places, inverse, rows, neighbours })
     }
 
     /// Copies the responses at the nodes of a chunk.
@@ -118,8 +121,30 @@ impl NodalVolumes {
 
     /// The row of a node in R.
     #[inline]
-    fn row(&self, node: usize) -> &[(u32, f64)] {
-        &self.neighbours[self.rows[node] as usize..self.rows[node + 1] as usize]
+    pub fn row(&self, node: usize) -> &[(u32, f64)] {
+        &self.neighbours[self.row_range(node)]
+    }
+
+    /// Where the row of a node is among all of R.
+    #[inline]
+    pub fn row_range(&self, node: usize) -> Range<usize> {
+        self.rows[node] as usize..self.rows[node + 1] as usize
+    }
+
+    /// Number of entries of R.
+    pub fn entries(&self) -> usize {
+        self.neighbours.len()
+    }
+
+    /// 1/V_a [1/m³].
+    pub fn inverse_volume(&self, node: usize) -> f64 {
+        self.inverse[node]
+    }
+
+    /// J̃_a − 1 [-] of a node, from J − 1 of all nodes.
+    #[inline]
+    pub fn averaged(&self, node: usize, dilatation: &[f64]) -> f64 {
+        self.row(node).iter().fold(0.0, |sum, (b, R)| sum + R * dilatation[*b as usize])
     }
 
     /// Computes the responses of the nodes of a block from the sums of its chunks [m³].
@@ -139,7 +164,7 @@ impl NodalVolumes {
         });
         threads.for_each_run(NODES, (&mut own[..], &mut nothing[..]), |run, own, _| {
             for (node, to) in (run * NODES..).zip(own) {
-                let j = self.row(node).iter().fold(0.0, |sum, (b, R)| sum + R * dilatation[*b as usize]);
+                let j = self.averaged(node, dilatation);
                 *to = [U.energy(j), U.pressure(j), U.stiffness(j).max(0.0)];
             }
         });
@@ -155,7 +180,7 @@ impl NodalVolumes {
 
     /// Memory of the lists of a block [bytes].
     pub fn memory(&self) -> usize {
-        4 * (self.number.len() + self.start.len())
+        4 * (self.nodes.len() + self.number.len() + self.start.len())
             + 8 * (self.places.len() + self.inverse.len())
             + 4 * self.rows.len()
             + 16 * self.neighbours.len()
@@ -166,7 +191,7 @@ impl NodalVolumes {
 #[derive(Debug, Default)]
 pub(super) struct NodalState {
     /// J_a − 1 [-].
-    dilatation: Vec<f64>,
+    pub dilatation: Vec<f64>,
     /// At the nodes' own J̃_a, and averaged over the neighbours.
     own: Vec<NodalResponse>,
     pub response: Vec<NodalResponse>,

@@ -67,7 +67,7 @@ impl BlockParameters {
     pub fn is_viscous(&self) -> bool {
         self.shear_viscosity > 0.0 || !self.memory.is_empty()
     }
-    /// Whether its elements have a tangent of their own, and are at rest wherever their nodes are.
+    /// Whether the forces of an element depend on the displacements of its own nodes only.
     pub fn is_local(&self) -> bool {
         self.formulation != Formulation::NodalPressure
     }

@@ -113,7 +113,7 @@ impl ElementBlock {
     /// of the slots. Where every displacement is exactly zero there is no stress, strain or energy, unless pressure is averaged over nodes.
     pub fn for_each_moved_batch(&self, input: PointInput, visit: &mut dyn FnMut(Range<usize>, &PointBatch)) {
         let mut points = PointBatch::default();
-        let at_nodes = self.nodal_responses(input.u);
+        let at_nodes = self.nodal_state(input.u).response;
         for b in 0..self.batch_count() {
             let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
             let is_still = |node: &u16| input.u[nodes[*node as usize] as usize] == Vec3::zeros();
@@ -129,7 +129,7 @@ impl ElementBlock {
     /// the slots.
     pub fn for_each_point(&self, X: &[Vec3], u: &[Vec3], visit: &mut dyn FnMut(u32, usize, &PointField)) {
         let mut points = PointBatch::default();
-        let at_nodes = self.nodal_responses(u);
+        let at_nodes = self.nodal_state(u).response;
         for b in 0..self.batch_count() {
             self.eval_points(b, PointInput::at_rest(u), &at_nodes, &mut points);
             for slot in self.slots_of(b) {
@@ -175,7 +175,7 @@ impl ElementBlock {
     /// All points of one batch, for those who keep no buffer.
     pub(super) fn points_of(&self, b: usize, u: &[Vec3]) -> Box<PointBatch> {
         let mut points = Box::<PointBatch>::default();
-        self.eval_points(b, PointInput::at_rest(u), &self.nodal_responses(u), &mut points);
+        self.eval_points(b, PointInput::at_rest(u), &self.nodal_state(u).response, &mut points);
         points
     }
 

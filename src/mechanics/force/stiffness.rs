@@ -7,12 +7,14 @@
 //! K = Σ_q w ∇Nᵀ (∂²ψ/∂F² + U′(J̄) ∂cof F/∂F) ∇N + U″(J̄)/V c cᵀ          c = Σ_q w cof F ∇N = V ∂J̄/∂u
 //! ```
 //!
-//! (Simo, Taylor & Pister 1985). One-point elements are differentiated whole, stabilisation included, and so is the corner penalty. Bulk viscosity is no part
+//! (Simo, Taylor & Pister 1985). Where pressure is averaged over nodes, it is `s U′(J̄)` and the mean of the nodes, which is held here: what that
+//! changes with is in [`super::block_tangent`]. One-point elements are differentiated whole, stabilisation included, and so is the corner penalty. Bulk viscosity is no part
 //! of implicit steps, so it is none of this either.
 
-use super::block::ElementBlock;
+use super::block_tangent::BlockTangent;
 use super::chunk::Chunk;
 use super::first_pass::FirstPass;
+use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, with_elements};
 use super::parameters::Formulation;
 use super::pressure::{Barrier, corners_may_fold, point_is_crushed};
@@ -23,7 +25,7 @@ use crate::mechanics::element::{Element, Hex8, Hourglass, MOST_NODES, Modes, eva
 use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Material, volume_change};
 use crate::mechanics::real::{Outlined, Real};
-use crate::mechanics::tensor::{Tensor, Vec3};
+use crate::mechanics::tensor::Tensor;
 use pulp::{Simd, WithSimd};
 
 /// Pairs of nodes (a, b) with a ≥ b of the elements that have most.
@@ -47,16 +49,21 @@ impl StiffnessBatch {
     }
 }
 
-impl ElementBlock {
-    /// Tangent stiffness of the elements of a batch at the displacements `u` [m], nodes × 3.
-    pub fn eval_stiffness(&self, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
-        let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
-        with_elements!(&self.packed, elements => dispatch_rare(Stiffness {
-            law: &self.parameters.material,
-            mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
+impl BlockTangent<'_> {
+    /// Tangent stiffness of the elements of a batch.
+    pub fn eval_batch(&self, batch: usize, stiffness: &mut StiffnessBatch) {
+        let Self { block, u, at_nodes } = self;
+        let chunk = &block.chunks[batch / Chunk::BATCHES];
+        let nodes = block.nodes_of_chunk(batch / Chunk::BATCHES);
+        with_elements!(&block.packed, elements => dispatch_rare(Stiffness {
+            law: &block.parameters.material,
+            mean_dilatation: block.parameters.formulation == Formulation::MeanDilatation,
+            of_nodes: block.nodal_volumes.as_ref().map(|volumes| {
+                volumes.of_batch(chunk, &elements.batches[batch].nodes, &at_nodes.response)
+            }),
             batch: &elements.batches[batch],
             reduced: elements.one_point.get(batch),
-            fibres: self.fibres_of(batch),
+            fibres: block.fibres_of(batch),
             u: gather_global(&elements.batches[batch].nodes, nodes, u),
             to: stiffness,
         }));
@@ -67,6 +74,8 @@ impl ElementBlock {
 struct Stiffness<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: &'a Material,
     mean_dilatation: bool,
+    /// Fraction s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
+    of_nodes: Option<(f64, [Row; 3])>,
     batch: &'a Batch<E, N, Q>,
     /// Constants of the batch in one-point elements; `None` in other formulations.
     reduced: Option<&'a E::OnePoint>,
@@ -151,13 +160,18 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, E, N, Q> {
         let U = self.law.volumetric();
         let pressure = match U {
             Some(U) if self.mean_dilatation => Some(U.pressure(mean)),
-            _ => None,
+            Some(U) => self.of_nodes.as_ref().map(|(fraction, of_nodes)| {
+                let of_nodes = fixed(Lane::load(simd, &of_nodes[1], part));
+                shared(*fraction, U.pressure(mean), of_nodes)
+            }),
+            None => None,
         };
 
         let mut smallest_j = Row::default();
         smallest.store(&mut smallest_j, part);
-        let barrier = (pressure.is_some() && point_is_crushed::<S>(&smallest_j, part))
-            .then(|| Barrier::new(self.law.moduli_at_rest().0));
+        let barrier =
+            (self.mean_dilatation && pressure.is_some() && point_is_crushed::<S>(&smallest_j, part))
+                .then(|| Barrier::new(self.law.moduli_at_rest().0));
         let mut sums = [[zero; 9]; CORNER_PAIRS];
         let mut volume_slope = [[zero; 3]; N];
         for q in 0..Q {

@@ -108,7 +108,7 @@ impl Element {
     /// The tangent ∂f/∂u by dual numbers [N/m].
     fn stiffness(&self, u: &U) -> Matrix {
         let mut batch = StiffnessBatch::zeros();
-        self.blocks[0].eval_stiffness(0, u, &mut batch);
+        self.blocks[0].tangent_at(u).eval_batch(0, &mut batch);
         Matrix::from_fn(|r, c| {
             let (r, c) = if r / 3 >= c / 3 { (r, c) } else { (c, r) };
             batch.0[corner_pair(r / 3, c / 3)][3 * (r % 3) + c % 3].0[0]

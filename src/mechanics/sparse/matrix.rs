@@ -3,6 +3,7 @@
 use super::Unknowns;
 use crate::mechanics::force::{ElementBlock, StiffnessBatch, corner_pair};
 use crate::mechanics::lanes::BATCH;
+use crate::mechanics::tensor::Vec3;
 
 /// Transpose of a 3×3 block: index of each entry, row by row.
 const TRANSPOSED: [usize; 9] = [0, 3, 6, 1, 4, 7, 2, 5, 8];
@@ -86,6 +87,16 @@ impl SymmetricMatrix {
                     let pair = std::array::from_fn(|i| factor * entries[i].0[slot % BATCH]);
                     self.add_pair(unknowns, (nodes[a], nodes[b]), &pair);
                 }
+            }
+        }
+    }
+
+    /// Adds `factor · g gᵀ` of a nodal field g that is zero but for these nodes, each listed once.
+    pub fn add_square(&mut self, unknowns: &Unknowns, factor: f64, g: &[(u32, Vec3)]) {
+        for (i, (a, row)) in g.iter().enumerate() {
+            for (b, column) in &g[..=i] {
+                let pair = std::array::from_fn(|k| factor * row[k / 3] * column[k % 3]);
+                self.add_pair(unknowns, (*a, *b), &pair);
             }
         }
     }

@@ -67,7 +67,7 @@ fn assemble(X: &[Vec3], block: &ElementBlock, unknowns: &Unknowns, shift: f64) -
     matrix.set_diagonal(&vec![shift; unknowns.count()]);
     let mut batch = StiffnessBatch::zeros();
     for b in 0..block.batch_count() {
-        block.eval_stiffness(b, &u, &mut batch);
+        block.tangent_at(&u).eval_batch(b, &mut batch);
         matrix.add_batch(unknowns, block, b, &batch, 1.0);
     }
     matrix
@@ -153,7 +153,7 @@ fn the_tangent_of_the_assembly_is_that_of_its_elements() {
     let u: Vec<Vec3> = X.iter().map(|X| Vec3::new(0.02 * X.y * X.z, 0.05 * X.z, 0.1 * X.z)).collect();
     let mut expected = DMatrix::<f64>::zeros(unknowns.count(), unknowns.count());
     let mut batch = StiffnessBatch::zeros();
-    block.eval_stiffness(0, &u, &mut batch);
+    block.tangent_at(&u).eval_batch(0, &mut batch);
     for (lane, hex) in hexes.iter().enumerate() {
         for (a, i, b, j) in (0..24 * 24).map(|n| (n / 72, n / 24 % 3, n % 24 / 3, n % 3)) {
             let pair = crate::mechanics::force::corner_pair(a.max(b), a.min(b));

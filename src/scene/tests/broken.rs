@@ -133,7 +133,18 @@ fn motion() -> Vec<Break> {
     ]
 }
 
-#[rustfmt::skip]
+/// Steps that conserve energy and momenta.
+fn conserving() -> Value {
+    json!({"kind": "implicit", "step_s": 1e-6, "energy_momentum": true})
+}
+
+/// The valid scene with something that dissipates in its first part, and other steps.
+fn dissipating(name: &str, value: Value, integrator: &Value) -> Value {
+    let mut document = super::with("/integrator", integrator.clone());
+    super::set(&mut document, &format!("/bodies/0/parts/0/{name}"), value);
+    document
+}
+
 /// Implicit steps with additional settings.
 fn implicit(name: &str, value: f64) -> Value {
     let mut integrator = json!({"kind": "implicit", "step_s": 1e-6});
@@ -166,6 +177,24 @@ fn times() -> Vec<Break> {
         ("/integrator", implicit("energy_gate", 2.0), "/integrator/energy_gate", "out_of_range"),
         ("/settle/damping_per_s", json!(0), "/settle/damping_per_s", "not_positive"),
         ("/gravity_m_per_s2", json!([0, 0, 0]), "/settle", "nothing_to_settle"),
+        (
+            "",
+            dissipating("shear_viscosity_pa_s", json!(10), &conserving()),
+            "/bodies/0/parts/0/shear_viscosity_pa_s",
+            "dissipation_in_conserving_steps",
+        ),
+        (
+            "",
+            dissipating("prony_series", json!({"branches": [{"g": 0.2, "tau_s": 1e-5}]}), &conserving()),
+            "/bodies/0/parts/0/prony_series",
+            "dissipation_in_conserving_steps",
+        ),
+        (
+            "",
+            dissipating("shear_viscosity_pa_s", json!(10), &json!({"kind": "quasi_static", "step_s": 1e-5})),
+            "/bodies/0/parts/0/shear_viscosity_pa_s",
+            "viscosity_in_load_steps",
+        ),
     ]
 }
 

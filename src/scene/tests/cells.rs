@@ -60,7 +60,7 @@ fn every_kind_has_its_default_formulation_and_those_that_it_has_not_are_refused(
 #[test]
 fn what_averaged_pressure_has_not_is_refused_all_at_once() {
     let mut document = mixed();
-    set(&mut document, "/integrator", json!({"kind": "implicit", "step_s": 1e-5}));
+    set(&mut document, "/integrator", json!({"kind": "implicit", "step_s": 1e-5, "energy_momentum": true}));
     set(&mut document, "/bodies/0/parts/0/erosion", json!({"stretch": 2.0}));
     set(
         &mut document,
@@ -71,10 +71,10 @@ fn what_averaged_pressure_has_not_is_refused_all_at_once() {
     let places: Vec<&str> = of_code(&found, "averaged_pressure").iter().map(|(place, _)| *place).collect();
     assert_eq!(
         places,
-        ["/bodies/0/parts/0/softening", "/bodies/0/parts/0/erosion", "/integrator"],
+        ["/bodies/0/parts/0/softening", "/bodies/0/parts/0/erosion", "/integrator/energy_momentum"],
         "{found:#?}"
     );
-    // Fully integrated they have a tangent.
+    // Fully integrated their pressure is their own.
     set(&mut document, "/bodies/0/parts/0/formulation", json!("full"));
     assert!(of_code(&problems(&document), "averaged_pressure").is_empty());
 }

@@ -8,7 +8,7 @@ use crate::mesh::CellKind;
 use crate::scene::SceneBody;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
-use crate::scene::elements::element_of;
+use crate::scene::elements::{element_of, has_averaged_pressure};
 use crate::scene::problem::{Pointer, Problem};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -49,10 +49,13 @@ pub fn wave_speed(material: &Material, density: f64) -> f64 {
 
 /// Entries of the factor for n unknowns, in units of n^(4/3) [-]; nested dissection of a block of hexahedra gives about 25.
 const FACTOR_ENTRIES: f64 = 30.0;
+/// The same where tetrahedra average pressure over nodes; a block of 16³ hexahedra in six each has 131.
+const AVERAGED_FACTOR_ENTRIES: f64 = 200.0;
 
 /// Memory of the linear systems of implicit steps [bytes], estimated before they are analysed.
-pub fn system_bytes(nodes: u64) -> u64 {
-    let entries = FACTOR_ENTRIES * (3.0 * nodes as f64).powf(4.0 / 3.0);
+pub fn system_bytes(nodes: u64, averages_pressure: bool) -> u64 {
+    let unit = if averages_pressure { AVERAGED_FACTOR_ENTRIES } else { FACTOR_ENTRIES };
+    let entries = unit * (3.0 * nodes as f64).powf(4.0 / 3.0);
     (entries * size_of::<f64>() as f64) as u64
 }
 
@@ -85,8 +88,12 @@ pub fn check(
     let steps = count((document.end_time_s + relaxation) / step).saturating_add(preloading);
     let frames = frame_count(document);
     // Only implicit solutions have a matrix.
-    let systems =
-        if integrator.is_implicit() || document.preload.is_some() { system_bytes(nodes) } else { 0 };
+    let systems = if integrator.is_implicit() || document.preload.is_some() {
+        let mut pairs = document.bodies.iter().zip(bodies);
+        system_bytes(nodes, pairs.any(|(written, body)| has_averaged_pressure(written, body)))
+    } else {
+        0
+    };
     let estimate = Estimate {
         nodes,
         elements,

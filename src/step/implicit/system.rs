@@ -2,7 +2,7 @@
 //! nodes of the contacts. In quasi-static steps `S = h² (K + α M)`, with α for bodies that are supported by contact
 //! only.
 //!
-//! K is the stiffness of the elements, with the derivatives of their viscous and memory forces, and the symmetric part of that of the pressures.
+//! K is the tangent of the blocks of elements, with the derivatives of their viscous and memory forces, and the symmetric part of that of the pressures.
 
 use crate::mechanics::contact::solution::compliance::{
     MOST_NODES, NodeCompliance, add_impulse, relative_velocity,
@@ -147,13 +147,17 @@ impl<'p> System<'p> {
         let end = EndOfStep { u, v, h, velocity_slope, history };
         for block in &plan.blocks {
             let depends_on_time = !v.is_empty() && block.parameters.is_viscous();
+            let tangent = block.tangent_at(u);
             for batch in 0..block.batch_count() {
-                block.eval_stiffness(batch, u, stiffness);
+                tangent.eval_batch(batch, stiffness);
                 if depends_on_time {
                     block.add_rate_stiffness(batch, &end, stiffness);
                 }
                 matrix.add_batch(&options.unknowns, block, batch, stiffness, factor);
             }
+            tangent.for_each_nodal_term(&plan.X, &mut |term| {
+                matrix.add_square(&options.unknowns, factor * term.modulus, &term.patch);
+            });
         }
         loads::add_stiffness(plan, u, pressures, (factor, &options.unknowns), matrix);
     }

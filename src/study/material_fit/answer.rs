@@ -97,7 +97,7 @@ fn test_of(test: &TestDocument, model: &[f64]) -> FittedTest {
     FittedTest {
         kind: test.kind,
         points: test.points.len(),
-        range: test.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], least),
+        range: test.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], least).map(rounded),
         rms_pa: (squares / count).sqrt(),
         largest_relative_error: relative.fold(0.0, f64::max),
         r_squared: (spread > 0.0).then(|| 1.0 - squares / spread),
@@ -107,7 +107,12 @@ fn test_of(test: &TestDocument, model: &[f64]) -> FittedTest {
 /// Principal stretches of all tests, `None` without a path.
 pub(super) fn stretch_range(predictions: &[Prediction]) -> Option<[f64; 2]> {
     let ranges = predictions.iter().filter_map(|prediction| prediction.stretches);
-    ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).map(|range| range.map(rounded))
+}
+
+/// The end of a range to nine significant digits, without the rounding errors of the square roots and units that it comes from.
+fn rounded(end: f64) -> f64 {
+    format!("{end:.8e}").parse().unwrap_or(end)
 }
 
 /// The constants with the range of the tests as that to which the law was fitted.
@@ -141,4 +146,19 @@ pub(super) fn correlated_residuals(question: &FitQuestion, residual: &DVector<f6
             .limit("about 2, of independent errors")
             .remedy("choose a law with more terms, or a smaller range")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_of_ranges_are_without_rounding_errors() {
+        let range = |stretches| {
+            let prediction = Prediction { values: Vec::new(), stretches: Some(stretches) };
+            json!(stretch_range(&[prediction])).to_string()
+        };
+        assert_eq!(range([0.769_230_769_230_769_3, 1.700_000_000_000_000_2]), "[0.769230769,1.7]");
+        assert_eq!(range([0.1 + 0.2, 1.0]), "[0.3,1.0]");
+    }
 }

@@ -218,7 +218,7 @@ fn corners_of_wedges_are_kept_from_folding() {
     u[0] = Vec3::new(0.45, 0.45, 0.0);
     let totals = patch.evaluated(&u).totals(0);
     assert!(totals.smallest_j.0 > -1.0 && totals.hourglass > 0.0, "{totals:?}");
-    let (f, K) = (patch.force(&u), patch.stiffness(&u));
+    let (f, K) = (patch.force(&u), patch.tangent(&u));
     let h = 1e-7;
     for column in 0..18 {
         let side = |step: f64| {

@@ -117,7 +117,7 @@ impl Element {
 
     fn exact(&self, u: &U) -> Matrix {
         let mut batch = StiffnessBatch::zeros();
-        self.blocks[0].eval_stiffness(0, u, &mut batch);
+        self.blocks[0].tangent_at(u).eval_batch(0, &mut batch);
         Matrix::from_fn(|row, column| {
             let ((a, i), (b, j)) = ((row / 3, row % 3), (column / 3, column % 3));
             if a >= b {

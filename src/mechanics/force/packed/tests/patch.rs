@@ -150,30 +150,14 @@ impl Patch {
         self.evaluated(u).totals(0).strain
     }
 
-    /// The tangent: of the elements, or of differences where they have none of their own.
+    /// The tangent, assembled from those of the elements and of the nodes that average pressure.
     pub fn tangent(&self, u: &[Vec3]) -> DMatrix<f64> {
-        if self.blocks[0].parameters.is_local() {
-            return self.stiffness(u);
-        }
-        let h = 1e-7;
-        let column = |column: usize| {
-            let side = |step: f64| {
-                let mut u = u.to_vec();
-                u[column / 3][column % 3] += step;
-                self.force(&u)
-            };
-            (side(h) - side(-h)) / (2.0 * h)
-        };
-        DMatrix::from_columns(&(0..3 * u.len()).map(column).collect::<Vec<_>>())
-    }
-
-    /// Assembled from the tangents of the elements.
-    pub fn stiffness(&self, u: &[Vec3]) -> DMatrix<f64> {
         let mut K = DMatrix::zeros(3 * u.len(), 3 * u.len());
         let mut batch = StiffnessBatch::zeros();
         let count = self.cells.kind.node_count();
+        let tangent = self.blocks[0].tangent_at(u);
         for b in 0..self.blocks[0].batch_count() {
-            self.blocks[0].eval_stiffness(b, u, &mut batch);
+            tangent.eval_batch(b, &mut batch);
             for slot in 8 * b..(8 * b + 8).min(self.blocks[0].elements.len()) {
                 let nodes = self.blocks[0].nodes_of(slot);
                 for (a, b) in (0..count).flat_map(|a| (0..count).map(move |b| (a, b))) {
@@ -188,6 +172,13 @@ impl Patch {
                 }
             }
         }
+        tangent.for_each_nodal_term(&self.cells.X, &mut |term| {
+            let mut g = DVector::zeros(3 * u.len());
+            for (node, slope) in &term.patch {
+                g.fixed_rows_mut::<3>(3 * *node as usize).copy_from(slope);
+            }
+            K.ger(term.modulus, &g, &g, 1.0);
+        });
         K
     }
 
