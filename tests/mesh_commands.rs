@@ -42,7 +42,7 @@ fn a_mesh_file_is_inspected_converted_and_begun_with() {
     assert_eq!(run(&["scene", "from", to, "-o", scene]).status.code(), Some(2), "it exists");
     let answer = run(&["validate", scene]);
     assert_eq!(answer.status.code(), Some(2));
-    for place in ["/end_time_s", "/bodies/0/velocity_m_per_s", "/bodies/1/parts/0/material/library"] {
+    for place in ["/end_time_s", "/bodies/1/velocity_m_per_s", "/bodies/1/parts/0/material/library"] {
         assert!(text(&answer.stdout).contains(place), "{place}: {}", text(&answer.stdout));
     }
     for bad in [["convert", from, "mesh.vtk"], ["mesh", "info", "nothing.k"], ["mesh", "info", "Cargo.toml"]]

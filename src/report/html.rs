@@ -282,7 +282,7 @@ mod tests {
     fn cards_put_what_is_not_resolved_in_brackets() {
         let quantity = |value: f64, error: f64, resolved: bool| json!({"value": value, "error": {"total": error, "resolved": resolved}});
         let impact = json!({
-            "peak_force_n": quantity(2730.0, 5300.0, false), "patch_area_mm2": quantity(482.0, 12.0, true)
+            "peak_force_n": quantity(2730.0, 5300.0, false), "largest_patch_area_mm2": quantity(482.0, 12.0, true)
         });
         let mut page = String::new();
         cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
@@ -293,7 +293,7 @@ mod tests {
     #[test]
     fn a_number_without_an_error_is_no_plain_one_and_a_miss_has_none() {
         let unknown = json!({"value": 2730.0, "error": "not estimated"});
-        let impact = json!({"peak_force_n": unknown, "patch_area_mm2": unknown});
+        let impact = json!({"peak_force_n": unknown, "largest_patch_area_mm2": unknown});
         let mut page = String::new();
         cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
         assert!(page.contains("card doubtful") && page.contains("(2730)"), "{page}");
