@@ -185,7 +185,11 @@ fn times() -> Vec<Break> {
         ),
         (
             "",
-            dissipating("prony_series", json!({"branches": [{"g": 0.2, "tau_s": 1e-5}]}), &conserving()),
+            dissipating(
+                "prony_series",
+                json!({"branches": [{"relative_modulus": 0.2, "relaxation_time_s": 1e-5}]}),
+                &conserving(),
+            ),
             "/bodies/0/parts/0/prony_series",
             "dissipation_in_conserving_steps",
         ),
