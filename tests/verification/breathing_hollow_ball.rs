@@ -169,7 +169,7 @@ fn other_elements_converge_to_the_same_motion() {
         [0.015, 0.003, 0.001],
     );
     let linear: Cells =
-        ("tetrahedra of four nodes", [4, 8], |mesh| mesh.split_to_tetrahedra(), [0.05, 0.005, 0.05]);
+        ("tetrahedra of four nodes", [4, 8], |mesh| mesh.split_to_tetrahedra(), [0.08, 0.0015, 0.011]);
     for (cells, n, split, most) in [wedges, quadratic, linear] {
         let [medium, fine] = n.map(|n| look(split(ball(n)), 1.25, &Value::Null));
         let (medium_errors, errors) = (medium.errors(), fine.errors());

@@ -1,4 +1,4 @@
-//! A slender cantilever with one element through its thickness, against Euler–Bernoulli theory: a test of shear and volumetric locking.
+//! A slender cantilever with few elements through its thickness, against Euler–Bernoulli theory: a test of shear and volumetric locking.
 //!
 //! L = 0.2, b = h = 0.01, μ = 1e5, ρ = 1000 (SI): `f₁ = 0.559596 √(E I/(ρ A L⁴))`, E = 9Kμ/(3K + μ). Shear and rotary inertia
 //! lower it by half a per cent; the clamp, which also prevents the contraction of its section, raises it by about as much.
@@ -30,7 +30,7 @@ fn beam(n: u32, length: u32) -> Mesh {
 fn scene(formulation: &Value, bulk_modulus: f64) -> Value {
     let mut scene = json!({
         "name": "cantilever",
-        "end_time_s": 0.6 / exact(bulk_modulus),
+        "end_time_s": 0.8 / exact(bulk_modulus),
         "bodies": [{
             "name": "beam",
             "mesh": {"file": {"name": "beam.msh"}},
@@ -102,33 +102,38 @@ fn one_reduced_element_through_the_thickness_bends_as_a_beam_up_to_incompressibi
 }
 
 #[test]
-fn one_tetrahedron_of_ten_nodes_through_the_thickness_bends_as_a_beam() {
-    for bulk_modulus in [2e5, 1e7] {
-        let mesh = beam(1, 10).split_to_tetrahedra().to_quadratic_tetrahedra();
-        let (frequency, _, balance) = look(mesh, &Value::Null, bulk_modulus);
-        println!("tet10, K = {bulk_modulus:e}: {}", frequency / exact(bulk_modulus));
-        let what = format!("first frequency [Hz], tetrahedra of ten nodes, K = {bulk_modulus:e} Pa");
-        assert_close(frequency, exact(bulk_modulus), 0.02, &what);
+fn tetrahedra_of_ten_nodes_bend_as_a_beam() {
+    let bulk_modulus = 2e5;
+    let error = |n: u32, formulation: &Value| {
+        let mesh = beam(n, 10 * n).split_to_tetrahedra().to_quadratic_tetrahedra();
+        let (frequency, _, balance) = look(mesh, formulation, bulk_modulus);
         assert_at_most(balance, 0.01, "error of the energy balance, tetrahedra of ten nodes");
-    }
+        frequency / exact(bulk_modulus) - 1.0
+    };
+    let full = error(1, &json!("full"));
+    assert_at_most(full, 0.02, "relative error, fully integrated tetrahedra of ten nodes, one in the height");
+    // With one pressure each, an element does not resist a change of volume that is linear in it: one in the height is too soft.
+    let errors = [1, 2].map(|n| error(n, &Value::Null));
+    println!("full {full}, mean dilatation {errors:?}");
+    assert_order(&errors, 1.6, "first frequency, tetrahedra of ten nodes, 1 to 2 in the height");
+    assert_at_most(errors[1], 0.03, "relative error, tetrahedra of ten nodes, two in the height");
 }
 
 #[test]
 fn linear_elements_converge_to_the_beam() {
-    // Nearly incompressible wedges are stiff in the plane of their triangles (docs/limits.md), tetrahedra with averaged pressure are not.
-    let cases: [(&str, f64, fn(Mesh) -> Mesh); 3] = [
-        ("wedges", 2e5, |mesh| mesh.split_to_wedges()),
-        ("tetrahedra of four nodes", 2e5, |mesh| mesh.split_to_tetrahedra()),
-        ("tetrahedra of four nodes", 2e6, |mesh| mesh.split_to_tetrahedra()),
+    let bulk_modulus = 2e5;
+    let cases: [(&str, fn(Mesh) -> Mesh); 2] = [
+        ("wedges", |mesh| mesh.split_to_wedges()),
+        ("tetrahedra of four nodes", |mesh| mesh.split_to_tetrahedra()),
     ];
-    for (what, bulk_modulus, cells) in cases {
+    for (what, cells) in cases {
         let errors = [2, 4].map(|n| {
-            let (frequency, _, balance) = look(cells(beam(n, 20 * n)), &Value::Null, bulk_modulus);
+            let (frequency, _, balance) = look(cells(beam(n, 10 * n)), &Value::Null, bulk_modulus);
             assert_at_most(balance, 0.01, &format!("error of the energy balance, {what}"));
             frequency / exact(bulk_modulus) - 1.0
         });
-        println!("{what}, K = {bulk_modulus:e}: {errors:?}");
-        let what = format!("first frequency, {what}, K = {bulk_modulus:e} Pa, 2 to 4 elements in the height");
-        assert_order(&errors, 1.6, &what);
+        println!("{what}: {errors:?}");
+        assert_order(&errors, 1.6, &format!("first frequency, {what}, 2 to 4 elements in the height"));
+        assert_at_most(errors[1], 0.25, &format!("relative error, {what}, four elements in the height"));
     }
 }

@@ -58,7 +58,7 @@ impl BlockTangent<'_> {
         let Some((volumes, U)) = self.block.averaged() else { return };
         let slopes = self.volume_slopes(volumes, X);
         for node in 0..volumes.nodes.len() {
-            let j = volumes.averaged(node, &self.at_nodes.dilatation);
+            let j = volumes.averaged_dilatation(node, &self.at_nodes.dilatation);
             let modulus = (1.0 - volumes.fraction) * U.stiffness(j) / volumes.inverse_volume(node);
             let mut patch: BTreeMap<u32, Vec3> = BTreeMap::new();
             for (b, R) in volumes.row(node) {

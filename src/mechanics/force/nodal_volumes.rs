@@ -143,7 +143,7 @@ impl NodalVolumes {
 
     /// J̃_a − 1 [-] of a node, from J − 1 of all nodes.
     #[inline]
-    pub fn averaged(&self, node: usize, dilatation: &[f64]) -> f64 {
+    pub fn averaged_dilatation(&self, node: usize, dilatation: &[f64]) -> f64 {
         self.row(node).iter().fold(0.0, |sum, (b, R)| sum + R * dilatation[*b as usize])
     }
 
@@ -164,7 +164,7 @@ impl NodalVolumes {
         });
         threads.for_each_run(NODES, (&mut own[..], &mut nothing[..]), |run, own, _| {
             for (node, to) in (run * NODES..).zip(own) {
-                let j = self.averaged(node, dilatation);
+                let j = self.averaged_dilatation(node, dilatation);
                 *to = [U.energy(j), U.pressure(j), U.stiffness(j).max(0.0)];
             }
         });

@@ -74,6 +74,9 @@ fn what_averaged_pressure_has_not_is_refused_all_at_once() {
         ["/bodies/0/parts/0/softening", "/bodies/0/parts/0/erosion", "/integrator/energy_momentum"],
         "{found:#?}"
     );
+    // Other implicit steps they have.
+    set(&mut document, "/integrator/energy_momentum", json!(false));
+    assert_eq!(of_code(&problems(&document), "averaged_pressure").len(), 2);
     // Fully integrated their pressure is their own.
     set(&mut document, "/bodies/0/parts/0/formulation", json!("full"));
     assert!(of_code(&problems(&document), "averaged_pressure").is_empty());
