@@ -16,7 +16,7 @@ use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, Mea
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
-use crate::step::{Ending, Interrupt, Recorder, RecorderError};
+use crate::step::{Ending, Recorder, RecorderError};
 use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -72,15 +72,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let has_result = AtomicBool::new(false);
     let discards = AtomicBool::new(false);
     let wall = clock.wall();
-    let stop = || {
-        let asked = interrupt();
-        let is_over = asked == Some(Interrupt::Deadline) || (asked.is_none() && wall.is_over());
-        if !(is_over && has_result.load(Ordering::Relaxed)) {
-            return asked;
-        }
-        discards.store(true, Ordering::Relaxed);
-        Some(Interrupt::Deadline)
-    };
+    let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
     let document = &scene.document;
     let variants =
         Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt: &stop };
@@ -96,11 +88,8 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             (level, mesh) = (0, scene.clone());
             continue;
         }
-        let bars = if is_only {
-            error_bars(&mesh, &[], threads, &stop)
-        } else {
-            meshes.error_bars(&done, &mesh, level)
-        };
+        let bars =
+            if is_only { error_bars(&mesh, &[], threads, &stop) } else { meshes.bars(&done, &mesh, level) };
         let expected = last_s.map(|(growth, seconds)| growth * seconds);
         let accuracy = AskedAccuracy {
             relative: asked.relative,
@@ -132,12 +121,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             _ => None,
         };
         if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
-            let factor = meshes.factor(level);
-            let how =
-                failure.map_or_else(|| "exceeded the time".into(), |failure| format!("failed: {failure}"));
-            let warning =
-                format!("The run with {factor:.2} times the numbers of elements is discarded: it {how}");
-            best.summary.warnings.push(warning);
+            best.summary.warnings.push(discarded(meshes.factor(level), failure));
             return Ok(best);
         }
 
@@ -161,18 +145,13 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         let is_tried = done.is_empty() && !clock.is_estimated();
         let is_over = clock.is_over_after(if is_tried { 0.0 } else { growth * seconds });
         if is_over && !has_stopped && level < 0 {
-            result.summary.warnings.push(format!(
-                "The scene's own mesh would take too long: these are the results of one with {:.2} times the numbers of elements; `--as-is` runs the scene's own",
-                meshes.factor(level)
-            ));
+            result.summary.warnings.push(coarser(meshes.factor(level)));
         }
         let next = match next {
             Ok(next) if !has_stopped && !is_over => next,
             Err(why) if !has_stopped && !is_over => {
-                result
-                    .summary
-                    .warnings
-                    .push(format!("There is no finer mesh to reach the accuracy with: {why}"));
+                let warning = format!("There is no finer mesh to reach the accuracy with: {why}");
+                result.summary.warnings.push(warning);
                 return Ok(result);
             }
             _ => return Ok(result),
@@ -186,6 +165,20 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         }
         (mesh, last_s, level) = (next, Some((growth, seconds)), level + 1);
     }
+}
+
+/// Warning of a finer mesh whose run was discarded.
+fn discarded(mesh_factor: f64, failure: Option<String>) -> String {
+    let how = failure.map_or_else(|| "exceeded the time".into(), |failure| format!("failed: {failure}"));
+    format!("The run with {mesh_factor:.2} times the numbers of elements is discarded: it {how}")
+}
+
+/// Warning of a mesh that is coarser than the scene's own.
+fn coarser(mesh_factor: f64) -> String {
+    format!(
+        "The scene's own mesh would take too long: these are the results of one with {mesh_factor:.2} times the numbers of elements; \
+         `--as-is` runs the scene's own"
+    )
 }
 
 /// The level after one, and its time.
@@ -293,7 +286,7 @@ impl Meshes<'_> {
     }
 
     /// Error bars of a level from the coarser ones.
-    fn error_bars(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
+    fn bars(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
         let used = &done[done.len().saturating_sub(LEVELS_USED)..];
         let Some(coarsest) = used.first() else {
             return ErrorBars::Unknown("there is no coarser mesh to compare with".into());

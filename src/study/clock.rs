@@ -3,6 +3,8 @@
 
 use crate::plan::PlanReport;
 use crate::scene::document::AccuracyDocument;
+use crate::step::Interrupt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// The time that all meshes together may take.
@@ -58,8 +60,19 @@ impl Wall {
         self.begin.elapsed().as_secs_f64()
     }
 
-    /// Whether the limit is exceeded.
-    pub fn is_over(&self) -> bool {
-        self.elapsed_s() > self.limit_s
+    /// What stops a run: what the caller asks for, and the limit, once there is a result to fall back on; then the run is discarded.
+    pub fn interrupt(
+        &self,
+        asked: Option<Interrupt>,
+        has_result: bool,
+        discards: &AtomicBool,
+    ) -> Option<Interrupt> {
+        let is_over =
+            asked == Some(Interrupt::Deadline) || (asked.is_none() && self.elapsed_s() > self.limit_s);
+        if !(is_over && has_result) {
+            return asked;
+        }
+        discards.store(true, Ordering::Relaxed);
+        Some(Interrupt::Deadline)
     }
 }

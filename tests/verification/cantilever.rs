@@ -10,6 +10,9 @@ use contuse::mesh::generate::block::Block;
 use contuse::step::{Ending, State};
 use serde_json::{Value, json};
 
+/// A mesh of hexahedra as one of another kind of cell.
+type Split = fn(Mesh) -> Mesh;
+
 const L: f64 = 0.2;
 const H: f64 = 0.01;
 const MU: f64 = 1e5;
@@ -122,7 +125,7 @@ fn tetrahedra_of_ten_nodes_bend_as_a_beam() {
 #[test]
 fn linear_elements_converge_to_the_beam() {
     let bulk_modulus = 2e5;
-    let cases: [(&str, fn(Mesh) -> Mesh); 2] = [
+    let cases: [(&str, Split); 2] = [
         ("wedges", |mesh| mesh.split_to_wedges()),
         ("tetrahedra of four nodes", |mesh| mesh.split_to_tetrahedra()),
     ];
