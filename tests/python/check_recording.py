@@ -222,7 +222,8 @@ def check_contacts(recording: Recording) -> str:
             size = float(arrays["normal_force_n"].sum())
             need(np.abs(resultant - force).max(initial=0) <= 1e-5 * (1e-9 + size), f"{pair.pair}: the contacts do not sum up")
             need(np.allclose(np.linalg.norm(normal, axis=1), 1, atol=1e-6), f"{pair.pair}: a normal is not of unit length")
-            need((arrays["normal_force_n"] > 0).all(), f"{pair.pair}: an open contact is listed")
+            # A contact that closes with hardly any force has one that single precision rounds to zero.
+            need((arrays["normal_force_n"] >= 0).all(), f"{pair.pair}: an open contact is listed")
             need(np.isin(arrays["status"], [1, 2]).all(), f"{pair.pair}: status")
             # A face of the slave that is touched carries with all of its nodes, and one of them is listed.
             listed = len(set(arrays["node"].tolist()))
