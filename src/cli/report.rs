@@ -43,8 +43,7 @@ pub fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Exit, CliError> 
 fn run_for_report(args: &ReportArgs) -> Result<RecordedRun, CliError> {
     refuse_summary(&args.input)?;
     let (document_json, mut loaded) = read_scene(&args.input)?;
-    let document = &mut loaded.scene.document;
-    document.accuracy = document.accuracy.take().or_else(|| document.implied_accuracy());
+    loaded.scene.document.imply_accuracy();
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let recording = std::env::temp_dir().join(format!("contuse-report-{}.mcap", std::process::id()));
     let cancelled = watch_for_ctrl_c()?;

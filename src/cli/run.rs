@@ -123,7 +123,7 @@ fn ask(args: &RunArgs, document: &mut SceneDocument) {
     } else if args.no_error_bars || args.as_is {
         document.accuracy = None;
     } else {
-        document.accuracy = document.accuracy.take().or_else(|| document.implied_accuracy());
+        document.imply_accuracy();
     }
     if args.no_error_bars {
         document.solver.error_bars = ErrorBarsDocument::None;

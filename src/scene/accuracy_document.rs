@@ -43,6 +43,11 @@ impl Default for AccuracyDocument {
 const IMPLIED_TIME_S: f64 = 20.0;
 
 impl SceneDocument {
+    /// Requires the implied accuracy, if there is one and none is stated.
+    pub fn imply_accuracy(&mut self) {
+        self.accuracy = self.accuracy.take().or_else(|| self.implied_accuracy());
+    }
+
     /// Accuracy that `contuse run` requires of an impact whose document states neither an accuracy nor the source of its error
     /// bars: 10 % of the usual results, within a minute. `None` for scenes without a projectile and a tissue that deforms.
     pub fn implied_accuracy(&self) -> Option<AccuracyDocument> {

@@ -81,7 +81,8 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     loop {
         // Error bars of this level, and what it and the next are expected to take.
         let started = clock.elapsed_s();
-        let Ahead { next, growth, is_affordable } = meshes.look_ahead(&clock, &mesh, level)?;
+        let expected = last_s.map(|(growth, seconds)| growth * seconds);
+        let Ahead { next, growth, is_affordable } = meshes.look_ahead(&clock, (&mesh, expected), level)?;
         let is_only = done.is_empty() && !is_affordable;
         if is_only && level < 0 {
             // Two levels are too many: the scene's own mesh, with the error bars of any run.
@@ -90,7 +91,6 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         }
         let bars =
             if is_only { error_bars(&mesh, &[], threads, &stop) } else { meshes.bars(&done, &mesh, level) };
-        let expected = last_s.map(|(growth, seconds)| growth * seconds);
         let accuracy = AskedAccuracy {
             relative: asked.relative,
             of: asked.of.clone(),
@@ -235,14 +235,21 @@ impl Meshes<'_> {
             .unwrap_or_else(|| (0, self.scene.clone()))
     }
 
-    /// The level after `level`. Where the estimates count, a mesh that is certainly too fine for them is not even made.
-    fn look_ahead(&self, clock: &Clock, mesh: &Scene, level: i32) -> Result<Ahead, RunError> {
+    /// The level after `level`, whose scene comes with its expected time [s] if that is known. Where the estimates count, a mesh that is
+    /// certainly too fine for them is not even made.
+    fn look_ahead(
+        &self,
+        clock: &Clock,
+        (mesh, expected_s): (&Scene, Option<f64>),
+        level: i32,
+    ) -> Result<Ahead, RunError> {
         if !clock.is_estimated() {
             let next = self.scene_of(level + 1);
             let growth = next.as_ref().map_or(f64::INFINITY, |next| growth_of_time(mesh, next));
             return Ok(Ahead { next, growth, is_affordable: true });
         }
-        let own_s = compile(mesh)?.report.expected_run_time_s;
+        let estimate = |scene: &Scene| compile(scene).map(|plan| plan.report.expected_run_time_s);
+        let own_s = expected_s.map_or_else(|| estimate(mesh), Ok)?;
         let is_affordable = |growth: f64| !clock.is_over_after((1.0 + growth) * own_s);
         let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| self.ratio.powf(order));
         if !is_affordable(least) {
@@ -251,7 +258,7 @@ impl Meshes<'_> {
         }
         let next = self.scene_of(level + 1);
         let growth = match &next {
-            Ok(next) => compile(next)?.report.expected_run_time_s / own_s,
+            Ok(next) => estimate(next)? / own_s,
             Err(_) => f64::INFINITY,
         };
         Ok(Ahead { is_affordable: is_affordable(growth), next, growth })

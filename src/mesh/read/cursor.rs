@@ -1,5 +1,6 @@
 //! A position in the bytes of a file, and parsing of numbers there.
 
+use crate::mechanics::tensor::Vec3;
 use crate::mesh::{MeshError, Place};
 
 /// Encoding of the numbers of a file.
@@ -45,6 +46,19 @@ pub(super) fn fortran_real(text: &str) -> Option<f64> {
         format!("{mantissa}e{exponent}").parse().ok()
     });
     value.filter(|value| value.is_finite())
+}
+
+/// Coordinates as Fortran writes them, of which an empty one is zero; `error` makes an error of a message.
+pub(super) fn fortran_position<'a>(
+    fields: impl Iterator<Item = &'a str>,
+    error: impl Fn(String) -> MeshError,
+) -> Result<Vec3, MeshError> {
+    let mut position = Vec3::zeros();
+    for (x, field) in position.iter_mut().zip(fields).filter(|(_, field)| !field.is_empty()) {
+        let found = || error(format!("expected a finite coordinate, found {}", shown(field.as_bytes())));
+        *x = fortran_real(field).ok_or_else(found)?;
+    }
+    Ok(position)
 }
 
 impl<'a> Cursor<'a> {

@@ -11,6 +11,7 @@ use crate::mesh::surface::{boundary, boundary_nodes, topology_problems};
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use crate::mesh::{CellKind, Place};
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 
 const MSH: &[u8] = include_bytes!("../../../scenarios/ball_on_block/scene_L0.msh");
 const INP: &[u8] = include_bytes!("../../../scenarios/ball_on_block/scene_L0.inp");
@@ -27,6 +28,24 @@ const ALL: [(Version, Encoding); 6] = [
 /// The mesh without what a file cannot store: axes and notes.
 fn bare(mesh: Mesh) -> Mesh {
     Mesh { axes: Vec::new(), notes: Vec::new(), ..mesh }
+}
+
+/// Reads files that were cut short, or have a few bytes replaced: they may be refused, and never panic.
+pub(super) fn never_panics_on_damage(file: &[u8], format: MeshFormat) {
+    let byte = (any::<prop::sample::Index>(), any::<u8>());
+    let damage = (prop::collection::vec(byte, 1..6), any::<prop::sample::Index>());
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(400));
+    let outcome = runner.run(&damage, |(damage, end)| {
+        let _ = read_mesh(&file[..end.index(file.len())], format);
+        let mut bytes = file.to_vec();
+        for (place, value) in damage {
+            let i = place.index(bytes.len());
+            bytes[i] = value;
+        }
+        let _ = read_mesh(&bytes, format);
+        Ok(())
+    });
+    outcome.unwrap();
 }
 
 fn small() -> Mesh {

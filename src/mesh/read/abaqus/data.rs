@@ -2,8 +2,7 @@
 
 use super::sets::Sets;
 use super::{Block, CardSet, Reader};
-use crate::mechanics::tensor::Vec3;
-use crate::mesh::read::cursor::{fortran_real, shown};
+use crate::mesh::read::cursor::{fortran_position, shown};
 use crate::mesh::read::entries::Numbers;
 use crate::mesh::{CellKind, MeshError};
 use std::borrow::Cow;
@@ -81,15 +80,8 @@ impl Reader<'_> {
     /// A node: number and coordinates, which default to zero.
     fn node(&mut self, fields: &[Cow<str>], set: Option<&str>, offset: usize) -> Result<(), MeshError> {
         let tag = self.number(&fields[0], offset)?;
-        let mut position = Vec3::zeros();
-        for (x, field) in position.iter_mut().zip(&fields[1..]) {
-            if field.is_empty() {
-                continue;
-            }
-            *x = fortran_real(field).ok_or_else(|| {
-                self.error(offset, format!("expected a finite coordinate, found {}", shown(field.as_bytes())))
-            })?;
-        }
+        let coordinates = fields[1..].iter().map(AsRef::as_ref);
+        let position = fortran_position(coordinates, |message| self.error(offset, message))?;
         if !self.assembly.add_node(tag, position) {
             return Err(self.error(offset, format!("node {tag} is defined twice")));
         }

@@ -14,9 +14,8 @@ mod solid;
 mod tests;
 
 use super::assembly::{Assembly, NodeTag, Unused, free_name, within_names};
-use super::cursor::{fortran_real, shown};
+use super::cursor::{fortran_position, shown};
 use super::include::Include;
-use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError};
 use card::{Card, Format};
 use deck::{Deck, keyword_of};
@@ -190,16 +189,7 @@ impl<'d> Reader<'d> {
     /// A node: number and coordinates, which default to zero.
     fn node(&mut self, card: &Card, offset: usize) -> Result<(), MeshError> {
         let tag = self.number(card.get(0), offset)?;
-        let mut position = Vec3::zeros();
-        for (i, x) in position.iter_mut().enumerate() {
-            let field = card.get(1 + i);
-            if field.is_empty() {
-                continue;
-            }
-            *x = fortran_real(field).ok_or_else(|| {
-                self.error(offset, format!("expected a finite coordinate, found {}", shown(field.as_bytes())))
-            })?;
-        }
+        let position = fortran_position((1..4).map(|i| card.get(i)), |message| self.error(offset, message))?;
         if !self.assembly.add_node(tag, position) {
             return Err(self.error(offset, format!("node {tag} is defined twice")));
         }

@@ -7,8 +7,7 @@ mod cards;
 mod tests;
 
 use super::assembly::{Assembly, NodeTag, Unused};
-use super::cursor::{Numbers, fortran_real, place_of, shown};
-use crate::mechanics::tensor::Vec3;
+use super::cursor::{Numbers, fortran_position, place_of, shown};
 use crate::mesh::{CellKind, Mesh, MeshError};
 use cards::{Card, Cards};
 use std::collections::{BTreeMap, HashSet};
@@ -109,16 +108,7 @@ impl Reader<'_> {
             let what = format!("node {tag} in the coordinate system {}", shown(card.get(1).as_bytes()));
             return Err(self.refuse(card, &what, "write it in the basic system"));
         }
-        let mut position = Vec3::zeros();
-        for (i, x) in position.iter_mut().enumerate() {
-            let field = card.get(2 + i);
-            if field.is_empty() {
-                continue;
-            }
-            *x = fortran_real(field).ok_or_else(|| {
-                self.error(card, format!("expected a finite coordinate, found {}", shown(field.as_bytes())))
-            })?;
-        }
+        let position = fortran_position((2..5).map(|i| card.get(i)), |message| self.error(card, message))?;
         if !self.assembly.add_node(tag, position) {
             return Err(self.error(card, format!("node {tag} is defined twice")));
         }
