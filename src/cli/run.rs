@@ -53,6 +53,9 @@ pub struct RunArgs {
     /// Time limit of all meshes together, such as 30s or 2min [default: 60s].
     #[arg(long, value_name = "TIME", value_parser = seconds, conflicts_with = "no_error_bars")]
     pub within: Option<f64>,
+    /// Lower the bulk moduli as far as the accuracy allows, by runs on the coarsest mesh.
+    #[arg(long, conflicts_with_all = ["no_error_bars", "as_is"])]
+    pub lower_bulk_modulus: bool,
     /// Run the meshes as given, and estimate error bars for them.
     #[arg(long, conflicts_with_all = ["accuracy", "within"])]
     pub as_is: bool,
@@ -124,6 +127,9 @@ fn ask(args: &RunArgs, document: &mut SceneDocument) {
         document.accuracy = None;
     } else {
         document.imply_accuracy();
+    }
+    if let Some(accuracy) = &mut document.accuracy {
+        accuracy.lower_bulk_modulus |= args.lower_bulk_modulus;
     }
     if args.no_error_bars {
         document.solver.error_bars = ErrorBarsDocument::None;

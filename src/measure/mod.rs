@@ -35,4 +35,7 @@ pub mod wave_reach;
 pub use convergence::REFINEMENT;
 pub use measures::Measures;
 pub use sink::{MeasuredEnd, MeasuredFrame, MeasuringRecorder, Sink};
-pub use summary::{AskedAccuracy, Compared, ComparedRuns, ErrorBars, Level, Results, Summary, render_table};
+pub use summary::{
+    AskedAccuracy, Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, Results, Summary,
+    render_table,
+};

@@ -5,6 +5,7 @@
 //! elements from one level to the next, or twice them where √2 cannot refine every direction; meshes from a file have every
 //! element split into eight.
 
+use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
 use super::error_bars::{compared_runs, error_bars, relative_size};
 use super::progress::{Phase, Progress};
@@ -16,7 +17,7 @@ use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, Mea
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
-use crate::step::{Ending, Recorder, RecorderError};
+use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -73,11 +74,17 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let discards = AtomicBool::new(false);
     let wall = clock.wall();
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
-    let document = &scene.document;
-    let variants =
-        Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt: &stop };
-    let meshes = Meshes { scene, variants, ratio: ratio(document) };
+    let meshes = Meshes::of(scene, threads, &stop);
     let (mut level, mut mesh) = meshes.first();
+    let lowered =
+        asked.lower_bulk_modulus.then(|| lower((scene, &mesh), asked, &meshes.variants, &mut clock));
+    let meshes = match &lowered {
+        Some(Ok((_, scene))) => Meshes::of(scene, threads, &stop),
+        _ => meshes,
+    };
+    if lowered.is_some() {
+        (level, mesh) = meshes.first();
+    }
     loop {
         // Error bars of this level, and what it and the next are expected to take.
         let started = clock.elapsed_s();
@@ -86,11 +93,14 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         let is_only = done.is_empty() && !is_affordable;
         if is_only && level < 0 {
             // Two levels are too many: the scene's own mesh, with the error bars of any run.
-            (level, mesh) = (0, scene.clone());
+            (level, mesh) = (0, meshes.scene.clone());
             continue;
         }
-        let bars =
+        let mut bars =
             if is_only { error_bars(&mesh, &[], threads, &stop) } else { meshes.bars(&done, &mesh, level) };
+        if let (ErrorBars::From(runs), Some(Ok((lowered, _)))) = (&mut bars, &lowered) {
+            runs.bulk_modulus = Some(lowered.clone());
+        }
         let accuracy = AskedAccuracy {
             relative: asked.relative,
             of: asked.of.clone(),
@@ -116,6 +126,9 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             progress: &mut report,
         };
         let mut result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
+        if let Some(Err(why)) = &lowered {
+            result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
+        }
         let failure = match &result.outcome.ending {
             Ending::Failed { failure } if must_finish => Some(failure.to_string()),
             _ => None,
@@ -223,7 +236,14 @@ impl Sink for Discardable<'_> {
     }
 }
 
-impl Meshes<'_> {
+impl<'a> Meshes<'a> {
+    fn of(scene: &'a Scene, threads: usize, interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync)) -> Self {
+        let document = &scene.document;
+        let variants =
+            Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+        Self { scene, variants, ratio: ratio(document) }
+    }
+
     /// The first level and its scene: some levels below the scene's own mesh, as long as a few elements are left and the mesh can be
     /// made so coarse.
     fn first(&self) -> (i32, Scene) {

@@ -6,7 +6,7 @@ use super::single::{ending_name, is_stop};
 use super::variant::{NotRun, Variants, split};
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Compared, ComparedRuns, ErrorBars, Level, REFINEMENT};
-use crate::plan::compile;
+use crate::plan::{PlanReport, compile};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
@@ -139,6 +139,7 @@ pub(super) fn compared_runs(
         base,
         small_steps: results(variants, &small_steps, depths)?,
         loose_contact: results(variants, &loose, depths)?,
+        bulk_modulus: None,
     })
 }
 
@@ -150,15 +151,25 @@ fn scene_of(variants: &Variants, mesh_factor: f64) -> Result<Scene, String> {
         .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))
 }
 
-/// A run that the run itself is compared with; it must finish.
+/// A run that the run itself is compared with.
 fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Compared, String> {
+    compared(variants, mesh, depths).map(|(run, _)| run)
+}
+
+/// The same, with the report of its plan; the run must finish.
+pub(super) fn compared(
+    variants: &Variants,
+    mesh: &Scene,
+    depths: &[f64],
+) -> Result<(Compared, PlanReport), String> {
     let mut profile = DepthProfile::new(depths.to_vec());
     let result = variants
         .run_scene(mesh, Some(&mut profile))
         .map_err(|error| format!("no run to compare with: {error}"))?;
     match &result.outcome.ending {
         Ending::Finished => {
-            Ok(Compared::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
+            let run = Compared::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps);
+            Ok((run, result.plan_report))
         }
         ending => Err(match ending_name(ending) {
             stop if is_stop(&stop) => format!(

@@ -2,6 +2,7 @@
 
 mod accuracy;
 pub mod bulk_modulus;
+mod bulk_modulus_choice;
 mod clock;
 pub mod coverage;
 pub mod error;

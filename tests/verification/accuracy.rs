@@ -2,6 +2,7 @@
 
 use crate::record::{assert_at_most, assert_close};
 use contuse::measure::Summary;
+use contuse::measure::summary::ErrorEstimate;
 use contuse::plan::compile;
 use contuse::scene::{Budget, NoFiles, load};
 use contuse::study::{RunRequest, run_scene};
@@ -91,6 +92,38 @@ fn estimated_run_times_choose_the_same_mesh_on_every_machine() {
     let summary = summary_of(&two_bars(40, &accuracy));
     let reached = summary.accuracy.unwrap();
     assert!(!reached.reached && (reached.mesh_factor - 1.0).abs() < 1e-12, "{reached:?}");
+}
+
+/// Bars of an incompressible solid have E = 3 G, whatever the bulk modulus, and lower ones need fewer steps.
+#[test]
+fn bulk_moduli_are_lowered_as_far_as_the_accuracy_allows() {
+    let of_bars = |lower: bool, factor: f64| {
+        let of = ["impulse", "energy_given"];
+        let accuracy = json!({"relative": 0.1, "of": of, "time_budget_s": 600, "lower_bulk_modulus": lower});
+        let mut document = two_bars(8, &accuracy);
+        for body in document["bodies"].as_array_mut().unwrap() {
+            body["parts"][0]["material"] =
+                json!({"law": "neo_hookean", "c10_pa": 150, "bulk_modulus_pa": factor * 300.0});
+        }
+        summary_of(&document)
+    };
+    let numbers = |summary: &Summary| {
+        let tissue = summary.values().tissue.clone().unwrap();
+        [summary.values().impacts[0].impulse_n_s.clone(), tissue.energy_given_j]
+    };
+    let [given, lowered] = [false, true].map(|lower| of_bars(lower, 1e4));
+    assert!(lowered.error_bars.contains("bulk moduli × 0.004 on the coarsest mesh change impulse by"));
+    assert!(lowered.steps < given.steps / 8, "{} steps instead of {}", lowered.steps, given.steps);
+    for (given, lowered) in numbers(&given).iter().zip(&numbers(&lowered)) {
+        let ErrorEstimate::Estimated(error) = lowered.error else { panic!("{lowered:?}") };
+        assert!(error.bulk_modulus > 0.0 && error.bulk_modulus < 0.1 / 3.0 * lowered.value, "{error:?}");
+        assert_at_most((lowered.value - given.value).abs(), error.total, "the change");
+    }
+    // Of the compressible bar a quarter changes everything: nothing is lowered, and the bars know of no change.
+    let summary = of_bars(true, 3.0);
+    assert!(summary.error_bars.contains("bulk moduli not lowered"), "{}", summary.error_bars);
+    let ErrorEstimate::Estimated(error) = numbers(&summary)[0].error else { panic!("no error bar") };
+    assert!(error.bulk_modulus == 0.0, "{error:?}");
 }
 
 /// What contact nodes lose belongs half to either bar, and all of it comes from the striker, which is left at rest.

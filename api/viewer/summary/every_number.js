@@ -5,7 +5,7 @@ import { number } from "../format.js";
 import { bracketed, hasError, resultsOf } from "./headline.js";
 
 /** What the error of a number is made of. */
-const ERROR_PARTS = ["mesh", "step", "contact", "resolution"];
+const ERROR_PARTS = ["mesh", "step", "contact", "bulk_modulus", "resolution"];
 
 /** Every number of the summary as a table. */
 export function allNumbers(summary) {
@@ -13,7 +13,7 @@ export function allNumbers(summary) {
   const walk = (path, value) => {
     if (value && typeof value === "object" && "value" in value && "error" in value) {
       const words = path.join(" › ").replaceAll("_", " ");
-      const parts = hasError(value) ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k], 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
+      const parts = hasError(value) ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k] ?? 0, 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
       rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : bracketed(value), ...parts]);
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {

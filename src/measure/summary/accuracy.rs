@@ -48,7 +48,7 @@ impl Accuracy {
     /// Compares the error bars of the results with the request.
     pub(super) fn of(asked: &AskedAccuracy, results: &Results) -> Self {
         let of = |number: AskedNumber| {
-            let quantity = quantity(results, number)?;
+            let quantity = asked_quantity(results, number)?;
             let relative = match &quantity.error {
                 ErrorEstimate::Estimated(error) if error.total == 0.0 => Some(0.0),
                 ErrorEstimate::Estimated(error) => {
@@ -91,7 +91,7 @@ impl Accuracy {
 }
 
 /// The requested number in the results; `None` if the scene has none.
-fn quantity(results: &Results, number: AskedNumber) -> Option<&Quantity> {
+pub(super) fn asked_quantity(results: &Results, number: AskedNumber) -> Option<&Quantity> {
     let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
     let tissue = results.tissue.as_ref();
     match number {

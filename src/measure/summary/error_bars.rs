@@ -6,9 +6,11 @@
 //! is assumed: with two meshes a factor of safety is applied; with more, a curve is fitted, whose scatter widens the bar.
 
 use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
+use super::accuracy::asked_quantity;
 use super::listed::Listed;
 use super::quantity::{ErrorEstimate, Estimate};
 use super::results::{Impact, Results};
+use crate::scene::document::AskedNumber;
 
 /// Relative rounding error of sums of many numbers [-].
 const ROUNDING: f64 = 1e-12;
@@ -56,8 +58,20 @@ impl Compared {
         Self { results: results.clone(), von_mises_below_pa, steps }
     }
 
-    /// The numbers in listing order, with forces over the windows of the `own` results.
-    fn numbers(&self, own: &Results) -> Vec<f64> {
+    /// Relative difference of a number from that of another run [-]; `None` where one of them has none.
+    pub fn change(&self, from: &Self, number: AskedNumber) -> Option<f64> {
+        let results = self.over_windows_of(&from.results);
+        let [value, from] = [&results, &from.results].map(|r| asked_quantity(r, number).map(|q| q.value));
+        Some((value? / from? - 1.0).abs()).filter(|change| change.is_finite())
+    }
+
+    /// Whether the run has a number.
+    pub fn has(&self, number: AskedNumber) -> bool {
+        asked_quantity(&self.results, number).is_some()
+    }
+
+    /// The results, with forces over the windows of the `own` ones.
+    fn over_windows_of(&self, own: &Results) -> Results {
         let mut results = self.results.clone();
         for (impact, own) in results.impacts.iter_mut().zip(&own.impacts) {
             own.force_window_s
@@ -65,6 +79,12 @@ impl Compared {
                 .into_iter()
                 .for_each(|w| impact.average_over(w));
         }
+        results
+    }
+
+    /// The numbers in listing order, with forces over the windows of the `own` results.
+    fn numbers(&self, own: &Results) -> Vec<f64> {
+        let mut results = self.over_windows_of(own);
         // A number that this run has not gives no error.
         let value = |listed: Option<Listed>| listed.map_or(f64::NAN, |listed| listed.quantity.value);
         results.list_mut().into_iter().map(value).collect()
@@ -93,6 +113,21 @@ pub struct ComparedRuns {
     pub small_steps: Compared,
     /// Run on that mesh with a looser contact tolerance.
     pub loose_contact: Compared,
+    /// Runs on the coarsest mesh with other bulk moduli, where the scene allows to lower them.
+    pub bulk_modulus: Option<LoweredBulkModulus>,
+}
+
+/// Runs on one mesh with bulk moduli as the scene has them, and as the run itself has them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoweredBulkModulus {
+    /// Bulk moduli of the run itself relative to those of the scene [-].
+    pub factor: f64,
+    /// Run with those of the scene.
+    pub as_given: Compared,
+    /// Run with those of the run itself.
+    pub lowered: Compared,
+    /// What was found, in words.
+    pub words: String,
 }
 
 /// Values of one number in the compared runs.
@@ -109,6 +144,7 @@ struct Differences {
     mesh: f64,
     step: f64,
     contact: f64,
+    bulk_modulus: f64,
 }
 
 impl ComparedRuns {
@@ -132,7 +168,8 @@ impl ComparedRuns {
         } else {
             ""
         };
-        format!("estimated from {runs}: {rule}{facets}")
+        let bulk = self.bulk_modulus.as_ref().map_or(String::new(), |lowered| format!("; {}", lowered.words));
+        format!("estimated from {runs}: {rule}{facets}{bulk}")
     }
 
     /// All runs, in the order of their fields.
@@ -162,6 +199,7 @@ impl ComparedRuns {
             step: assumed_step_error(own_steps, steps, (values.base, values.small_steps)),
             // The tolerance is loosened far more than twofold: the difference itself bounds the error.
             contact: (values.loose_contact - values.base).abs(),
+            bulk_modulus: 0.0,
         }
     }
 
@@ -201,9 +239,17 @@ impl Results {
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
         let [base, small_steps, loose_contact] =
             [&runs.base, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
+        let bulk = runs.bulk_modulus.as_ref();
+        let bulk = bulk.map(|bulk| [&bulk.as_given, &bulk.lowered].map(|run| run.numbers(self)));
         let all_listed = self.list_mut();
         let count = all_listed.len();
-        if levels.iter().chain([&base, &small_steps, &loose_contact]).any(|run| run.len() != count) {
+        let of_bulk = bulk.iter().flatten();
+        if levels
+            .iter()
+            .chain([&base, &small_steps, &loose_contact])
+            .chain(of_bulk)
+            .any(|run| run.len() != count)
+        {
             return;
         }
         // Contributions of mesh, step and contact tolerance to each.
@@ -218,20 +264,22 @@ impl Results {
                 loose_contact: loose_contact[i],
             };
             let differences = runs.differences(listed.quantity.value, own_steps, &values);
-            all_found.push((listed, differences));
+            let bulk_modulus =
+                bulk.as_ref().map_or(0.0, |[as_given, lowered]| (lowered[i] - as_given[i]).abs());
+            all_found.push((listed, Differences { bulk_modulus, ..differences }));
         }
         let least = LEAST_FRACTION * median_mesh_error(&all_found);
         for (Listed { quantity, steps_known, spacing, missing, is_peak }, found) in all_found {
-            let Differences { mesh, step, contact } = found;
+            let Differences { mesh, step, contact, bulk_modulus } = found;
             let mesh = mesh.max(missing).max(least * quantity.value.abs());
             // The total, with the resolution.
             let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * quantity.value.abs();
-            let total = mesh + step + contact + resolution;
+            let total = mesh + step + contact + bulk_modulus + resolution;
             if total.is_finite() {
                 // A pointwise peak may grow with every mesh: two meshes cannot show convergence.
                 let may_converge = !is_peak || runs.levels.len() > 1;
                 let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
-                let estimate = Estimate { total, mesh, step, contact, resolution, resolved };
+                let estimate = Estimate { total, mesh, step, contact, bulk_modulus, resolution, resolved };
                 quantity.error = ErrorEstimate::Estimated(estimate);
             }
         }
@@ -302,7 +350,28 @@ mod tests {
             base: compared(coarse, 100),
             small_steps: compared(small_steps, 200),
             loose_contact: compared(loose, 100),
+            bulk_modulus: None,
         }
+    }
+
+    #[test]
+    fn lowered_bulk_moduli_widen_the_bar_by_their_difference_and_are_named() {
+        let mut runs = runs([9.0, 9.1, 8.99]);
+        let lowered = LoweredBulkModulus {
+            factor: 0.25,
+            as_given: compared(9.0, 200),
+            lowered: compared(8.8, 100),
+            words: "bulk moduli × 0.25".into(),
+        };
+        let change = lowered.lowered.change(&lowered.as_given, AskedNumber::Impulse).unwrap();
+        assert!((change - 0.2 / 9.0).abs() < 1e-12, "{change}");
+        assert_eq!(lowered.lowered.change(&lowered.as_given, AskedNumber::Deflection), None);
+        runs.bulk_modulus = Some(lowered);
+        let mut own = results(10.0);
+        own.estimate_errors(&runs, 200, 1.0);
+        let error = estimate(&own.impacts[0].impulse_n_s);
+        assert!((error.bulk_modulus - 0.2).abs() < 1e-12 && (error.total - 3.51).abs() < 1e-9, "{error:?}");
+        assert!(ErrorBars::From(Box::new(runs)).to_string().ends_with("; bulk moduli × 0.25"));
     }
 
     #[test]

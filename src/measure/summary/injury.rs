@@ -243,6 +243,7 @@ mod tests {
             mesh: total,
             step: 0.0,
             contact: 0.0,
+            bulk_modulus: 0.0,
             resolution: 0.0,
             resolved: true,
         };

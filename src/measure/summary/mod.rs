@@ -22,7 +22,7 @@ mod words;
 mod written;
 
 pub use accuracy::{Accuracy, AccuracyOf, AskedAccuracy};
-pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level};
+pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;

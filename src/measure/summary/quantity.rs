@@ -67,6 +67,9 @@ pub struct Estimate {
     pub step: f64,
     /// Contribution of the contact solver's tolerance.
     pub contact: f64,
+    /// Contribution of lowered bulk moduli.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub bulk_modulus: f64,
     /// Limit of resolution: a time within its steps, a depth within the scatter of its stress, a sum within its rounding.
     pub resolution: f64,
     /// Whether the number exceeds its error, or both are zero. A pointwise peak is never resolved on two meshes, which
@@ -78,8 +81,13 @@ impl Estimate {
     /// Estimate for the number times an exact factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let [total, mesh, step, contact, resolution] =
-            [self.total, self.mesh, self.step, self.contact, self.resolution].map(|e| factor * e);
-        Self { total, mesh, step, contact, resolution, ..*self }
+        let parts = [self.total, self.mesh, self.step, self.contact, self.bulk_modulus, self.resolution];
+        let [total, mesh, step, contact, bulk_modulus, resolution] = parts.map(|e| factor * e);
+        Self { total, mesh, step, contact, bulk_modulus, resolution, ..*self }
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_zero(error: &f64) -> bool {
+    *error == 0.0
 }

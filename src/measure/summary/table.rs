@@ -263,16 +263,13 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     };
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
-    // Resolution is shown only where it is more than rounding.
-    let is_notable = error.resolution > 0.01 * error.total;
-    let points = if is_notable {
-        format!(", resolution {}", rounded(scale * error.resolution))
-    } else {
-        String::new()
-    };
+    // Others are shown only where they are more than rounding.
+    let notable = [("bulk modulus", error.bulk_modulus), ("resolution", error.resolution)];
+    let notable = notable.into_iter().filter(|(_, part)| *part > 0.01 * error.total);
+    let others: String = notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{points}){verdict}")
+    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
 }
 
 fn ending(state: &RunState) -> &'static str {
@@ -298,6 +295,7 @@ mod tests {
         let quantity = |value: f64, error: f64| Quantity {
             value,
             error: ErrorEstimate::Estimated(Estimate {
+                bulk_modulus: 0.0,
                 total: error,
                 mesh: error,
                 step: 0.0,

@@ -184,7 +184,8 @@ pub(super) fn ratio(K: f64, G: f64, place: &Pointer, out: &mut Findings) {
         .value(K)
         .limit(format!("K <= {STIFF_BULK:e} Pa, or K/G <= {STIFF_RATIO:e}"))
         .remedy(format!(
-            "{NEARLY_INCOMPRESSIBLE:e} Pa, as in the library, is nearly incompressible and allows steps {longer:.1} times as long"
+            "{NEARLY_INCOMPRESSIBLE:e} Pa, as in the library, is nearly incompressible and allows steps {longer:.1} times as long; `contuse run --lower-bulk-modulus` \
+             lowers it as far as the accuracy allows"
         ))
     });
 }
