@@ -13,6 +13,7 @@ mod breathing_hollow_ball;
 mod cantilever;
 mod contact_holds;
 mod contact_patch;
+mod contact_problem_variants;
 mod contact_solvers;
 mod cook;
 mod coulomb_cone;

@@ -53,6 +53,22 @@ pub fn natural_map(r: Local, u: Local, mu: f64, rho: f64) -> Local {
     [r[0] - p[0], r[1] - p[1], r[2] - p[2]]
 }
 
+/// Coefficient of friction from which the natural map hides the velocity of approach: it divides it by `√(1 + μ²)` [-].
+const HIDES_APPROACH: f64 = 10.0;
+
+/// Square of the residual of the law: that of the natural map, or, with strong friction, of the velocity of approach `ρ ⟨−u_n⟩` where
+/// this is larger.
+#[inline]
+pub fn squared_residual(r: Local, u: Local, mu: f64, rho: f64) -> f64 {
+    let [n, t1, t2] = natural_map(r, u, mu, rho);
+    let squared = n * n + t1 * t1 + t2 * t2;
+    if mu <= HIDES_APPROACH {
+        return squared;
+    }
+    let approach = (rho * u[0]).min(0.0);
+    squared.max(approach * approach)
+}
+
 /// Natural map of a frictionless contact: `r_n − ⟨r_n − ρ u_n⟩`.
 #[inline]
 pub fn natural_map_frictionless(r_n: f64, u_n: f64, rho: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! A frictional contact problem on its own: `W`, `q` and `μ`, and error measures of a reaction.
 
 use super::delassus::{Block, Delassus, DelassusError};
-use super::local::{Local, natural_map};
+use super::local::{Local, natural_map, squared_residual};
 
 /// Why a problem is not valid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -49,6 +49,10 @@ pub enum ProblemError {
     },
 }
 
+/// Coefficient of friction from which a contact is at full stick [-], as with μ = ∞: rounding of the slip alone, times μ, exceeds usual
+/// tolerances.
+pub const FULL_STICK: f64 = 1e6;
+
 /// Largest magnitude of a number in W and q: the sums of squares in the error measures stay finite.
 pub const LARGEST: f64 = 1e100;
 
@@ -56,7 +60,7 @@ pub const LARGEST: f64 = 1e100;
 ///
 /// Three rows `(n, t1, t2)` per contact; impulses [N s] and velocities [m/s], or forces and gaps. W may be rank
 /// deficient, slightly unsymmetric, and have zero diagonal blocks. All numbers are finite, except that a coefficient
-/// may be `μ = ∞` (full stick).
+/// may be `μ = ∞` (full stick), as which those from [`FULL_STICK`] on count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactProblem {
     W: Delassus,
@@ -95,6 +99,7 @@ impl ContactProblem {
         }
         check_range(&W, &q)?;
         let d = mean_diagonals((0..contacts).map(|c| W.diagonal_block(c)));
+        let mu = mu.into_iter().map(|mu| if mu >= FULL_STICK { f64::INFINITY } else { mu }).collect();
         Ok(Self { W, q, mu, d })
     }
 
@@ -171,7 +176,7 @@ fn check_range(W: &Delassus, q: &[f64]) -> Result<(), ProblemError> {
 /// Error measures of reactions; 0 at an exact solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
-    /// With F the natural map at ρ_c = 1/D_c, `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)` [-]. Independent of units.
+    /// With F the residual ([`squared_residual`]) at ρ_c = 1/D_c, `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)` [-]. Independent of units.
     pub scaled: f64,
     /// With F the natural map at ρ = 1, `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)` [-], as in Siconos 4.4. Depends on units: of
     /// little use where ‖W‖ is far from 1.
@@ -187,7 +192,7 @@ impl Errors {
         let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
         for (c, &d) in d.iter().enumerate() {
             let (r, u) = (local(r, c), local(u, c));
-            error += d * squared(natural_map(r, u, mu[c], 1.0 / d));
+            error += d * squared_residual(r, u, mu[c], 1.0 / d);
             plain += squared(natural_map(r, u, mu[c], 1.0));
             reaction += d * squared(r);
             free += squared(local(q, c)) / d;

@@ -41,8 +41,8 @@ pub(super) struct At<'a> {
     pub r: &'a [f64],
     /// Velocities `W r + q`.
     pub u: &'a [f64],
-    /// Norm `‖q‖` of the free velocities.
-    pub q_size: f64,
+    /// Norm `‖q‖` of the free velocities, and the largest size that errors are relative to.
+    pub sizes: [f64; 2],
 }
 
 /// A dimensionless problem that can be iterated on with products alone.
@@ -88,14 +88,14 @@ pub(super) trait Iterate {
 
     /// [`scaled_error`] of the iterate.
     fn error(&self) -> f64 {
-        let At { mu, r, u, q_size } = self.at();
-        scaled_error(mu, r, u, q_size)
+        let At { mu, r, u, sizes } = self.at();
+        scaled_error(mu, r, u, sizes)
     }
 }
 
 impl Iterate for Scaled {
     fn at(&self) -> At<'_> {
-        At { mu: &self.mu, r: &self.r, u: &self.u, q_size: self.q_size }
+        At { mu: &self.mu, r: &self.r, u: &self.u, sizes: self.sizes }
     }
 
     fn set_reactions(&mut self, r: &[f64]) {

@@ -7,7 +7,7 @@
 
 use crate::mechanics::contact::solution::delassus::{Block, times};
 use crate::mechanics::contact::solution::generalised_jacobian::linearise_alart_curnier;
-use crate::mechanics::contact::solution::local::{Local, natural_map};
+use crate::mechanics::contact::solution::local::{Local, squared_residual};
 use crate::mechanics::contact::solution::problem::squared;
 use crate::mechanics::contact::solution::slip::solve_contact;
 
@@ -38,7 +38,7 @@ pub(super) fn solve(W: &Block, q: Local, mu: f64, r: Local) -> LocalSolution {
         return LocalSolution { r, solved: true };
     }
     let u = velocity(W, case, q);
-    let error = squared(natural_map(case, u, mu, 1.0)).sqrt();
+    let error = squared_residual(case, u, mu, 1.0).sqrt();
     LocalSolution { r: case, solved: error <= SOLVED * squared(q).max(squared(case)).sqrt() }
 }
 
@@ -158,7 +158,7 @@ mod tests {
             let q: Local = std::array::from_fn(|_| random(&mut state));
             let LocalSolution { r, solved } = solve(&W, q, mu, [0.0; 3]);
             let u = velocity(&W, r, q);
-            let error = squared(natural_map(r, u, mu, 1.0)).sqrt();
+            let error = squared_residual(r, u, mu, 1.0).sqrt();
             let size = squared(q).max(squared(r)).sqrt();
             assert!(solved == (error <= 1e-10 * size) || q[0] >= 0.0, "case {case}: {error:e}, {solved}");
             // For μ = ∞ a contact about to open may have no solution.

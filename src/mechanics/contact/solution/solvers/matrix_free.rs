@@ -110,7 +110,7 @@ impl<'p, 'a> Scaled<'p, 'a> {
 
 impl Iterate for Scaled<'_, '_> {
     fn at(&self) -> At<'_> {
-        At { mu: self.problem.mu, r: &self.r, u: &self.u, q_size: self.q_size }
+        At { mu: self.problem.mu, r: &self.r, u: &self.u, sizes: [self.q_size, f64::INFINITY] }
     }
 
     fn set_reactions(&mut self, r: &[f64]) {

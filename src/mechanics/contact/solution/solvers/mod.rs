@@ -42,7 +42,7 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
     if problem.q().iter().all(|q| *q == 0.0) {
         r.fill(0.0);
     }
-    let mut scaled = Scaled::new(problem, r);
+    let mut scaled = Scaled::new(problem, r, options.tolerance);
     let limits = |most| Limits {
         tolerance: options.tolerance,
         iterations: options.max_iterations.unwrap_or(most),
