@@ -208,6 +208,11 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame.
     pub fn eval(&mut self, frame: &Frame, pair: u32) -> ContactPatch {
+        let contacts = frame.contacts_of(pair).map(|(contact, reaction)| (contact, reaction.impulse[0]));
+        let pressing = || contacts.clone().filter(|(_, p_n)| *p_n > 0.0);
+        if pressing().next().is_none() {
+            return ContactPatch::default();
+        }
         // Erosion exposes new faces.
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
@@ -220,9 +225,6 @@ impl PatchGeometry {
         self.pressed.clear();
         self.pressed_faces.clear();
         // Resultant normal of the contacts in compression.
-        let contacts = frame.contacts.iter().zip(frame.reactions);
-        let contacts = contacts.map(|(contact, reaction)| (contact, reaction.impulse[0]));
-        let pressing = || contacts.clone().filter(|(contact, p_n)| contact.pair == pair && *p_n > 0.0);
         let normal = pressing().fold(Vec3::zeros(), |sum, (contact, p_n)| sum + contact.frame[0] * p_n);
         let sign = if self.is_master { -1.0 } else { 1.0 };
         let limit = normal.try_normalize(0.0).map_or(Limit::None, |normal| self.limit(frame, normal * sign));

@@ -170,7 +170,7 @@ impl ImpactForce {
 /// Resultant force on the slave of a pair in this step: Σ R_c / h̄ [N].
 pub fn resultant_force(frame: &Frame, pair: u32) -> Vec3 {
     let mut impulse = Vec3::zeros();
-    for (contact, reaction) in frame.contacts.iter().zip(frame.reactions).filter(|(c, _)| c.pair == pair) {
+    for (contact, reaction) in frame.contacts_of(pair) {
         for (axis, r) in contact.frame.iter().zip(reaction.impulse) {
             impulse += axis * r;
         }

@@ -16,6 +16,9 @@ use crate::mesh::MeshError;
 use crate::plan::Plan;
 use crate::step::{Energy, Frame};
 
+/// Most contact pairs that are listed whether they touch or not: of a thousand bodies there are half a million.
+const MOST_LISTED: usize = 64;
+
 /// Everything measured so far.
 #[derive(Default)]
 pub struct Measures {
@@ -85,6 +88,13 @@ impl Measures {
     pub fn strikes(&self) -> impl Iterator<Item = &PairMeasures> {
         let any_projectile = self.pairs.iter().any(|pair| pair.on_tissue && pair.of_projectile);
         self.pairs.iter().filter(move |pair| pair.on_tissue && (pair.of_projectile || !any_projectile))
+    }
+
+    /// Pairs that results and recordings list, with their numbers in the plan: all, or of more than 64 those that have touched.
+    pub fn listed_pairs(&self) -> impl Iterator<Item = (usize, &PairMeasures)> {
+        let are_few = self.pairs.len() <= MOST_LISTED;
+        let pairs = self.pairs.iter().enumerate();
+        pairs.filter(move |(_, pair)| are_few || pair.force.contact_span.is_some())
     }
 
     /// Accumulates the point stresses of a frame.

@@ -19,7 +19,7 @@ const SLIP: u8 = 2;
 
 /// The message of a measured frame.
 pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
-    let pairs = measures.pairs.iter().enumerate().map(|(index, pair)| {
+    let pairs = measures.listed_pairs().map(|(index, pair)| {
         let now = pair.force.now();
         PairForces {
             pair: pair.name.clone(),
@@ -46,9 +46,7 @@ fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     let Some(contact) = &frame.plan.contact else { return Vec::new() };
     let first_node = frame.plan.bodies[contact.pair_bodies[pair as usize].0].nodes.start;
     let mu = contact.pairs[pair as usize].law.mu();
-    let active = || {
-        frame.contacts.iter().zip(frame.reactions).filter(move |(c, r)| c.pair == pair && r.impulse[0] > 0.0)
-    };
+    let active = || frame.contacts_of(pair).filter(|(_, r)| r.impulse[0] > 0.0);
     let force = |impulse: f64| impulse / frame.mean_step;
     let tangential = |(c, r): (&Contact, &Reaction)| -> Vec3 {
         c.frame[1] * force(r.impulse[1]) + c.frame[2] * force(r.impulse[2])

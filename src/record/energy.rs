@@ -34,13 +34,17 @@ pub fn message(plan: &Plan, measures: &Measures) -> Energy {
         algorithmic_j: e.algorithmic_j,
         branches: branches_of(index).collect(),
     });
-    let pairs = measures.pairs.iter().zip(&ledger.pairs).map(|(pair, e)| PairEnergy {
-        pair: pair.name.clone(),
-        friction_j: e.friction_j,
-        numerical_contact_j: e.numerical_j,
-        work_on_slave_j: e.work_on_slave_j,
-        work_on_master_j: e.work_on_master_j,
-        impact_j: e.impact_j,
+    // The ledger has no pairs before the first step.
+    let pairs = measures.listed_pairs().filter_map(|(index, pair)| {
+        let e = ledger.pairs.get(index)?;
+        Some(PairEnergy {
+            pair: pair.name.clone(),
+            friction_j: e.friction_j,
+            numerical_contact_j: e.numerical_j,
+            work_on_slave_j: e.work_on_slave_j,
+            work_on_master_j: e.work_on_master_j,
+            impact_j: e.impact_j,
+        })
     });
     let absorbed = measures.absorbed.as_ref().map(|a| a.now).unwrap_or_default();
     Energy {

@@ -53,6 +53,12 @@ pub struct Frame<'a> {
 pub const LOOKS: f64 = 50.0;
 
 impl Frame<'_> {
+    /// The contacts of a pair, with their reactions.
+    pub fn contacts_of(&self, pair: u32) -> impl Iterator<Item = (&Contact, &Reaction)> + Clone {
+        let first = self.contacts.partition_point(|contact| contact.pair < pair);
+        let count = self.contacts[first..].partition_point(|contact| contact.pair == pair);
+        self.contacts[first..first + count].iter().zip(&self.reactions[first..first + count])
+    }
     /// Input for the evaluation of stresses at quadrature points.
     pub fn points(&self) -> PointInput<'_> {
         PointInput { u: self.u, v: self.v, history: self.history, erosion: self.erosion }

@@ -43,9 +43,7 @@ impl Mint {
 pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: Mint) -> Results {
     let strikes: Vec<&str> = measures.strikes().map(|pair| pair.name.as_str()).collect();
     let mut impacts: Vec<Impact> = measures
-        .pairs
-        .iter()
-        .enumerate()
+        .listed_pairs()
         .map(|(index, pair)| impact(measures, index, pair, (mint, *state != RunState::Running)))
         .collect();
     // Self-contact pairs come last.

@@ -10,7 +10,8 @@ use std::sync::Arc;
 pub struct Results {
     /// Whether the run has ended without contact: then no number describes an impact, and none has an error.
     pub nothing_touched: bool,
-    /// One entry for each contact pair; self-contact pairs come last, and are omitted if they never touched.
+    /// One entry for each contact pair, of more than 64 only for those that touched; self-contact pairs come last, and are omitted if they
+    /// never touched.
     #[serde(serialize_with = "serialize_reported")]
     pub impacts: Vec<Impact>,
     /// Response of the tissue; absent without one.
