@@ -32,9 +32,9 @@ pub struct PairMeasures {
     tissue_flight: Vec3,
     /// Approach speed of its two sides [m/s].
     pub approach: f64,
-    geometry: PatchGeometry,
-    /// Patch geometry of the master, if that is the mesh of another body.
-    master: Option<PatchGeometry>,
+    /// Patch geometry of the slave, and of the master if that is the mesh of another body; made at the first contact, since most pairs of many
+    /// bodies never touch.
+    geometry: Option<(PatchGeometry, Option<PatchGeometry>)>,
 }
 
 impl PairMeasures {
@@ -44,8 +44,15 @@ impl PairMeasures {
     }
 
     fn patch(&mut self, frame: &Frame, index: u32) -> ContactPatch {
-        let patch = self.geometry.eval(frame, index);
-        self.master.as_mut().map_or(patch, |master| patch.within(&master.eval(frame, index)))
+        if frame.contacts_of(index).next().is_none() {
+            return ContactPatch::default();
+        }
+        if self.geometry.is_none() {
+            self.geometry = geometry_of(frame.plan, index as usize);
+        }
+        let Some((slave, master)) = &mut self.geometry else { return ContactPatch::default() };
+        let patch = slave.eval(frame, index);
+        master.as_mut().map_or(patch, |master| patch.within(&master.eval(frame, index)))
     }
 
     /// Accumulates a frame; `index` is the number of the pair in its plan.
@@ -96,6 +103,16 @@ fn master_faces(contact: &ContactPlan, pair: &ContactPair) -> Option<PatchGeomet
     is_other.then(|| PatchGeometry::of_master(contact.surface_body[master], &contact.surfaces[master]))
 }
 
+/// Patch geometry of slave and master of a pair of the plan.
+fn geometry_of(plan: &Plan, pair: usize) -> Option<(PatchGeometry, Option<PatchGeometry>)> {
+    let contact = plan.contact.as_ref()?;
+    let (slave, master) = contact.pair_bodies[pair];
+    let pair = &contact.pairs[pair];
+    let surface = &contact.surfaces[pair.slave];
+    let geometry = PatchGeometry::of_slave(slave, surface, rigid_shape(plan, master));
+    Some((geometry, master_faces(contact, pair)))
+}
+
 /// Empty measures for the pairs of a plan.
 pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
     let Some(contact) = &plan.contact else { return Vec::new() };
@@ -116,12 +133,7 @@ pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
             reported_on: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             is_of_points: plan.bodies[slave].rigid.is_some(),
             force: ImpactForce::new(plan.measures.force_average),
-            geometry: PatchGeometry::of_slave(
-                slave,
-                &contact.surfaces[pair.slave],
-                rigid_shape(plan, master),
-            ),
-            master: master_faces(contact, pair),
+            geometry: None,
         })
         .collect()
 }

@@ -65,7 +65,7 @@ impl FaceTree {
     }
 
     /// Refits to the boxes of this step, each enlarged by the reach of its face and `slack`.
-    fn refit(&mut self, boundary: &Boundary, motion: &Motion, slack: f64) {
+    pub fn refit(&mut self, boundary: &Boundary, motion: &Motion, slack: f64) {
         for (i, face) in boundary.faces.iter().enumerate() {
             let grown = motion.swept_face(face, reach(boundary.sizes[i]) + slack);
             self.bvh.insert_or_update_partially(grown, i as u32, 0.0);
@@ -159,9 +159,18 @@ pub(super) struct Candidates {
 const ROOM: usize = 16;
 
 impl Candidates {
-    /// Reserves memory for so many slave nodes.
+    /// Reserves memory for so many slave nodes; lists of more grow with the first that need it.
     pub fn with_capacity(slaves: usize) -> Self {
         Self { listed: Vec::with_capacity(slaves), entries: Vec::with_capacity(ROOM * slaves), slack: 0.0 }
+    }
+
+    /// Empties the list for a step, and returns whether it must be filled: surfaces farther apart than the slack [m] need no list until
+    /// they have closed in. `clearance` [m] as in [`clearance`].
+    pub fn begin(&mut self, slack: f64, clearance: Option<f64>) -> bool {
+        self.listed.clear();
+        self.entries.clear();
+        self.slack = clearance.map_or(slack, |clearance| clearance.max(slack));
+        clearance.is_none_or(|clearance| clearance <= slack)
     }
 
     /// Whether the list still covers everything that may meet, given the largest distances [m] that nodes of the
@@ -170,27 +179,16 @@ impl Candidates {
         slave_moved + master_moved <= self.slack
     }
 
-    /// Rebuilds the list for a step. `excluded` states which faces a node never meets.
-    pub fn rebuild(
+    /// Fills the list for a step, after [`Candidates::begin`], by a `tree` that has been refitted with at least the slack. `excluded`
+    /// states which faces a node never meets.
+    pub fn fill(
         &mut self,
         slave: &Boundary,
         master: &Boundary,
-        tree: &mut FaceTree,
+        tree: &FaceTree,
         motion: &Motion,
-        slack: f64,
         excluded: impl Fn(u32, u32) -> bool,
     ) {
-        self.listed.clear();
-        self.entries.clear();
-        self.slack = slack;
-        // Surfaces farther apart than the slack need no list until they have closed in.
-        if let Some(clearance) = clearance(slave, master, motion)
-            && clearance > slack
-        {
-            self.slack = clearance;
-            return;
-        }
-        tree.refit(master, motion, slack);
         let slave_is_other = master.is_closed && !std::ptr::eq(slave, master);
         // Neighbouring nodes have similar distances: the last one bounds the search for the next.
         let (mut last, mut distance_of_last) = (Vec3::zeros(), f64::INFINITY);
@@ -276,16 +274,19 @@ impl Candidates {
     }
 }
 
-/// Distance between the boxes of two surfaces over a step, less the largest reach of any face [m]; `None` if a
-/// surface is empty.
-fn clearance(slave: &Boundary, master: &Boundary, motion: &Motion) -> Option<f64> {
-    let (s_low, s_high) = swept_box(slave, motion)?;
-    let (m_low, m_high) = swept_box(master, motion)?;
+/// Low and high corner of the box around a surface over a step [m]; `None` if it is empty.
+pub(super) type SweptBox = Option<(Vec3, Vec3)>;
+
+/// Distance between the boxes of two surfaces over a step, less the largest reach of any face of the master [m]; `None` if a surface is
+/// empty.
+pub(super) fn clearance(slave: SweptBox, of_master: SweptBox, master: &Boundary) -> Option<f64> {
+    let ((s_low, s_high), (m_low, m_high)) = (slave?, of_master?);
     let apart = (s_low - m_high).sup(&(m_low - s_high)).sup(&Vec3::zeros()).norm();
     Some(apart - reach(master.largest_size))
 }
 
-fn swept_box(boundary: &Boundary, motion: &Motion) -> Option<(Vec3, Vec3)> {
+/// The box around a surface over a step.
+pub(super) fn swept_box(boundary: &Boundary, motion: &Motion) -> SweptBox {
     let first = motion.x[*boundary.nodes.first()? as usize];
     let ends = boundary.nodes.iter().flat_map(|&n| [&motion.x[n as usize], &motion.x_end[n as usize]]);
     Some(ends.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))

@@ -22,8 +22,8 @@
 //! The result depends on the positions alone, never on the age of the list of the broad phase.
 
 use super::boundary::Boundary;
-use super::broad_phase::Motion;
 pub use super::broad_phase::reach;
+use super::broad_phase::{FaceTree, Motion, SweptBox, swept_box};
 use super::finder::Finder;
 use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
@@ -37,6 +37,9 @@ use thiserror::Error;
 /// one face away, so hardly any is listed, and hardly any is checked while the surface moves by less relative to
 /// itself.
 const OWN_SLACK: f64 = 1.0;
+
+/// Number of pairs up to which each has memory for its full list from the start.
+const FEW_PAIRS: usize = 64;
 
 /// Reasons for which detection fails.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -69,6 +72,13 @@ pub struct DetectionReport {
 pub struct Detector {
     boundaries: Vec<Boundary>,
     pairs: Vec<PairState>,
+    /// Tree over the faces of each surface that is the master of another one, refitted where one of its pairs needs a list.
+    trees: Vec<Option<FaceTree>>,
+    /// Room for the boxes of the surfaces, and for the slack of each tree [m], negative where no pair needs it.
+    boxes: Vec<SweptBox>,
+    slacks: Vec<f64>,
+    /// Whether a surface meets more than itself.
+    meets_others: Vec<bool>,
     /// Positions of each surface's nodes when the lists were made.
     snapshots: Vec<Vec<Vec3>>,
     /// Displacement of each surface in the present step.
@@ -83,9 +93,28 @@ impl Detector {
     /// with a rigid side are left to [`super::rigid_detection`].
     pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
         let boundaries: Vec<Boundary> = surfaces.iter().map(|s| Boundary::new(s, x)).collect();
-        let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &boundaries, x)).collect();
+        let are_few = pairs.len() <= FEW_PAIRS;
+        let pairs: Vec<PairState> =
+            pairs.iter().filter_map(|p| PairState::new(p, &boundaries, x, are_few)).collect();
         let moved = vec![Moved::default(); boundaries.len()];
+        let others = || pairs.iter().filter(|pair| pair.own.is_none());
+        let mut trees: Vec<Option<FaceTree>> = vec![None; boundaries.len()];
+        let mut meets_others = vec![true; boundaries.len()];
+        for pair in pairs.iter().filter(|pair| pair.own.is_some()) {
+            meets_others[pair.slave] = false;
+        }
+        for pair in others() {
+            meets_others[pair.slave] = true;
+            if let Some(master) = pair.side.master() {
+                meets_others[master] = true;
+                trees[master].get_or_insert_with(|| FaceTree::new(&boundaries[master], x));
+            }
+        }
         Self {
+            boxes: Vec::with_capacity(boundaries.len()),
+            slacks: Vec::with_capacity(boundaries.len()),
+            trees,
+            meets_others,
             boundaries,
             pairs,
             snapshots: Vec::new(),
@@ -131,14 +160,15 @@ impl Detector {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        let Self { boundaries, pairs, snapshots, moved, search, .. } = self;
+        let Self { boundaries, pairs, trees, snapshots, moved, search, .. } = self;
         for (i, pair) in pairs.iter_mut().enumerate() {
             let first = contacts.len();
             let master_moved = match &pair.own {
                 Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
                 None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
             };
-            let finder = Finder { pair, index: i as u32, boundaries, motion, master_moved, drift: drifts[i] };
+            let finder =
+                Finder { pair, index: i as u32, boundaries, trees, motion, master_moved, drift: drifts[i] };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
             if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
                 averager.average(&boundaries[pair.slave], &boundaries[master], x, &mut contacts[first..]);
@@ -178,9 +208,26 @@ impl Detector {
             snapshot.extend(boundary.nodes.iter().map(|&n| motion.x[n as usize]));
         }
         self.measure_motion(motion)?;
-        for pair in self.pairs.iter_mut().filter(|pair| pair.own.is_none()) {
-            let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].in_step);
-            pair.rebuild(&self.boundaries, motion, self.moved[pair.slave].in_step + of_master);
+        // Which pairs are near, and how far their lists reach; then one tree for all pairs of a master.
+        let Self { boundaries, pairs, trees, boxes, slacks, moved, .. } = self;
+        boxes.clear();
+        boxes.extend(boundaries.iter().map(|boundary| swept_box(boundary, motion)));
+        slacks.clear();
+        slacks.resize(boundaries.len(), -1.0);
+        for pair in pairs.iter_mut().filter(|pair| pair.own.is_none()) {
+            let of_master = pair.side.master().map_or(0.0, |master| moved[master].in_step);
+            let in_step = moved[pair.slave].in_step + of_master;
+            if let Some((master, slack)) = pair.begin_list(boundaries, boxes, motion, in_step) {
+                slacks[master] = slacks[master].max(slack);
+            }
+        }
+        for ((tree, boundary), slack) in trees.iter_mut().zip(boundaries.iter()).zip(slacks.iter()) {
+            if let (Some(tree), true) = (tree, *slack >= 0.0) {
+                tree.refit(boundary, motion, *slack);
+            }
+        }
+        for pair in pairs.iter_mut().filter(|pair| pair.own.is_none()) {
+            pair.fill_list(boundaries, trees, motion);
         }
         Ok(true)
     }
@@ -188,9 +235,7 @@ impl Detector {
     fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
         for (surface, boundary) in self.boundaries.iter().enumerate() {
             // Surfaces that may meet only themselves are measured by their relative motion instead.
-            let mut of_it =
-                self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
-            if of_it.clone().next().is_some() && of_it.all(|pair| pair.own.is_some()) {
+            if !self.meets_others[surface] {
                 continue;
             }
             let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
@@ -212,6 +257,11 @@ impl Detector {
             self.moved[surface] = Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() };
         }
         Ok(())
+    }
+
+    /// Number of surfaces.
+    pub(super) fn surface_count(&self) -> usize {
+        self.boundaries.len()
     }
 
     /// Topology of a surface.

@@ -53,19 +53,21 @@ struct Edge {
     is_sharp: bool,
 }
 
-/// The edges of a pair.
-struct PairEdges {
+/// A pair of two surfaces.
+struct EdgePair {
     /// Number of the pair.
     number: u32,
     /// Surface indices of slave and master.
     surfaces: [usize; 2],
-    /// Edges of the slave's and of the master's surface.
-    edges: [Vec<Edge>; 2],
 }
 
 /// Finds the contacts of edges in the pairs of meshes.
 pub(super) struct EdgeFinder {
-    pairs: Vec<PairEdges>,
+    pairs: Vec<EdgePair>,
+    /// Edges of each surface that is in a pair.
+    edges: Vec<Vec<Edge>>,
+    /// Box around each of these surfaces over the step [m].
+    boxes: Vec<[Vec3; 2]>,
     /// Growth of the angle by which an edge becomes sharp [rad].
     bent: f64,
     /// Edges of each side of the present pair that come near the other side in a step, the sharp ones first.
@@ -83,22 +85,33 @@ impl EdgeFinder {
         let of_pair = |(number, pair): (usize, &ContactPair)| {
             let Master::Surface(master) = pair.master else { return None };
             let surfaces = [pair.slave, master];
-            let edges = surfaces.map(|surface| edges_of(detector.boundary(surface), x));
-            (master != pair.slave).then_some(PairEdges { number: number as u32, surfaces, edges })
+            (master != pair.slave).then_some(EdgePair { number: number as u32, surfaces })
         };
-        let pairs: Vec<PairEdges> = pairs.iter().enumerate().filter_map(of_pair).collect();
-        let most = |side: usize| pairs.iter().map(|pair| pair.edges[side].len()).max().unwrap_or(0);
-        let near = [0, 1].map(|side| Vec::with_capacity(most(side)));
-        Self { pairs, bent, near, search: Search::default() }
+        let pairs: Vec<EdgePair> = pairs.iter().enumerate().filter_map(of_pair).collect();
+        let mut edges = vec![Vec::new(); detector.surface_count()];
+        for surface in pairs.iter().flat_map(|pair| pair.surfaces) {
+            if edges[surface].is_empty() {
+                edges[surface] = edges_of(detector.boundary(surface), x);
+            }
+        }
+        let most = edges.iter().map(Vec::len).max().unwrap_or(0);
+        let near = [0, 1].map(|_| Vec::with_capacity(most));
+        let boxes = vec![[Vec3::zeros(); 2]; edges.len()];
+        Self { pairs, edges, boxes, bent, near, search: Search::default() }
     }
 
     /// Appends the contacts of a step.
     pub fn detect(&mut self, detector: &Detector, ends: Ends, drifts: &[Vec3], contacts: &mut Vec<Contact>) {
-        let Self { pairs, bent, near, search } = self;
-        for PairEdges { number, surfaces, edges } in pairs.iter() {
+        let Self { pairs, edges, boxes, bent, near, search } = self;
+        for (surface, of_it) in
+            boxes.iter_mut().enumerate().filter(|(surface, _)| !edges[*surface].is_empty())
+        {
+            *of_it = box_of(detector.boundary(surface), ends);
+        }
+        for EdgePair { number, surfaces } in pairs.iter() {
             // The part of space that both surfaces come near to.
             let boundaries = surfaces.map(|surface| detector.boundary(surface));
-            let [a, b] = boundaries.map(|boundary| box_of(boundary, ends));
+            let [a, b] = surfaces.map(|surface| boxes[surface]);
             let common = [a[0].sup(&b[0]), a[1].inf(&b[1])];
             // The search distance is at most a twentieth of an edge, and no edge is longer than its surface.
             let near_size = NEAR * (a[1] - a[0]).norm().max((b[1] - b[0]).norm());
@@ -108,7 +121,7 @@ impl EdgeFinder {
             // The edges of each side in there, sharp ones first.
             for (side, near) in near.iter_mut().enumerate() {
                 near.clear();
-                near.extend(near_box(&edges[side], &common, ends).map(|edge| {
+                near.extend(near_box(&edges[surfaces[side]], &common, ends).map(|edge| {
                     let most = if edge.start > SHARP { SHARP } else { edge.start.max(0.0) + *bent };
                     Edge { is_sharp: angle(edge, boundaries[side], ends.0) > most, ..*edge }
                 }));

@@ -32,6 +32,8 @@ pub(super) struct Finder<'a> {
     pub pair: &'a PairState,
     pub index: u32,
     pub boundaries: &'a [Boundary],
+    /// Trees of the masters of other surfaces.
+    pub trees: &'a [Option<FaceTree>],
     pub motion: Motion<'a>,
     pub master_moved: Moved,
     pub drift: Vec3,
@@ -56,7 +58,9 @@ impl Finder<'_> {
                     contacts.extend(self.against_plane(candidate.node, &point, &frame, size));
                 }
             }
-            Side::Surface { master, ref tree, .. } => {
+            Side::Surface { master, ref itself } => {
+                let own = itself.as_ref().map(|(tree, _)| tree);
+                let Some(tree) = own.or(self.trees[master].as_ref()) else { return 0 };
                 let master = &self.boundaries[master];
                 for candidate in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
                     let faces = candidate.faces.clone();

@@ -1,7 +1,7 @@
 //! A contact pair in detection: its sides, and the candidates that the broad phase lists for it.
 
 use super::boundary::Boundary;
-use super::broad_phase::{Candidates, FaceTree, Motion, reach};
+use super::broad_phase::{Candidates, FaceTree, Motion, SweptBox, clearance, reach};
 use super::frame::local_frame;
 use super::mortar::Averager;
 use super::self_contact::{Exclusions, OwnMotion};
@@ -22,6 +22,8 @@ pub(super) struct PairState {
     pub side: Side,
     /// Slave nodes and master faces that may meet.
     pub candidates: Candidates,
+    /// Whether the list was begun and must be filled.
+    must_fill: bool,
     /// Averages the contacts, in mortar contact.
     pub averager: Option<Averager>,
     /// Motion of the surface relative to itself, in self-contact.
@@ -31,11 +33,10 @@ pub(super) struct PairState {
 /// A master, prepared for detection.
 #[derive(Clone, Debug)]
 pub(super) enum Side {
-    /// With the faces that a surface excludes against itself.
+    /// Against itself with a tree of its own, and the faces that are excluded.
     Surface {
         master: usize,
-        tree: FaceTree,
-        exclusions: Option<Exclusions>,
+        itself: Option<(FaceTree, Exclusions)>,
     },
     Plane {
         point: Vec3,
@@ -64,14 +65,14 @@ impl Side {
 }
 
 impl PairState {
-    /// State of a pair at the start; `None` for a rigid master.
-    pub fn new(pair: &ContactPair, boundaries: &[Boundary], x: &[Vec3]) -> Option<Self> {
+    /// State of a pair at the start, with memory for a full list if it is one of few; `None` for a rigid master.
+    pub fn new(pair: &ContactPair, boundaries: &[Boundary], x: &[Vec3], is_one_of_few: bool) -> Option<Self> {
         let side = match pair.master {
             Master::Rigid(_) => return None,
             Master::Surface(master) => Side::Surface {
                 master,
-                tree: FaceTree::new(&boundaries[master], x),
-                exclusions: (master == pair.slave).then(|| Exclusions::new(x)),
+                itself: (master == pair.slave)
+                    .then(|| (FaceTree::new(&boundaries[master], x), Exclusions::new(x))),
             },
             Master::Plane { point, normal } => Side::Plane {
                 point,
@@ -79,9 +80,10 @@ impl PairState {
                 size: boundaries[pair.slave].mean_size(),
             },
         };
-        let candidates = Candidates::with_capacity(boundaries[pair.slave].nodes.len());
+        let slaves = if is_one_of_few { boundaries[pair.slave].nodes.len() } else { 0 };
+        let candidates = Candidates::with_capacity(slaves);
         let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
-        Some(Self { slave: pair.slave, side, candidates, averager: None, own })
+        Some(Self { slave: pair.slave, side, candidates, must_fill: false, averager: None, own })
     }
 
     /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
@@ -100,27 +102,48 @@ impl PairState {
         if !own.measure(boundary, motion) {
             return None;
         }
-        if let Side::Surface { tree, exclusions: Some(exclusions), .. } = &mut self.side {
+        if let Side::Surface { itself: Some((tree, exclusions)), .. } = &mut self.side {
+            tree.refit(boundary, motion, slack);
             let excluded = |node, face| exclusions.contain(boundary, node, face);
-            self.candidates.rebuild(boundary, boundary, tree, motion, slack, excluded);
+            self.candidates.begin(slack, None);
+            self.candidates.fill(boundary, boundary, tree, motion, excluded);
         }
         Some(true)
     }
 
-    /// `in_step` [m]: upper bound of the relative motion of the two sides in this step.
-    pub fn rebuild(&mut self, boundaries: &[Boundary], motion: &Motion, in_step: f64) {
+    /// Begins a new list against another surface, or makes that against a plane. Returns the master and the slack [m] of a list that must
+    /// be filled. `in_step` [m]: upper bound of the relative motion of the two sides in this step; `boxes` of all surfaces.
+    pub fn begin_list(
+        &mut self,
+        boundaries: &[Boundary],
+        boxes: &[SweptBox],
+        motion: &Motion,
+        in_step: f64,
+    ) -> Option<(usize, f64)> {
         let slave = &boundaries[self.slave];
         let slack =
             |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
-        match &mut self.side {
-            Side::Surface { master, tree, .. } => {
-                let master = &boundaries[*master];
+        match &self.side {
+            Side::Surface { master: index, .. } => {
+                let master = &boundaries[*index];
                 let slack = slack(master.mean_size());
-                self.candidates.rebuild(slave, master, tree, motion, slack, |_, _| false);
+                let clearance = clearance(boxes[self.slave], boxes[*index], master);
+                self.must_fill = self.candidates.begin(slack, clearance);
+                self.must_fill.then_some((*index, slack))
             }
             Side::Plane { point, frame, size } => {
                 self.candidates.rebuild_plane(slave, point, &frame[0], reach(*size), motion, slack(*size));
+                None
             }
+        }
+    }
+
+    /// Fills the list that was begun, if it must be, by the `trees` of the masters.
+    pub fn fill_list(&mut self, boundaries: &[Boundary], trees: &[Option<FaceTree>], motion: &Motion) {
+        let master = self.side.master().filter(|_| std::mem::take(&mut self.must_fill));
+        if let Some((master, tree)) = master.and_then(|master| Some((master, trees[master].as_ref()?))) {
+            let (slave, master) = (&boundaries[self.slave], &boundaries[master]);
+            self.candidates.fill(slave, master, tree, motion, |_, _| false);
         }
     }
 }
