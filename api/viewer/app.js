@@ -11,7 +11,7 @@ import { whatIfPage } from "./pages/what_if_page.js";
 /** What is behind `#/`: a function that fills `main` and may return one that clears up. */
 const ROUTES = [
   [/^$/, () => listPage()],
-  [/^new(?:\/([\w-]+))?$/, (id) => submitPage(id)],
+  [/^new(?:\/([\w-]+))?(\?accuracy)?$/, (id, accuracy) => submitPage(id, Boolean(accuracy))],
   [/^job\/([\w-]+)$/, (id) => jobPage(id)],
   [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, (id, question) => whatIfPage(id, question)],
   [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, (a, b) => comparePage(a, b)],

@@ -133,6 +133,7 @@ def test_an_example_runs_and_shows_its_four_numbers(page):
     expect(cards).to_have_count(4)
     for card, unit in zip(cards.all(), ["N", "mm²", "mm", "J"]):
         expect(card.locator(".big")).to_contain_text(re.compile(rf"\d.* {unit} .*± "))
+    page.locator(".warning-line button").click()
     expect(page.get_by_text("passed").first).to_be_visible()
 
 
@@ -215,6 +216,7 @@ def test_a_rigid_ball_is_shown_too(page, pictures):
     assert "accuracy" not in scene_of(page)
     run(page)
     wait_for_results(page)
+    page.get_by_text("Picture settings").click()
     with_ball = picture_of(page.locator(".mesh-view canvas"))
     page.get_by_label("ball", exact=True).uncheck()
     assert picture_of(page.locator(".mesh-view canvas")).tobytes() != with_ball.tobytes()

@@ -9,10 +9,12 @@ import { SceneForm, problemWords } from "./scene_form.js";
 /** Rest after the last key before the service is asked [ms]. */
 const REST = 350;
 
-export async function submitPage(jobId) {
+/** `isRefined`: an earlier job, now with the accuracy of a new impact. */
+export async function submitPage(jobId, isRefined = false) {
   const presets = await getJson("/viewer/presets.json");
   const page = new SubmitPage(presets);
-  page.take(jobId ? await Recording.sceneText(`/v1/jobs/${jobId}/recording`) : pretty(refined(presets[0].scene)));
+  const text = jobId && await Recording.sceneText(`/v1/jobs/${jobId}/recording`);
+  page.take(!jobId ? pretty(refined(presets[0].scene)) : isRefined ? pretty({ ...JSON.parse(text), accuracy: ACCURACY }) : text);
   return { title: "New impact", element: page.element, leave: () => page.leave() };
 }
 
