@@ -20,6 +20,7 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     let title = escaped(summary["scene"].as_str().unwrap_or("a scene"));
     let mut body = String::new();
     header(&mut body, run);
+    provenance(&mut body, run);
     section(&mut body, run);
     cards(&mut body, summary);
     stress_table(&mut body, summary);
@@ -40,7 +41,6 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     body += "</div></section>";
     strain_table(&mut body, summary);
     quality_table(&mut body, summary);
-    provenance(&mut body, run);
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>{title} – report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
@@ -268,21 +268,19 @@ fn quality_table(out: &mut String, summary: &Value) {
     push(out, format_args!("<p class=\"small\">Error bars: {bars}.</p>"));
 }
 
+/// Engine, scene and recording, by which a reader finds them again.
 fn provenance(out: &mut String, run: &RecordedRun) {
-    let known = [
-        ("engine_version", "version of the engine"),
-        ("engine_commit", "its commit"),
-        ("scene_hash", "SHA-256 of the scene"),
-        ("units", "units"),
-    ];
-    let mut rows: Vec<Vec<String>> = known
-        .iter()
-        .filter_map(|(name, title)| Some(vec![(*title).to_owned(), escaped(run.metadata.get(*name)?)]))
-        .collect();
-    if !run.digest.is_empty() {
-        rows.push(vec!["SHA-256 of the recording".into(), run.digest.clone()]);
+    let known = |name: &str| run.metadata.get(name).map(String::as_str);
+    let mut items = Vec::new();
+    if let Some(version) = known("engine_version") {
+        let commit = known("engine_commit").filter(|commit| *commit != "unknown");
+        items.push(format!("Contuse {version}{}", commit.map_or_else(String::new, |c| format!(" ({c})"))));
     }
-    table(out, "Where this comes from", &["", ""], &rows);
+    items.extend(known("scene_hash").map(|hash| format!("scene: SHA-256 {hash}")));
+    if !run.digest.is_empty() {
+        items.push(format!("recording: SHA-256 {}", run.digest));
+    }
+    push(out, format_args!("<p class=\"small provenance\">{}</p>", escaped(&items.join(" · "))));
 }
 
 #[cfg(test)]

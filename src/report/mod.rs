@@ -13,7 +13,9 @@ mod omissions;
 mod pictures;
 mod read;
 mod section;
+mod section_frame;
 mod section_picture;
+mod section_scale;
 pub mod surface;
 mod surface_file;
 

@@ -1,47 +1,16 @@
 //! The picture of a report: the section through the impact at the worst instant, with stress as colours.
 
 use super::instant::{Body, Instant};
-use super::section::{Corner, Line, Plane, Section, band, dot, level, minus};
+use super::section::{Corner, Line, Section, band, level};
+use super::section_frame::{Frame, LEFT, NAMES, SIZE};
+use super::section_scale::Scale;
 use crate::measure::summary::number;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// Size of the picture, where its ruler ends at the left, and where names and legend begin at the right.
-const SIZE: [f64; 2] = [840.0, 430.0];
-const LEFT: f64 = 52.0;
-const NAMES: f64 = 660.0;
+/// Where the legend begins [px], and the deepest tick of the ruler [mm].
 const LEGEND: f64 = 752.0;
-/// Half of the height of the picture: in radii of the projectile, and at least [m].
-const AROUND: f64 = 2.3;
-const LEAST: f64 = 0.03;
-/// Bands of colour for each factor of ten of the stress, and the fraction of the lowest threshold at which they begin.
-const BANDS: f64 = 6.0;
-const BELOW: f64 = 0.1;
-/// Of the nodes of the tissue this fraction may lie beyond the last colour: peaks at a point [-].
-const BEYOND: f64 = 0.002;
-/// Deepest tick of the ruler [mm].
 const DEEPEST: f64 = 200.0;
-
-/// The map cividis of matplotlib at equal distances.
-const CIVIDIS: [u32; 17] = [
-    0x0000_224e,
-    0x0000_2e6a,
-    0x001a_386f,
-    0x0032_436d,
-    0x0043_4e6c,
-    0x0053_5a6d,
-    0x0061_656f,
-    0x006f_7073,
-    0x007d_7c78,
-    0x008c_8878,
-    0x009b_9476,
-    0x00ab_a072,
-    0x00bc_ae6c,
-    0x00cd_bb63,
-    0x00de_c958,
-    0x00f0_d846,
-    0x00fe_e838,
-];
 
 /// The picture as SVG with its caption; `None` without tissue, projectile or recorded stress.
 pub fn section_picture(instant: &Instant, scene: &Value, thresholds_pa: &[f64]) -> Option<(String, String)> {
@@ -70,133 +39,6 @@ pub fn section_picture(instant: &Instant, scene: &Value, thresholds_pa: &[f64]) 
         number(1e6 * instant.time_s)
     );
     Some((picture.finished(), caption))
-}
-
-/// Plane and scale of the picture.
-struct Frame {
-    plane: Plane,
-    /// Pixels to a metre.
-    scale: f64,
-    /// The skin above the impact at rest, in the picture [m].
-    skin: f64,
-}
-
-impl Frame {
-    fn of(instant: &Instant, tissue: &Body, scene: &Value) -> Option<Self> {
-        let bodies = scene["bodies"].as_array()?;
-        let velocity =
-            bodies.iter().find(|body| body["role"] == "projectile")?["velocity_m_per_s"].as_array()?;
-        let velocity: Vec<f64> = velocity.iter().filter_map(Value::as_f64).collect();
-        let velocity: [f64; 3] = velocity.try_into().ok()?;
-        let speed = dot(velocity, velocity).sqrt();
-        let direction = velocity.map(|v| v / speed);
-        let points = projectile(instant);
-        let (low, high) = bounds(points.iter().copied())?;
-        let centre: [f64; 3] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
-        let radius = (0..3).map(|k| 0.5 * (high[k] - low[k])).fold(0.0, f64::max);
-        // Across the longest side of the tissue that does not run along the impact.
-        let (low, high) = bounds(tissue.rest.iter().copied())?;
-        let length = |k: usize| if direction[k].abs() > 0.7 { 0.0 } else { high[k] - low[k] };
-        let axis = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b)))?;
-        let normal: [f64; 3] = std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
-        let along = dot(direction, normal);
-        let up: [f64; 3] = std::array::from_fn(|k| along * normal[k] - direction[k]);
-        let norm = dot(up, up).sqrt();
-        let up = up.map(|x| x / norm);
-        let right = [
-            up[1] * normal[2] - up[2] * normal[1],
-            up[2] * normal[0] - up[0] * normal[2],
-            up[0] * normal[1] - up[1] * normal[0],
-        ];
-        // The node of the skin where the path of the projectile meets the tissue at rest.
-        let off = |x: &[f64; 3]| {
-            let arm = minus(*x, centre);
-            let s = dot(arm, direction);
-            (dot(arm, arm) - s * s).max(0.0).sqrt()
-        };
-        let nearest = tissue.rest.iter().map(off).fold(f64::INFINITY, f64::min);
-        let skin = tissue.rest.iter().filter(|x| off(x) < nearest + 0.003);
-        let skin = skin.max_by(|a, b| dot(**a, up).total_cmp(&dot(**b, up)))?;
-        // Not through the nodes that often lie in the plane of symmetry.
-        let mut origin: [f64; 3] = *skin;
-        origin[axis] = centre[axis] + 0.004 * (high[axis] - low[axis]);
-        let half = LEAST.max(AROUND * radius);
-        let shift = 0.3 * half;
-        for k in 0..3 {
-            origin[k] -= shift * up[k];
-        }
-        (norm > 0.1 && speed > 0.0).then_some(Self {
-            plane: Plane { origin, normal, right, up },
-            scale: 0.5 * SIZE[1] / half,
-            skin: shift,
-        })
-    }
-
-    fn pixel(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [0.5 * (LEFT + NAMES) + self.scale * x, 0.5 * SIZE[1] - self.scale * y]
-    }
-
-    /// Whether some of a polygon may lie in the picture.
-    fn sees(&self, polygon: &[Corner]) -> bool {
-        let at: Vec<[f64; 2]> = polygon.iter().map(|(at, _)| self.pixel(*at)).collect();
-        let (from, to) = ([LEFT, 0.0], [NAMES, SIZE[1]]);
-        (0..2).all(|k| at.iter().any(|p| p[k] > from[k]) && at.iter().any(|p| p[k] < to[k]))
-    }
-}
-
-/// All points of the projectile; of a rigid one the corners of its triangles.
-fn projectile(instant: &Instant) -> Vec<[f64; 3]> {
-    let meshed = instant.bodies.iter().filter(|body| body.role == "projectile");
-    let points: Vec<[f64; 3]> = meshed.flat_map(|body| body.positions.iter().copied()).collect();
-    if points.is_empty() { instant.rigid.iter().flatten().copied().collect() } else { points }
-}
-
-fn bounds(points: impl Iterator<Item = [f64; 3]>) -> Option<([f64; 3], [f64; 3])> {
-    points.fold(None, |bounds, p| {
-        let (low, high) = bounds.unwrap_or((p, p));
-        Some((std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))))
-    })
-}
-
-/// Bands of stress with their colours, even in its logarithm.
-struct Scale {
-    low: f64,
-    high: f64,
-    thresholds: Vec<f64>,
-}
-
-impl Scale {
-    fn of(tissue: &Body, thresholds_pa: &[f64]) -> Option<Self> {
-        let mut stress: Vec<f64> = tissue.stress.iter().copied().filter(|s| s.is_finite()).collect();
-        stress.sort_by(f64::total_cmp);
-        let index = ((1.0 - BEYOND) * stress.len() as f64) as usize;
-        let most = *stress.get(index.min(stress.len().saturating_sub(1)))?;
-        let low = BELOW * thresholds_pa.first().copied().filter(|t| *t > 0.0).unwrap_or(0.01 * most);
-        let high = most.max(10.0 * low);
-        (low > 0.0).then(|| Self { low, high, thresholds: thresholds_pa.to_vec() })
-    }
-
-    fn count(&self) -> usize {
-        (BANDS * (self.high / self.low).log10()).ceil().clamp(1.0, 60.0) as usize
-    }
-
-    /// Begin and end of a band [Pa]; the first and the last are open.
-    fn band(&self, index: usize) -> [f64; 2] {
-        let edge = |i: usize| self.low * (self.high / self.low).powf(i as f64 / self.count() as f64);
-        let low = if index == 0 { f64::NEG_INFINITY } else { edge(index) };
-        [low, if index + 1 == self.count() { f64::INFINITY } else { edge(index + 1) }]
-    }
-
-    fn colour(&self, index: usize) -> String {
-        let at = 16.0 * (index as f64 + 0.5) / self.count() as f64;
-        let left = (at as usize).min(15);
-        let [a, b] = [CIVIDIS[left], CIVIDIS[left + 1]];
-        let channel = |shift: u32| {
-            let [a, b] = [a, b].map(|colour| f64::from((colour >> shift) & 0xff));
-            (a + (at - left as f64) * (b - a)).round() as u32
-        };
-        format!("#{:06x}", (channel(16) << 16) | (channel(8) << 8) | channel(0))
-    }
 }
 
 /// A stress in kilopascals, without zeros behind the point.
