@@ -9,6 +9,9 @@ import { frameAt } from "../recording/between.js";
 import { TimeBar } from "./time_bar.js";
 import { ViewSettings, cameraButtons } from "./view_settings.js";
 
+/** Smaller values under the pointer are 0, in the unit that is shown. */
+const LEAST_SHOWN = 5e-4;
+
 export class Stage {
   element;
   #name;
@@ -101,7 +104,7 @@ export class Stage {
     return [
       body.role === "projectile" ? name : part,
       depth != null && `${withUnit(depth * 1e3, "mm", 2)} below the skin`,
-      ...values.map(([{ label, unit, factor }, value]) => `${label.split(" (")[0]} ${withUnit(value * factor, unit, 3)}`),
+      ...values.map(([{ label, unit, factor }, value]) => `${label.split(" (")[0]} ${withUnit(Math.abs(value * factor) < LEAST_SHOWN ? 0 : value * factor, unit, 3)}`),
     ].filter(Boolean).join(" · ");
   }
 

@@ -14,7 +14,7 @@ def job(page):
     return post(page, "/v1/jobs", presets["flashball_thigh/scene_elastic.json"])["id"]
 
 
-PAGES = {"#/": "table", "#/new": ".verdict .badge", "#/job/{job}": ".plots .u-over", "#/compare/{job}/{job}": ".plots .u-over", "#/what-if/{job}": "input", "docs/": "h2"}
+PAGES = {"#/": "table", "#/new": ".verdict .badge", "#/job/{job}": ".plots .u-over", "#/compare/{job}/{job}": ".plots .u-over", "#/what-if/{job}": "input", "#/ask": "select", "docs/": "h2"}
 
 
 @pytest.mark.parametrize("path", PAGES)

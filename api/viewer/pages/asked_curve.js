@@ -1,0 +1,91 @@
+// One curve of an answer: its computed points, and the polynomial through them with its errors.
+
+import { followEvents, getJson, postJson } from "../api.js";
+import { number, setting } from "../format.js";
+import { crossingOf } from "../plots/answer_curve.js";
+import { questionOf } from "../scene/question.js";
+import { propose } from "./what_if_proposal.js";
+
+export class AskedCurve {
+  /** {speed, value, error}, in the order of speeds; values are measured from `top`. */
+  points = [];
+  /** Reasons of the cases that have no number, with their speeds. */
+  failures = [];
+  /** {value(speed), error(speed)} once all is computed; null where no polynomial was found. */
+  curve = null;
+  isOpen = true;
+  /** Ends of the model that the stress reaches at some speed: depths are at least so large. */
+  reaches = new Set();
+  #top;
+
+  /** `top` is subtracted from what is computed, in its unit. */
+  constructor(asked, name, top) {
+    this.asked = asked;
+    this.name = name;
+    this.#top = top;
+  }
+
+  /** Asks the service, and calls `onChange()` with every point; returns when all is computed. */
+  async ask(tissue, signal, onChange) {
+    try {
+      const question = questionOf(this.asked, tissue);
+      this.count = question.cases.length + 1;
+      const { id } = await postJson("/v1/what-if", question, { signal });
+      this.id = id;
+      onChange();
+      await followEvents(`/v1/jobs/${id}/events`, ({ event, data }) => event === "case" && (this.#take(data), onChange()), signal);
+      if (signal.aborted) return;
+      const job = await getJson(`/v1/jobs/${id}`);
+      if (job.state !== "succeeded") throw new Error(`The question ${job.state}: ${job.failure?.message ?? ""}`);
+      this.#finish(await getJson(`/v1/jobs/${id}/summary`));
+    } finally {
+      this.isOpen = false;
+    }
+  }
+
+  #take({ parameters: { speed }, numbers, ending, reason, reaches = [] }) {
+    const quantity = numbers?.[this.asked.number.key];
+    if (ending !== "finished" || quantity?.value == null) {
+      this.failures.push({ speed, reason: reason ?? ending });
+      return;
+    }
+    this.points.push({ speed, value: quantity.value - this.#top, error: quantity.error ?? null });
+    this.points.sort((a, b) => a.speed - b.speed);
+    reaches.forEach((end) => this.reaches.add(end.replace(/^the held nodes “(.*)”$/, "the $1")));
+  }
+
+  #finish({ cases, surrogates, effort, notice }) {
+    [this.points, this.failures] = [[], []];
+    cases.forEach((one) => this.#take(one));
+    this.effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}`;
+    this.notice = notice;
+    const { key } = this.asked.number;
+    const surrogate = surrogates.find(({ quantity }) => quantity === key);
+    if (!surrogate) return;
+    const base = cases[0]?.numbers?.[key];
+    const relative = base?.error != null && base.value !== 0 ? base.error / Math.abs(base.value) : 0;
+    const raw = (speed) => propose(surrogate, new Map([["speed", Math.min(Math.max(speed, surrogate.ranges.speed[0]), surrogate.ranges.speed[1])]]));
+    this.curve = { value: (speed) => raw(speed) - this.#top, error: (speed) => relative * Math.abs(raw(speed)) + surrogate.hold_out_error };
+  }
+}
+
+/** The answer of a curve in a sentence. */
+export function sentenceOn(one) {
+  const { asked, curve, failures, isOpen, points, reaches } = one;
+  const { number: what, speeds, threshold } = asked;
+  const missing = failures.length ? ` No number at ${failures.map(({ speed }) => setting(speed)).join(", ")} m/s: ${failures[0].reason}.` : "";
+  if (isOpen) return "computing …";
+  if (!curve || !points.length) return `no answer.${missing}`;
+  const least = reaches.size ? ` At some of these speeds the stress reaches ${[...reaches].join(" and ")}: it would go deeper.` : "";
+  if (!what.layer) {
+    const [first, last] = [points[0], points.at(-1)];
+    const words = ({ value, error, speed }) => `${number(value, 3)}${error == null ? "" : ` ± ${number(error, 2)}`} ${what.unit} at ${setting(speed)} m/s`;
+    return `${words(first)}, ${words(last)}.${least}${missing}`;
+  }
+  const limit = `${setting(threshold)} kPa`;
+  const { at, from, to, isAbove } = crossingOf(curve, 0, speeds);
+  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} at all of these speeds, already at ${setting(speeds[0])} m/s: ask about lower ones.${least}${missing}`;
+  if (at == null) return `the ${what.layer} stays below ${limit} at all of these speeds${from != null ? `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on` : ""}.${missing}`;
+  const between = `between ${from == null || from <= speeds[0] ? `less than ${setting(speeds[0])}` : number(from, 3)} and ${to == null ? `more than ${setting(speeds[1])}` : number(to, 3)} m/s with the uncertainty`;
+  return `the ${what.layer} exceeds ${limit} from ${number(at, 3)} m/s on (${between}).${least}${missing}`;
+}

@@ -1,0 +1,102 @@
+// One number against speed: computed points with their errors, a proposed curve with its band, and where it crosses a level.
+
+import { svg } from "../dom.js";
+import { niceAbove, number, setting } from "../format.js";
+import { lineStyle } from "./plot.js";
+
+const [WIDTH, HEIGHT] = [760, 380];
+const ROOM = { left: 66, right: 20, top: 18, bottom: 52 };
+const STEPS = 120;
+
+/** Speeds at which a function of speed goes through a level from below, or null: the first of them. */
+function crossing(f, level, [low, high]) {
+  let before = f(low);
+  for (let i = 1; i <= STEPS; i++) {
+    const speed = low + (i * (high - low)) / STEPS;
+    const now = f(speed);
+    if (before <= level && now > level) return speed - ((now - level) / (now - before)) * ((high - low) / STEPS);
+    before = now;
+  }
+  return null;
+}
+
+/**
+ * Where a curve crosses a level: {at, from, to}, with the speeds between which it is uncertain; `at` is null where it does not cross, and
+ * `isAbove` says on which side all of it is. `curve` is {value(speed), error(speed)}.
+ */
+export function crossingOf(curve, level, range) {
+  const at = crossing((v) => curve.value(v), level, range);
+  const bound = (sign) => crossing((v) => curve.value(v) + sign * curve.error(v), level, range);
+  const isUpAt = (sign, v) => curve.value(v) + sign * curve.error(v) > level;
+  return {
+    at,
+    from: bound(1) ?? (isUpAt(1, range[0]) ? range[0] : null),
+    to: bound(-1) ?? (isUpAt(-1, range[1]) ? range[1] : null),
+    isAbove: curve.value(range[0]) > level,
+  };
+}
+
+/** Round numbers from `low` to `high`, about `count` of them. */
+function ticks(low, high, count) {
+  const step = niceAbove((high - low) / count);
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
+}
+
+/**
+ * The picture. `series` [{name, points: [{speed, value, error}], curve: {value, error} | null}], `range` of speeds, `axis` {label, unit},
+ * `level` a value that is marked or null, with `levelName`.
+ */
+export function answerCurve({ series, range, axis, level, levelName }) {
+  const ends = series.flatMap(({ points, curve }) => [
+    ...points.flatMap(({ value, error }) => [value - (error ?? 0), value + (error ?? 0)]),
+    ...(curve ? range.flatMap((v) => [curve.value(v) - curve.error(v), curve.value(v) + curve.error(v)]) : []),
+  ]);
+  const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const pad = 0.06 * (high - low || 1);
+  const x = (speed) => ROOM.left + ((speed - range[0]) / (range[1] - range[0])) * (WIDTH - ROOM.left - ROOM.right);
+  const y = (value) => HEIGHT - ROOM.bottom - ((value - low + pad) / (high - low + 2 * pad)) * (HEIGHT - ROOM.top - ROOM.bottom);
+  const line = (from, to, attributes) => svg("path", { d: `M${from.map((c) => c.toFixed(1)).join(" ")}L${to.map((c) => c.toFixed(1)).join(" ")}`, fill: "none", ...attributes });
+  const text = (at, words, attributes = {}) => svg("text", { x: at[0].toFixed(1), y: at[1].toFixed(1), ...attributes }, words);
+  const grid = [
+    ...ticks(low - pad, high + pad, 6).map((tick) => [line([ROOM.left, y(tick)], [WIDTH - ROOM.right, y(tick)], { stroke: "#e3e8ee" }), text([ROOM.left - 8, y(tick) + 4], setting(tick), { "text-anchor": "end" })]),
+    ...ticks(...range, 7).map((tick) => [line([x(tick), HEIGHT - ROOM.bottom], [x(tick), HEIGHT - ROOM.bottom + 5], { stroke: "#33475b" }), text([x(tick), HEIGHT - ROOM.bottom + 20], setting(tick), { "text-anchor": "middle" })]),
+    line([ROOM.left, HEIGHT - ROOM.bottom], [WIDTH - ROOM.right, HEIGHT - ROOM.bottom], { stroke: "#33475b" }),
+    text([(ROOM.left + WIDTH) / 2, HEIGHT - 12], "speed [m/s]", { "text-anchor": "middle" }),
+    text([0, 0], `${axis.label} [${axis.unit}]`, { "text-anchor": "middle", transform: `translate(15 ${(HEIGHT - ROOM.bottom) / 2 + 8}) rotate(-90)`, "font-size": 12 }),
+  ];
+  const marked = level == null ? [] : [
+    line([ROOM.left, y(level)], [WIDTH - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
+    text([WIDTH - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
+  ];
+  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, range, level, line, text }));
+  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
+  return svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
+}
+
+function drawnSeries({ points, curve }, colour, { x, y, range, level, line, text }) {
+  const parts = [];
+  if (curve) {
+    const speeds = Array.from({ length: STEPS + 1 }, (_, i) => range[0] + (i * (range[1] - range[0])) / STEPS);
+    const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
+    const upper = speeds.map((v) => place(v, curve.value(v) + curve.error(v)));
+    const lower = speeds.map((v) => place(v, curve.value(v) - curve.error(v))).reverse();
+    parts.push(
+      svg("path", { d: `M${[...upper, ...lower].join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
+      svg("path", { d: `M${speeds.map((v) => place(v, curve.value(v))).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
+    );
+    const found = level == null ? { at: null } : crossingOf(curve, level, range);
+    if (found.at != null) {
+      parts.push(
+        svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
+        text([x(found.at) + 10, y(level) + 18], `${number(found.at, 3)} m/s`, { fill: colour, "font-weight": 600 }),
+      );
+    }
+  }
+  for (const { speed, value, error } of points) {
+    if (error > 0) parts.push(line([x(speed), y(value - error)], [x(speed), y(value + error)], { stroke: colour, "stroke-width": 1.6 }));
+    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" }));
+  }
+  return parts;
+}
