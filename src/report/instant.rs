@@ -170,7 +170,7 @@ fn put_state(body: &mut Body, cloud: &PointCloud) -> Option<()> {
 fn triangles(update: &SceneUpdate) -> Vec<[[f64; 3]; 3]> {
     let mut all = Vec::new();
     for list in update.entities.iter().flat_map(|entity| &entity.triangles) {
-        let pose = list.pose.clone().unwrap_or_default();
+        let pose = list.pose.unwrap_or_default();
         let (at, q) = (pose.position.unwrap_or_default(), pose.orientation.unwrap_or_default());
         let place = |index: u32| {
             let p = list.points.get(index as usize)?;

@@ -1,7 +1,7 @@
 //! The section of a body with a plane: polygons with values, the lines between its parts, and lines of equal value.
 
 use super::instant::Body;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// A plane with the directions of the picture: to the right and up, both unit vectors in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl Section {
     pub fn of(body: &Body, plane: &Plane) -> Self {
         let mut section = Self::default();
         // Faces that the plane cuts, unless the cells on both sides are of one part: the line, and the part on one side.
-        let mut faces: HashMap<Vec<u32>, (Line, u32)> = HashMap::new();
+        let mut faces: BTreeMap<Vec<u32>, (Line, u32)> = BTreeMap::new();
         for (cell, &part) in body.cells.iter().zip(&body.part_of) {
             let at = |corner: usize| body.positions[cell.nodes[corner] as usize];
             let value =
@@ -104,9 +104,6 @@ impl Section {
             }
         }
         section.outlines = faces.into_values().map(|(line, _)| line).collect();
-        // The order of a map is not the same in every run.
-        let order = |a: &Line, b: &Line| a.as_flattened().partial_cmp(b.as_flattened());
-        section.outlines.sort_by(|a, b| order(a, b).unwrap_or(std::cmp::Ordering::Equal));
         section
     }
 }

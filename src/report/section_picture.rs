@@ -203,9 +203,8 @@ impl Picture {
         let per_mm = y(1.0) - y(0.0);
         let step =
             [1.0, 2.0, 5.0, 10.0, 20.0, 50.0].into_iter().find(|step| step * per_mm > 40.0).unwrap_or(100.0);
-        let ticks: Vec<(f64, f64)> = (0..)
+        let ticks: Vec<(f64, f64)> = (0..=(DEEPEST / step) as u32)
             .map(|i| f64::from(i) * step)
-            .take_while(|depth| *depth <= DEEPEST)
             .map(|depth| (depth, y(depth)))
             .filter(|(_, at)| (10.0..SIZE[1] - 4.0).contains(at))
             .collect();

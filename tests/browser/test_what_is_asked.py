@@ -14,7 +14,7 @@ def ask(page, person, low, high):
     page.goto("/")
     page.goto("/#/ask")
     page.get_by_label("What hits?").select_option("steel_40")
-    page.get_by_label("Whom?").select_option(person)
+    page.get_by_label("Who?").select_option(person)
     page.get_by_label("From").fill(low)
     page.get_by_label("To", exact=True).fill(high)
     page.get_by_role("button", name="Answer").click()
@@ -27,7 +27,7 @@ def test_projectiles_and_people_have_sources(page):
     expect(sources).to_contain_text(re.compile("28 g, 44 mm, soft rubber, about 60 Shore A"))
     thickness = []
     for percent in ("5", "50", "95"):
-        page.get_by_label("Whom?").select_option(percent)
+        page.get_by_label("Who?").select_option(percent)
         thickness.append(float(re.search(r"fat ([\d.]+) mm", sources.inner_text())[1]))
     # Log-normal: the geometric mean of the two ends is the median; the mean of the source is above it.
     assert thickness[0] * thickness[2] == pytest.approx(thickness[1] ** 2, rel=0.02)

@@ -61,7 +61,7 @@ class AskPage {
       html("section", { class: "panel ask", "aria-label": "Question" },
         select("What hits?", list(PROJECTILES), this.#projectile.id, (id) => this.#takeProjectile(id)),
         select("Where?", list(REGIONS), this.#region.id, (id) => ((this.#region = REGIONS.find((one) => one.id === id)), this.#showSources())),
-        select("Whom?", people, String(this.#percent), (percent) => ((this.#percent = Number(percent)), this.#showSources())),
+        select("Who?", people, String(this.#percent), (percent) => ((this.#percent = Number(percent)), this.#showSources())),
         html("div", { class: "field" }, html("span", {}, "How fast?"), html("span", { class: "pair" }, this.#low, "to", this.#high, "m/s")),
         html("label", { class: "field wide" }, html("span", {}, "Question"), this.#questions),
         html("div", { class: "field" }, html("span", {}, "Threshold"), unit(this.#threshold, "kPa")),

@@ -62,10 +62,19 @@ export class AskedCurve {
     const { key } = this.asked.number;
     const surrogate = surrogates.find(({ quantity }) => quantity === key);
     if (!surrogate) return;
-    const base = cases[0]?.numbers?.[key];
-    const relative = base?.error != null && base.value !== 0 ? base.error / Math.abs(base.value) : 0;
     const raw = (speed) => propose(surrogate, new Map([["speed", Math.min(Math.max(speed, surrogate.ranges.speed[0]), surrogate.ranges.speed[1])]]));
-    this.curve = { value: (speed) => raw(speed) - this.#top, error: (speed) => relative * Math.abs(raw(speed)) + surrogate.hold_out_error };
+    // Nothing is less deep than the skin, and no force below 0.
+    this.curve = { value: (speed) => raw(speed) - this.#top, error: (speed) => this.#errorAt(speed) + surrogate.hold_out_error, floor: -this.#top };
+  }
+
+  /** The numerical error between the computed points, linear; the nearest beyond them. */
+  #errorAt(speed) {
+    const known = this.points.filter(({ error }) => error != null);
+    const after = known.findIndex((point) => point.speed >= speed);
+    if (!known.length) return 0;
+    if (after <= 0) return (after === 0 ? known[0] : known.at(-1)).error;
+    const [a, b] = [known[after - 1], known[after]];
+    return a.error + ((speed - a.speed) / (b.speed - a.speed)) * (b.error - a.error);
   }
 }
 
@@ -84,7 +93,7 @@ export function sentenceOn(one) {
   }
   const limit = `${setting(threshold)} kPa`;
   const { at, from, to, isAbove } = crossingOf(curve, 0, speeds);
-  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} at all of these speeds, already at ${setting(speeds[0])} m/s: ask about lower ones.${least}${missing}`;
+  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} at all of these speeds, already at ${setting(speeds[0])} m/s${to == null ? "" : `, certainly from ${number(to, 3)} m/s on`}: ask about lower ones.${least}${missing}`;
   if (at == null) return `the ${what.layer} stays below ${limit} at all of these speeds${from != null ? `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on` : ""}.${missing}`;
   const between = `between ${from == null || from <= speeds[0] ? `less than ${setting(speeds[0])}` : number(from, 3)} and ${to == null ? `more than ${setting(speeds[1])}` : number(to, 3)} m/s with the uncertainty`;
   return `the ${what.layer} exceeds ${limit} from ${number(at, 3)} m/s on (${between}).${least}${missing}`;

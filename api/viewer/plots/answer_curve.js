@@ -5,7 +5,7 @@ import { niceAbove, number, setting } from "../format.js";
 import { lineStyle } from "./plot.js";
 
 const [WIDTH, HEIGHT] = [760, 380];
-const ROOM = { left: 66, right: 20, top: 18, bottom: 52 };
+const ROOM = { left: 66, right: 20, top: 36, bottom: 52 };
 const STEPS = 120;
 
 /** Speeds at which a function of speed goes through a level from below, or null: the first of them. */
@@ -36,6 +36,11 @@ export function crossingOf(curve, level, range) {
   };
 }
 
+/** Lower end of the band of a curve: no less than there can be. */
+function lowerOf(curve, speed) {
+  return Math.max(curve.value(speed) - curve.error(speed), curve.floor);
+}
+
 /** Round numbers from `low` to `high`, about `count` of them. */
 function ticks(low, high, count) {
   const step = niceAbove((high - low) / count);
@@ -49,8 +54,8 @@ function ticks(low, high, count) {
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
   const ends = series.flatMap(({ points, curve }) => [
-    ...points.flatMap(({ value, error }) => [value - (error ?? 0), value + (error ?? 0)]),
-    ...(curve ? range.flatMap((v) => [curve.value(v) - curve.error(v), curve.value(v) + curve.error(v)]) : []),
+    ...points.flatMap(({ value, error }) => [Math.max(value - (error ?? 0), curve?.floor ?? -Infinity), value + (error ?? 0)]),
+    ...(curve ? range.flatMap((v) => [lowerOf(curve, v), curve.value(v) + curve.error(v)]) : []),
   ]);
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
   const [low, high] = [Math.min(...values), Math.max(...values)];
@@ -64,7 +69,7 @@ export function answerCurve({ series, range, axis, level, levelName }) {
     ...ticks(...range, 7).map((tick) => [line([x(tick), HEIGHT - ROOM.bottom], [x(tick), HEIGHT - ROOM.bottom + 5], { stroke: "#33475b" }), text([x(tick), HEIGHT - ROOM.bottom + 20], setting(tick), { "text-anchor": "middle" })]),
     line([ROOM.left, HEIGHT - ROOM.bottom], [WIDTH - ROOM.right, HEIGHT - ROOM.bottom], { stroke: "#33475b" }),
     text([(ROOM.left + WIDTH) / 2, HEIGHT - 12], "speed [m/s]", { "text-anchor": "middle" }),
-    text([0, 0], `${axis.label} [${axis.unit}]`, { "text-anchor": "middle", transform: `translate(15 ${(HEIGHT - ROOM.bottom) / 2 + 8}) rotate(-90)`, "font-size": 12 }),
+    text([8, 18], `${axis.label} [${axis.unit}]`, { "font-weight": 600 }),
   ];
   const marked = level == null ? [] : [
     line([ROOM.left, y(level)], [WIDTH - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
@@ -81,7 +86,7 @@ function drawnSeries({ points, curve }, colour, { x, y, range, level, line, text
     const speeds = Array.from({ length: STEPS + 1 }, (_, i) => range[0] + (i * (range[1] - range[0])) / STEPS);
     const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
     const upper = speeds.map((v) => place(v, curve.value(v) + curve.error(v)));
-    const lower = speeds.map((v) => place(v, curve.value(v) - curve.error(v))).reverse();
+    const lower = speeds.map((v) => place(v, lowerOf(curve, v))).reverse();
     parts.push(
       svg("path", { d: `M${[...upper, ...lower].join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
       svg("path", { d: `M${speeds.map((v) => place(v, curve.value(v))).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
@@ -95,7 +100,7 @@ function drawnSeries({ points, curve }, colour, { x, y, range, level, line, text
     }
   }
   for (const { speed, value, error } of points) {
-    if (error > 0) parts.push(line([x(speed), y(value - error)], [x(speed), y(value + error)], { stroke: colour, "stroke-width": 1.6 }));
+    if (error > 0) parts.push(line([x(speed), y(Math.max(value - error, curve?.floor ?? -Infinity))], [x(speed), y(value + error)], { stroke: colour, "stroke-width": 1.6 }));
     parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" }));
   }
   return parts;

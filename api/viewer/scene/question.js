@@ -43,13 +43,14 @@ export function sceneOf({ projectile, region, fat, threshold, speeds }, tissue) 
   };
 }
 
-/** The what-if question: cases at equally spaced speeds, the first of them the base. */
+/** The what-if question: cases at equally spaced speeds, the first of them the base, each with an error of its own. */
 export function questionOf(asked, tissue) {
   const [low, high] = asked.speeds;
   const speeds = Array.from({ length: CASES - 1 }, (_, i) => low + ((i + 1) * (high - low)) / (CASES - 1));
   return {
     scene: sceneOf(asked, tissue),
     parameters: [{ name: "speed", change: { kind: "speed_m_per_s" }, low, high }],
+    error_bars: "full",
     cases: speeds.map((speed) => ({ set: { speed: Number(speed.toPrecision(6)) } })),
   };
 }
