@@ -67,7 +67,7 @@ class AskPage {
         html("div", { class: "field" }, html("span", {}, "Threshold"), unit(this.#threshold, "kPa")),
         html("div", { class: "tools wide" }, this.#ask),
         this.#sources),
-      html("section", { class: "panel", "aria-label": "Answer" }, this.#state, this.#answers, this.#picture, this.#further),
+      html("section", { class: "panel", "aria-label": "Answer" }, this.#answers, this.#picture, this.#further, this.#state),
     );
     this.#takeProjectile(this.#projectile.id);
     this.#state.textContent = "The answer is a curve against speed; its first points come within a minute or two.";

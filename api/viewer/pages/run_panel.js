@@ -70,7 +70,8 @@ export class RunPanel {
     this.#surface = new ContactSurface(this.#recording);
     const patches = this.#recording.frames.map((frame) => this.#surface.patch(frame, this.#contactsOf(frame))).filter(Boolean);
     if (!patches.length) return;
-    const extent = Math.max(1e-4, ...patches.flatMap(({ points, facets }) => (facets.length ? facets.flat().filter((p) => p.pressure > 0) : points).map((p) => Math.hypot(p.x, p.y))));
+    const touching = ({ points, facets }) => (facets.length ? facets.flat().filter((p) => p.pressure > 0) : points);
+    const extent = patches.flatMap(touching).reduce((most, p) => Math.max(most, Math.hypot(p.x, p.y)), 1e-4);
     const high = patches.map((patch) => patch.high).sort((a, b) => a - b);
     this.#patch = new PatchPanel(this.#name, 1.15 * extent, high[Math.floor(0.9 * (high.length - 1))] || 1);
   }

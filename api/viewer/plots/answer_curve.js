@@ -4,8 +4,9 @@ import { svg } from "../dom.js";
 import { niceAbove, number, setting } from "../format.js";
 import { lineStyle } from "./plot.js";
 
-const [WIDTH, HEIGHT] = [760, 380];
-const ROOM = { left: 66, right: 20, top: 36, bottom: 52 };
+/** Width and height of the picture: words stay readable on a narrow screen. */
+const sizeNow = () => (window.innerWidth < 760 ? [400, 330] : [760, 380]);
+const ROOM = { left: 56, right: 16, top: 36, bottom: 52 };
 const STEPS = 120;
 
 /** Speeds at which a function of speed goes through a level from below, or null: the first of them. */
@@ -53,6 +54,7 @@ function ticks(low, high, count) {
  * `level` a value that is marked or null, with `levelName`.
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
+  const [width, height] = sizeNow();
   const ends = series.flatMap(({ points, curve }) => [
     ...points.flatMap(({ value, error }) => [Math.max(value - (error ?? 0), curve?.floor ?? -Infinity), value + (error ?? 0)]),
     ...(curve ? range.flatMap((v) => [lowerOf(curve, v), curve.value(v) + curve.error(v)]) : []),
@@ -60,24 +62,24 @@ export function answerCurve({ series, range, axis, level, levelName }) {
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
   const [low, high] = [Math.min(...values), Math.max(...values)];
   const pad = 0.06 * (high - low || 1);
-  const x = (speed) => ROOM.left + ((speed - range[0]) / (range[1] - range[0])) * (WIDTH - ROOM.left - ROOM.right);
-  const y = (value) => HEIGHT - ROOM.bottom - ((value - low + pad) / (high - low + 2 * pad)) * (HEIGHT - ROOM.top - ROOM.bottom);
+  const x = (speed) => ROOM.left + ((speed - range[0]) / (range[1] - range[0])) * (width - ROOM.left - ROOM.right);
+  const y = (value) => height - ROOM.bottom - ((value - low + pad) / (high - low + 2 * pad)) * (height - ROOM.top - ROOM.bottom);
   const line = (from, to, attributes) => svg("path", { d: `M${from.map((c) => c.toFixed(1)).join(" ")}L${to.map((c) => c.toFixed(1)).join(" ")}`, fill: "none", ...attributes });
   const text = (at, words, attributes = {}) => svg("text", { x: at[0].toFixed(1), y: at[1].toFixed(1), ...attributes }, words);
   const grid = [
-    ...ticks(low - pad, high + pad, 6).map((tick) => [line([ROOM.left, y(tick)], [WIDTH - ROOM.right, y(tick)], { stroke: "#e3e8ee" }), text([ROOM.left - 8, y(tick) + 4], setting(tick), { "text-anchor": "end" })]),
-    ...ticks(...range, 7).map((tick) => [line([x(tick), HEIGHT - ROOM.bottom], [x(tick), HEIGHT - ROOM.bottom + 5], { stroke: "#33475b" }), text([x(tick), HEIGHT - ROOM.bottom + 20], setting(tick), { "text-anchor": "middle" })]),
-    line([ROOM.left, HEIGHT - ROOM.bottom], [WIDTH - ROOM.right, HEIGHT - ROOM.bottom], { stroke: "#33475b" }),
-    text([(ROOM.left + WIDTH) / 2, HEIGHT - 12], "speed [m/s]", { "text-anchor": "middle" }),
+    ...ticks(low - pad, high + pad, 6).map((tick) => [line([ROOM.left, y(tick)], [width - ROOM.right, y(tick)], { stroke: "#e3e8ee" }), text([ROOM.left - 8, y(tick) + 4], setting(tick), { "text-anchor": "end" })]),
+    ...ticks(...range, width / 100).map((tick) => [line([x(tick), height - ROOM.bottom], [x(tick), height - ROOM.bottom + 5], { stroke: "#33475b" }), text([x(tick), height - ROOM.bottom + 20], setting(tick), { "text-anchor": "middle" })]),
+    line([ROOM.left, height - ROOM.bottom], [width - ROOM.right, height - ROOM.bottom], { stroke: "#33475b" }),
+    text([(ROOM.left + width) / 2, height - 12], "speed [m/s]", { "text-anchor": "middle" }),
     text([8, 18], `${axis.label} [${axis.unit}]`, { "font-weight": 600 }),
   ];
   const marked = level == null ? [] : [
-    line([ROOM.left, y(level)], [WIDTH - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
-    text([WIDTH - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
+    line([ROOM.left, y(level)], [width - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
+    text([width - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
   ];
   const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, range, level, line, text }));
   const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
-  return svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
+  return svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
 }
 
 function drawnSeries({ points, curve }, colour, { x, y, range, level, line, text }) {

@@ -59,11 +59,11 @@ export class PatchPanel {
     const [width, middle] = [SIZE * SHARP, (SIZE * SHARP) / 2];
     const image = context.getImageData(0, 0, width, width);
     const put = (x, y, pressure) => {
-      if (x < 0 || y < 0 || x >= width || y >= width || pressure <= 0) return;
+      if (pressure <= 0) return;
       const colour = 4 * Math.min(255, Math.floor((255 * pressure) / this.#top));
       image.data.set(this.#colours.subarray(colour, colour + 4), 4 * (y * width + x));
     };
-    for (const facet of facets) rasterise(facet.map(({ x, y, pressure }) => ({ x: middle + x * scale, y: middle - y * scale, pressure })), put);
+    for (const facet of facets) rasterise(facet.map(({ x, y, pressure }) => ({ x: middle + x * scale, y: middle - y * scale, pressure })), width, put);
     context.putImageData(image, 0, 0);
     if (facets.length) return;
     context.fillStyle = "#12344d";
@@ -101,13 +101,14 @@ export class PatchPanel {
   }
 }
 
-/** Calls `put(x, y, pressure)` for the points of a triangle, linear between its corners. */
-function rasterise([a, b, c], put) {
+/** Calls `put(x, y, pressure)` for the points of a triangle in a square of this width, linear between its corners. */
+function rasterise([a, b, c], width, put) {
   const twice = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
   if (Math.abs(twice) < 1e-9) return;
   const [xs, ys] = [[a.x, b.x, c.x], [a.y, b.y, c.y]];
-  for (let y = Math.ceil(Math.min(...ys)); y <= Math.max(...ys); y++) {
-    for (let x = Math.ceil(Math.min(...xs)); x <= Math.max(...xs); x++) {
+  const [from, to] = [(places) => Math.max(0, Math.ceil(Math.min(...places))), (places) => Math.min(width - 1, Math.max(...places))];
+  for (let y = from(ys); y <= to(ys); y++) {
+    for (let x = from(xs); x <= to(xs); x++) {
       const v = ((x - a.x) * (c.y - a.y) - (c.x - a.x) * (y - a.y)) / twice;
       const w = ((b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y)) / twice;
       if (v >= 0 && w >= 0 && v + w <= 1) put(x, y, (1 - v - w) * a.pressure + v * b.pressure + w * c.pressure);
