@@ -3,15 +3,15 @@
 import { followEvents, getJson, postJson } from "../api.js";
 import { number, setting } from "../format.js";
 import { crossingOf } from "../plots/answer_curve.js";
+import { fitted } from "../scene/fit.js";
 import { questionOf } from "../scene/question.js";
-import { propose } from "./what_if_proposal.js";
 
 export class AskedCurve {
   /** {speed, value, error}, in the order of speeds; values are measured from `top`. */
   points = [];
   /** Reasons of the cases that have no number, with their speeds. */
   failures = [];
-  /** {value(speed), error(speed)} once all is computed; null where no polynomial was found. */
+  /** {value(speed), error(speed)} once all is computed; null with too few points. */
   curve = null;
   isOpen = true;
   /** Ends of the model that the stress reaches at some speed: depths are at least so large. */
@@ -54,17 +54,14 @@ export class AskedCurve {
     reaches.forEach((end) => this.reaches.add(end.replace(/^the held nodes “(.*)”$/, "the $1")));
   }
 
-  #finish({ cases, surrogates, effort, notice }) {
+  #finish({ cases, effort, notice }) {
     [this.points, this.failures] = [[], []];
     cases.forEach((one) => this.#take(one));
     this.effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}`;
     this.notice = notice;
-    const { key } = this.asked.number;
-    const surrogate = surrogates.find(({ quantity }) => quantity === key);
-    if (!surrogate) return;
-    const raw = (speed) => propose(surrogate, new Map([["speed", Math.min(Math.max(speed, surrogate.ranges.speed[0]), surrogate.ranges.speed[1])]]));
+    const curve = fitted(this.points, this.asked.speeds);
     // Nothing is less deep than the skin, and no force below 0.
-    this.curve = { value: (speed) => raw(speed) - this.#top, error: (speed) => this.#errorAt(speed) + surrogate.hold_out_error, floor: -this.#top };
+    if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.holdOut, floor: -this.#top };
   }
 
   /** The numerical error between the computed points, linear; the nearest beyond them. */

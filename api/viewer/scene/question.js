@@ -4,8 +4,9 @@ import { percentile, limbOf } from "./regions.js";
 
 /** Cases over the range of speeds: enough for a curve of second degree and its error on a case that it has not seen. */
 const CASES = 6;
-/** A scene ends when the projectile has gone so many of its diameters, or the slowest sound has crossed the limb twice [-, s]. */
-const [DIAMETERS, AT_LEAST_S] = [3, 4e-4];
+/** A run ends when the projectile would have flown so many of its diameters, but not before waves have crossed the limb [-, s]. */
+const [DIAMETERS, AT_LEAST_S] = [1.2, 4e-4];
+/** Field times of the shortest run. */
 const FIELD_TIMES = 16;
 
 /** What can be asked: {key on the wire, words, unit, factor, of(threshold in words)}. */
@@ -28,17 +29,21 @@ export function topOf({ layer }, region, fat) {
   return layer === "muscle" ? (region.skin_m + fat) * 1e3 : 0;
 }
 
-/** The scene of one speed; `tissue` the parts of muscle, fat and skin with their materials. */
-export function sceneOf({ projectile, region, fat, threshold, speeds }, tissue) {
+/** When a run at a speed ends [s]. */
+function endOf({ projectile }, speed) {
+  return Number(Math.max(AT_LEAST_S, (DIAMETERS * projectile.diameter_mm * 1e-3) / speed).toPrecision(3));
+}
+
+/** The scene of the lowest speed; `tissue` the parts of muscle, fat and skin with their materials. */
+export function sceneOf(asked, tissue) {
+  const { projectile, region, fat, threshold, speeds } = asked;
   const { body, top } = limbOf(region, fat, tissue);
-  const slow = Math.min(...speeds);
-  const end = Math.max(AT_LEAST_S, (DIAMETERS * 0.5 * projectile.diameter_mm * 1e-3) / slow);
   const ball = projectile.body(top, speeds[0]);
   return {
-    name: `${projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm`, end_time_s: Number(end.toPrecision(3)),
+    name: `${projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm`, end_time_s: endOf(asked, speeds[0]),
     bodies: [ball, body],
     contact: { friction: 0.3 },
-    record: { field_interval_s: Number((end / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
+    record: { field_interval_s: Number((endOf(asked, speeds[1]) / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
     measures: { skin_set: "skin_outer", stress_thresholds_pa: [threshold * 1e3] },
   };
 }
@@ -46,11 +51,11 @@ export function sceneOf({ projectile, region, fat, threshold, speeds }, tissue) 
 /** The what-if question: cases at equally spaced speeds, the first of them the base, each with an error of its own. */
 export function questionOf(asked, tissue) {
   const [low, high] = asked.speeds;
-  const speeds = Array.from({ length: CASES - 1 }, (_, i) => low + ((i + 1) * (high - low)) / (CASES - 1));
-  return {
-    scene: sceneOf(asked, tissue),
-    parameters: [{ name: "speed", change: { kind: "speed_m_per_s" }, low, high }],
-    error_bars: "full",
-    cases: speeds.map((speed) => ({ set: { speed: Number(speed.toPrecision(6)) } })),
-  };
+  const speeds = Array.from({ length: CASES - 1 }, (_, i) => Number((low + ((i + 1) * (high - low)) / (CASES - 1)).toPrecision(6)));
+  const [first, last] = [endOf(asked, low), endOf(asked, high)];
+  const parameters = [{ name: "speed", change: { kind: "speed_m_per_s" }, low, high }];
+  // A slow impact takes longer: each run has an end of its own.
+  if (first > last) parameters.push({ name: "end", change: { kind: "number", pointer: "/end_time_s" }, low: last, high: first });
+  const end = (speed) => (first > last ? { end: endOf(asked, speed) } : {});
+  return { scene: sceneOf(asked, tissue), parameters, error_bars: "full", cases: speeds.map((speed) => ({ set: { speed, ...end(speed) } })) };
 }
