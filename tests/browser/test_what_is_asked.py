@@ -13,7 +13,7 @@ COMPUTED_MS = 5 * PATIENCE_MS
 def ask(page, person, low, high):
     page.goto("/")
     page.goto("/#/ask")
-    page.get_by_label("What hits?").select_option("steel_40")
+    page.get_by_label("What hits?").select_option("flashball_44")
     page.get_by_label("Who?").select_option(person)
     page.get_by_label("From").fill(low)
     page.get_by_label("To", exact=True).fill(high)
@@ -40,8 +40,24 @@ def test_a_range_that_is_none_is_said_to_be(page):
     expect(page.get_by_text("from a lower to a higher one")).to_be_visible()
 
 
-def test_the_answer_is_a_curve_with_its_crossing(page):
-    ask(page, "5", "2", "8")
+def test_a_crossing_is_where_the_curve_and_its_band_cross(page):
+    page.goto("/#/ask")
+    crossing = "async ([slope, offset]) => (await import('/viewer/plots/answer_curve.js')).crossingOf({ value: (v) => slope * v + offset, error: () => 1 }, 0, [2, 8])"
+    assert page.evaluate(crossing, [1, -5]) == {"at": pytest.approx(5), "from": pytest.approx(4), "to": pytest.approx(6), "isAbove": False}
+    # Above and below in all of the range.
+    above = page.evaluate(crossing, [1, 5])
+    assert above["at"] is None and above["isAbove"]
+    assert page.evaluate(crossing, [0, -5]) == {"at": None, "from": None, "to": None, "isAbove": False}
+
+
+def test_a_curve_of_second_degree_is_found_again(page):
+    fit = "async (points) => { const f = (await import('/viewer/scene/fit.js')).fitted(points, [1, 5]); return [f.value(2.5), f.holdOut]; }"
+    value, hold_out = page.evaluate(fit, [{"speed": v, "value": 2 + 3 * v - 0.5 * v * v} for v in (1, 2, 3, 4, 5)])
+    assert value == pytest.approx(2 + 7.5 - 3.125) and hold_out == pytest.approx(0, abs=1e-9)
+
+
+def test_the_answer_is_a_curve_of_computed_points(page):
+    ask(page, "5", "90", "120")
     expect(page.get_by_text("Computed by")).to_be_visible(timeout=COMPUTED_MS)
     picture = page.locator(".answer-curve")
     computed = picture.locator(".computed").count()

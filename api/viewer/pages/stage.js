@@ -19,6 +19,7 @@ export class Stage {
   #view;
   #legend = new Legend();
   #skin = null;
+  #count = 0;
   #note = html("p", { class: "quiet", hidden: true });
   settings;
   time;
@@ -31,7 +32,7 @@ export class Stage {
     this.onSettings = onSettings;
     this.settings = new ViewSettings([recording], thresholds, (isView) => this.#settingsChanged(isView));
     this.#view = new MeshView(`Mesh of ${name}, coloured`);
-    this.#view.setBodies(recording.drawn);
+    this.#setBodies();
     this.#view.probe = (at) => this.#words(at);
     this.time = new TimeBar(recording.frames.map((f) => f.time), recording.endTime, () => this.#showFrame());
     const picture = button("PNG", async () => saveFile(`${name}.png`, await this.#view.picture()), { "aria-label": "Picture of the mesh as PNG" });
@@ -59,13 +60,19 @@ export class Stage {
     const { stride, frames } = this.#recording;
     this.grow();
     this.settings.refresh();
-    this.#view.setBodies(this.#recording.drawn);
+    // A body that was not in the first frame makes the picture anew.
+    if (this.#recording.drawn.size !== this.#count) this.#setBodies();
     this.#look(false);
     this.#settingsChanged();
     this.#note.hidden = stride === 1;
     this.#note.textContent = `The recording is long: every ${stride}th field time is shown.`;
     this.time.go(worst == null ? frames.length - 1 : this.#recording.frameNear(worst));
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.time.play();
+  }
+
+  #setBodies() {
+    this.#count = this.#recording.drawn.size;
+    this.#view.setBodies(this.#recording.drawn);
   }
 
   #look(isWhole) {
