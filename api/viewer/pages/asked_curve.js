@@ -11,7 +11,7 @@ export class AskedCurve {
   points = [];
   /** Reasons of the cases that have no number, with their speeds. */
   failures = [];
-  /** {value(speed), error(speed)} once all is computed; null with too few points. */
+  /** {value(speed), error(speed), floor, range} once all is computed, from the lowest to the highest computed speed; null with too few points. */
   curve = null;
   isOpen = true;
   /** Ends of the model that the stress reaches at some speed: depths are at least so large. */
@@ -61,7 +61,8 @@ export class AskedCurve {
     this.notice = notice;
     const curve = fitted(this.points, this.asked.speeds);
     // Nothing is less deep than the skin, and no force below 0.
-    if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.holdOut, floor: -this.#top };
+    const range = [this.points[0]?.speed, this.points.at(-1)?.speed];
+    if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.holdOut, floor: -this.#top, range };
   }
 
   /** The numerical error between the computed points, linear; the nearest beyond them. */
@@ -78,8 +79,8 @@ export class AskedCurve {
 /** The answer of a curve in a sentence. */
 export function sentenceOn(one) {
   const { asked, curve, failures, isOpen, points, reaches } = one;
-  const { number: what, speeds, threshold } = asked;
-  const missing = failures.length ? ` No number at ${failures.map(({ speed }) => setting(speed)).join(", ")} m/s: ${failures[0].reason}.` : "";
+  const { number: what, threshold } = asked;
+  const missing = failures.length ? ` At ${failures.map(({ speed }) => setting(speed)).join(", ")} m/s the computation gives no result (${failures[0].reason}).` : "";
   if (isOpen) return "computing …";
   if (!curve || !points.length) return `no answer.${missing}`;
   const least = reaches.size ? ` At some of these speeds the stress reaches ${[...reaches].join(" and ")}: it would go deeper.` : "";
@@ -89,9 +90,11 @@ export function sentenceOn(one) {
     return `${words(first)}, ${words(last)}.${least}${missing}`;
   }
   const limit = `${setting(threshold)} kPa`;
+  const speeds = curve.range;
+  const all = `at all computed speeds, ${setting(speeds[0])} to ${setting(speeds[1])} m/s`;
   const { at, from, to, isAbove } = crossingOf(curve, 0, speeds);
-  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} at all of these speeds, already at ${setting(speeds[0])} m/s${to == null ? "" : `, certainly from ${number(to, 3)} m/s on`}: ask about lower ones.${least}${missing}`;
-  if (at == null) return `the ${what.layer} stays below ${limit} at all of these speeds${from != null ? `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on` : ""}.${missing}`;
+  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} ${all}${to == null ? "" : `, certainly from ${number(to, 3)} m/s on`}: ask about lower ones.${least}${missing}`;
+  if (at == null) return `the ${what.layer} stays below ${limit} ${all}${from != null ? `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on` : ""}.${missing}`;
   const between = `between ${from == null || from <= speeds[0] ? `less than ${setting(speeds[0])}` : number(from, 3)} and ${to == null ? `more than ${setting(speeds[1])}` : number(to, 3)} m/s with the uncertainty`;
   return `the ${what.layer} exceeds ${limit} from ${number(at, 3)} m/s on (${between}).${least}${missing}`;
 }

@@ -50,14 +50,14 @@ function ticks(low, high, count) {
 }
 
 /**
- * The picture. `series` [{name, points: [{speed, value, error}], curve: {value, error} | null}], `range` of speeds, `axis` {label, unit},
+ * The picture. `series` [{name, points: [{speed, value, error}], curve: {value, error, floor, range} | null}], `range` of speeds, `axis` {label, unit},
  * `level` a value that is marked or null, with `levelName`.
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
   const [width, height] = sizeNow();
   const ends = series.flatMap(({ points, curve }) => [
     ...points.flatMap(({ value, error }) => [Math.max(value - (error ?? 0), curve?.floor ?? -Infinity), value + (error ?? 0)]),
-    ...(curve ? range.flatMap((v) => [lowerOf(curve, v), curve.value(v) + curve.error(v)]) : []),
+    ...(curve ? curve.range.flatMap((v) => [lowerOf(curve, v), curve.value(v) + curve.error(v)]) : []),
   ]);
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
   const [low, high] = [Math.min(...values), Math.max(...values)];
@@ -77,14 +77,15 @@ export function answerCurve({ series, range, axis, level, levelName }) {
     line([ROOM.left, y(level)], [width - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
     text([width - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
   ];
-  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, range, level, line, text }));
+  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text }));
   const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
   return svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
 }
 
-function drawnSeries({ points, curve }, colour, { x, y, range, level, line, text }) {
+function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
   const parts = [];
   if (curve) {
+    const { range } = curve;
     const speeds = Array.from({ length: STEPS + 1 }, (_, i) => range[0] + (i * (range[1] - range[0])) / STEPS);
     const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
     const upper = speeds.map((v) => place(v, curve.value(v) + curve.error(v)));
