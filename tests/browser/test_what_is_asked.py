@@ -43,11 +43,13 @@ def test_a_range_that_is_none_is_said_to_be(page):
 def test_a_crossing_is_where_the_curve_and_its_band_cross(page):
     page.goto("/#/ask")
     crossing = "async ([slope, offset]) => (await import('/viewer/plots/answer_curve.js')).crossingOf({ value: (v) => slope * v + offset, error: () => 1 }, 0, [2, 8])"
-    assert page.evaluate(crossing, [1, -5]) == {"at": pytest.approx(5), "from": pytest.approx(4), "to": pytest.approx(6), "isAbove": False}
+    assert page.evaluate(crossing, [1, -5]) == {"at": pytest.approx(5), "from": pytest.approx(4), "to": pytest.approx(6), "isAbove": False, "falls": False}
     # Above and below in all of the range.
     above = page.evaluate(crossing, [1, 5])
     assert above["at"] is None and above["isAbove"]
-    assert page.evaluate(crossing, [0, -5]) == {"at": None, "from": None, "to": None, "isAbove": False}
+    # What falls through the level has no speed from which on it is above.
+    assert page.evaluate(crossing, [-1, 5])["falls"]
+    assert page.evaluate(crossing, [0, -5]) == {"at": None, "from": None, "to": None, "isAbove": False, "falls": False}
 
 
 def test_a_curve_of_second_degree_is_found_again(page):

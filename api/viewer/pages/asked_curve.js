@@ -92,7 +92,8 @@ export function sentenceOn(one) {
   const limit = `${setting(threshold)} kPa`;
   const speeds = curve.range;
   const all = `at all computed speeds, ${setting(speeds[0])} to ${setting(speeds[1])} m/s`;
-  const { at, from, to, isAbove } = crossingOf(curve, 0, speeds);
+  const { at, from, to, isAbove, falls } = crossingOf(curve, 0, speeds);
+  if (falls) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${what.layer} more than once or downwards.${least}${missing}`;
   if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} ${all}${to == null ? "" : `, certainly from ${number(to, 3)} m/s on`}: ask about lower ones.${least}${missing}`;
   if (at == null) return `the ${what.layer} stays below ${limit} ${all}${from != null ? `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on` : ""}.${missing}`;
   const between = `between ${from == null || from <= speeds[0] ? `less than ${setting(speeds[0])}` : number(from, 3)} and ${to == null ? `more than ${setting(speeds[1])}` : number(to, 3)} m/s with the uncertainty`;

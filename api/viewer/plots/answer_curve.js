@@ -22,18 +22,21 @@ function crossing(f, level, [low, high]) {
 }
 
 /**
- * Where a curve crosses a level: {at, from, to}, with the speeds between which it is uncertain; `at` is null where it does not cross, and
- * `isAbove` says on which side all of it is. `curve` is {value(speed), error(speed)}.
+ * Where a curve crosses a level: {at, from, to}, with the speeds between which it is uncertain; `at` is null where it does not rise through
+ * it, `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no one speed is an answer.
+ * `curve` is {value(speed), error(speed)}.
  */
 export function crossingOf(curve, level, range) {
   const at = crossing((v) => curve.value(v), level, range);
   const bound = (sign) => crossing((v) => curve.value(v) + sign * curve.error(v), level, range);
+  const sides = Array.from({ length: STEPS + 1 }, (_, i) => curve.value(range[0] + (i * (range[1] - range[0])) / STEPS) > level);
   const isUpAt = (sign, v) => curve.value(v) + sign * curve.error(v) > level;
   return {
     at,
     from: bound(1) ?? (isUpAt(1, range[0]) ? range[0] : null),
     to: bound(-1) ?? (isUpAt(-1, range[1]) ? range[1] : null),
-    isAbove: curve.value(range[0]) > level,
+    isAbove: sides.every(Boolean),
+    falls: sides.some((isUp, i) => i > 0 && !isUp && sides[i - 1]),
   };
 }
 
@@ -95,7 +98,7 @@ function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
       svg("path", { d: `M${speeds.map((v) => place(v, curve.value(v))).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
     );
     const found = level == null ? { at: null } : crossingOf(curve, level, range);
-    if (found.at != null) {
+    if (found.at != null && !found.falls) {
       parts.push(
         svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
         text([x(found.at) + 10, y(level) + 18], `${number(found.at, 3)} m/s`, { fill: colour, "font-weight": 600 }),
