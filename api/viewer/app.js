@@ -2,6 +2,7 @@
 
 import { ApiProblem, token } from "./api.js";
 import { button, html } from "./dom.js";
+import { askPage } from "./pages/ask_page.js";
 import { comparePage } from "./pages/compare_page.js";
 import { jobPage } from "./pages/job_page.js";
 import { listPage } from "./pages/list_page.js";
@@ -11,7 +12,8 @@ import { whatIfPage } from "./pages/what_if_page.js";
 /** What is behind `#/`: a function that fills `main` and may return one that clears up. */
 const ROUTES = [
   [/^$/, () => listPage()],
-  [/^new(?:\/([\w-]+))?$/, (id) => submitPage(id)],
+  [/^ask$/, () => askPage()],
+  [/^new(?:\/([\w-]+))?(\?accuracy)?$/, (id, accuracy) => submitPage(id, Boolean(accuracy))],
   [/^job\/([\w-]+)$/, (id) => jobPage(id)],
   [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, (id, question) => whatIfPage(id, question)],
   [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, (a, b) => comparePage(a, b)],

@@ -42,7 +42,7 @@ function members(schema, caption) {
     schema.required?.includes(name) ? "required" : "",
     words(member.description),
   ]);
-  return rows.length ? table(caption, ["member", "type", "", "what it is"], rows) : null;
+  return rows.length ? table(caption, ["member", "type", "needed", "what it is"], rows) : null;
 }
 
 /** A type: its members, and those of each of its variants. */
@@ -78,7 +78,7 @@ function callDetails(path, method, call) {
     { class: "call", id: call.operationId },
     html("summary", {}, html("span", { class: "badge busy method" }, method.toUpperCase()), code(path), html("span", {}, call.summary)),
     call.description && html("p", {}, words(call.description)),
-    parameters.length > 0 && table("Parameters", ["name", "in", "type", "", "what it is"], parameters),
+    parameters.length > 0 && table("Parameters", ["name", "in", "type", "needed", "what it is"], parameters),
     call.requestBody && html("p", {}, html("b", {}, "Body: "), content(call.requestBody)),
     table("Answers", ["status", "meaning", "body", "headers"], answers),
   );

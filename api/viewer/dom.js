@@ -53,6 +53,11 @@ export function table(caption, columns, rows) {
   return html("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": caption }, inside);
 }
 
+/** A word with its explanation, for the pointer, the finger and the keyboard. */
+export function term(word, about) {
+  return html("span", { class: "term", tabindex: "0", role: "note", "aria-label": `${word}: ${about}`, "data-about": about }, word);
+}
+
 /** Gives the reader a file. */
 export function saveFile(name, content, type) {
   const blob = content instanceof Blob ? content : new Blob([content], { type });

@@ -1,7 +1,10 @@
 //! The report as one self-contained, printable HTML page.
 
+use super::numbers::{cards, number_of_kpa};
+use super::omissions::omissions;
 use super::pictures::pictures;
-use super::{RecordedRun, Shown, headline_impact, headline_stress, is_miss};
+use super::section_picture::section_picture;
+use super::{RecordedRun, Shown, is_miss};
 use crate::measure::summary::{number, rounded};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -17,9 +20,14 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     let title = escaped(summary["scene"].as_str().unwrap_or("a scene"));
     let mut body = String::new();
     header(&mut body, run);
+    provenance(&mut body, run);
+    section(&mut body, run);
     cards(&mut body, summary);
-    list(&mut body, "In plain words", &summary["plain_words"]);
-    body += "<section class=\"pictures\">";
+    stress_table(&mut body, summary);
+    list(&mut body, "To read before the numbers are used", &summary["warnings"]);
+    list_of(&mut body, "What the model omits", &omissions(run));
+    criteria_table(&mut body, summary);
+    body += "<section><h2>Over time</h2><div class=\"pictures\">";
     for picture in pictures(run)? {
         push(
             &mut body,
@@ -30,13 +38,9 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
             ),
         );
     }
-    body += "</section>";
-    stress_table(&mut body, summary);
+    body += "</div></section>";
     strain_table(&mut body, summary);
-    criteria_table(&mut body, summary);
     quality_table(&mut body, summary);
-    list(&mut body, "To read before the numbers are used", &summary["warnings"]);
-    provenance(&mut body, run);
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>{title} – report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
@@ -85,49 +89,29 @@ fn header(out: &mut String, run: &RecordedRun) {
     }
 }
 
-/// Cards of the four main results.
-fn cards(out: &mut String, summary: &Value) {
-    if is_miss(summary) {
-        return;
-    }
-    let results = &summary["results"];
-    let (impact, depth) = (headline_impact(results), headline_stress(results));
-    let threshold = depth.and_then(|s| s["threshold_pa"].as_f64());
-    let depth_title = threshold
-        .map_or_else(|| "Depth of stress".into(), |t| format!("Depth of stress above {}", number_of_kpa(t)));
-    let average = impact.and_then(|i| i["force_average"].as_str());
-    let force_title =
-        average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"));
-    let all = [
-        (force_title, impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
-        ("Largest contact patch".into(), impact.and_then(|i| Shown::of(&i["largest_patch_area_mm2"])), "mm²"),
-        (depth_title, depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
-        ("Energy given to the tissue".into(), Shown::of(&results["tissue"]["energy_given_j"]), "J"),
-    ];
-    out.push_str("<section class=\"cards\">\n");
-    for (title, shown, unit) in all {
-        let value = shown.map_or_else(|| "–".into(), value_of);
-        let half_width = shown.and_then(|s| s.error).map(|error| format!("± {} {unit}", rounded(error)));
-        let doubt = shown.map_or(Some("no number"), |s| s.doubt()).map(str::to_owned);
-        let error = [half_width, doubt].into_iter().flatten().collect::<Vec<_>>().join(": ");
-        let class = if shown.is_some_and(|s| s.is_resolved) { "" } else { " doubtful" };
+/// The section through the impact at the worst instant.
+fn section(out: &mut String, run: &RecordedRun) {
+    let stresses = run.summary.pointer("/results/tissue/significant_stress").and_then(Value::as_array);
+    let thresholds: Vec<f64> =
+        stresses.into_iter().flatten().filter_map(|stress| stress["threshold_pa"].as_f64()).collect();
+    let picture = run.instant.as_ref().and_then(|instant| section_picture(instant, &run.scene, &thresholds));
+    if let Some((svg, caption)) = picture.filter(|_| !is_miss(&run.summary)) {
         push(
             out,
             format_args!(
-                "<div class=\"card{class}\"><h2>{}</h2><p class=\"value\">{value} <span>{unit}</span></p><p class=\"error\">{error}</p></div>",
-                escaped(&title)
+                "<figure class=\"section\">{}<figcaption>{caption}</figcaption></figure>",
+                inline(&svg)
             ),
         );
     }
-    out.push_str("</section>\n");
-}
-
-fn number_of_kpa(pascal: f64) -> String {
-    format!("{} kPa", number(1e-3 * pascal))
 }
 
 fn list(out: &mut String, title: &str, items: &Value) {
-    let items: Vec<&str> = items.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    let items = items.as_array().into_iter().flatten().filter_map(Value::as_str);
+    list_of(out, title, &items.map(str::to_owned).collect::<Vec<_>>());
+}
+
+fn list_of(out: &mut String, title: &str, items: &[String]) {
     if items.is_empty() {
         return;
     }
@@ -227,6 +211,20 @@ fn strain_table(out: &mut String, summary: &Value) {
     table(out, "Strain and stress of the tissue", &["quantity", "unit", "value"], &rows);
 }
 
+/// A statement on a criterion without names of fields of a scene.
+fn plain_statement(statement: &str) -> String {
+    [
+        (" (`measures.person`)", ""),
+        (
+            "`measures.person.body_mass_kg` and `wall_thickness_m`",
+            "the mass of the person and the thickness of the body wall",
+        ),
+        ("`measures.person.chest_depth_m`", "the depth of the chest"),
+    ]
+    .into_iter()
+    .fold(statement.to_owned(), |text, (name, words)| text.replace(name, words))
+}
+
 fn criteria_table(out: &mut String, summary: &Value) {
     let of = |criterion: &Value| {
         let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
@@ -237,7 +235,12 @@ fn criteria_table(out: &mut String, summary: &Value) {
             Some(_) => format!("{}{unit}", with_error(criterion)),
             None => "–".into(),
         };
-        vec![text("title"), value, text("statement"), format!("{}. {}", text("meaning"), text("source"))]
+        vec![
+            text("title"),
+            value,
+            plain_statement(&text("statement")),
+            format!("{}. {}", text("meaning"), text("source")),
+        ]
     };
     let rows: Vec<Vec<String>> =
         summary["injury_measures"].as_array().into_iter().flatten().map(of).collect();
@@ -260,17 +263,24 @@ fn quality_table(out: &mut String, summary: &Value) {
         ]
     };
     let rows: Vec<Vec<String>> = summary["gates"].as_array().into_iter().flatten().map(gate).collect();
-    table(out, "How good the computation was", &["gate", "value", "limit", "verdict"], &rows);
+    table(out, "Checks of the computation", &["check", "value", "limit", "result"], &rows);
     let bars = escaped(summary["error_bars"].as_str().unwrap_or_default());
     push(out, format_args!("<p class=\"small\">Error bars: {bars}.</p>"));
 }
 
+/// Engine, scene and recording, by which a reader finds them again.
 fn provenance(out: &mut String, run: &RecordedRun) {
-    let rows: Vec<Vec<String>> = ["engine_version", "engine_commit", "scene_hash", "units"]
-        .iter()
-        .filter_map(|name| Some(vec![name.replace('_', " "), escaped(run.metadata.get(*name)?)]))
-        .collect();
-    table(out, "Where this comes from", &["", ""], &rows);
+    let known = |name: &str| run.metadata.get(name).map(String::as_str);
+    let mut items = Vec::new();
+    if let Some(version) = known("engine_version") {
+        let commit = known("engine_commit").filter(|commit| *commit != "unknown");
+        items.push(format!("Contuse {version}{}", commit.map_or_else(String::new, |c| format!(" ({c})"))));
+    }
+    items.extend(known("scene_hash").map(|hash| format!("scene: SHA-256 {hash}")));
+    if !run.digest.is_empty() {
+        items.push(format!("recording: SHA-256 {}", run.digest));
+    }
+    push(out, format_args!("<p class=\"small provenance\">{}</p>", escaped(&items.join(" · "))));
 }
 
 #[cfg(test)]
@@ -279,29 +289,11 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn cards_put_what_is_not_resolved_in_brackets() {
-        let quantity = |value: f64, error: f64, resolved: bool| json!({"value": value, "error": {"total": error, "resolved": resolved}});
-        let impact = json!({
-            "peak_force_n": quantity(2730.0, 5300.0, false), "largest_patch_area_mm2": quantity(482.0, 12.0, true)
-        });
-        let mut page = String::new();
-        cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
-        assert!(page.contains("(2730) <span>N</span>") && page.contains("± 5300 N: not resolved"), "{page}");
-        assert!(page.contains(">482.0 <span>mm²</span>") && page.contains("no number"), "{page}");
-    }
-
-    #[test]
-    fn a_number_without_an_error_is_no_plain_one_and_a_miss_has_none() {
+    fn a_number_in_a_table_has_brackets_once_and_a_miss_no_table() {
         let unknown = json!({"value": 2730.0, "error": "not estimated"});
-        let impact = json!({"peak_force_n": unknown, "largest_patch_area_mm2": unknown});
-        let mut page = String::new();
-        cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
-        assert!(page.contains("card doubtful") && page.contains("(2730)"), "{page}");
-        assert!(page.contains("error not estimated") && !page.contains(">2730"), "{page}");
         assert_eq!(with_error(&unknown), "(2730), error not estimated");
         let mut miss = String::new();
         let summary = json!({"results": {"nothing_touched": true, "impacts": [], "headline": {}}});
-        cards(&mut miss, &summary);
         stress_table(&mut miss, &summary);
         assert!(miss.is_empty(), "{miss}");
     }

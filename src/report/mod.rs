@@ -7,8 +7,15 @@ pub mod csv;
 pub mod fhir;
 pub mod fields;
 pub mod html;
+pub mod instant;
+mod numbers;
+mod omissions;
 mod pictures;
 mod read;
+mod section;
+mod section_frame;
+mod section_picture;
+mod section_scale;
 pub mod surface;
 mod surface_file;
 

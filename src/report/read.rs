@@ -1,5 +1,6 @@
 //! Reads a recording: the summary, and force and energy over time, with one chunk in memory at a time.
 
+use super::instant::{Instant, instant};
 use crate::measure::channel_class::filtered_force;
 use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
@@ -9,10 +10,15 @@ use ::mcap::McapError;
 use ::mcap::records::Record;
 use prost::Message as _;
 use serde_json::Value;
+use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
+
+/// Bytes read from the file at a time.
+const PIECE: usize = 256 << 10;
 
 /// Why a recording cannot be reported on.
 #[derive(Debug, thiserror::Error)]
@@ -82,6 +88,10 @@ pub struct RecordedRun {
     pub absorbed: Series,
     /// Total energy in the ledger [J].
     pub total: Series,
+    /// The bodies at the field time nearest to the largest force; `None` if no fields were recorded.
+    pub instant: Option<Instant>,
+    /// SHA-256 of the recording, in hexadecimal digits.
+    pub digest: String,
 }
 
 /// The required fields of `/contact/forces`; the contacts themselves are not decoded.
@@ -117,16 +127,28 @@ impl RecordedRun {
     ///
     /// # Errors
     /// As [`RecordedRun::read`].
-    pub fn of(input: impl Read + Seek, name: &Path) -> Result<Self, ReadError> {
+    pub fn of(mut input: impl Read + Seek, name: &Path) -> Result<Self, ReadError> {
         let (mut run, mut topics) = (Self::default(), BTreeMap::new());
-        let broken_off = for_each_record_of(input, name, |record| {
+        let broken_off = for_each_record_of(&mut input, name, |record| {
             run.take(record, &mut topics);
             Ok(())
         })?;
         if let Some(source) = broken_off {
             return Err(ReadError::Mcap { path: name.to_owned(), source });
         }
-        if run.summary.is_null() { Err(ReadError::NoSummary { path: name.to_owned() }) } else { Ok(run) }
+        if run.summary.is_null() {
+            return Err(ReadError::NoSummary { path: name.to_owned() });
+        }
+        run.instant = instant(&mut input, name, run.worst_time())?;
+        run.digest = digest(&mut input, name)?;
+        Ok(run)
+    }
+
+    /// Time of the largest force of the headline contact [s]; the end where there is none.
+    fn worst_time(&self) -> f64 {
+        let impact = super::headline_impact(super::values(&self.summary));
+        let time = impact.and_then(|impact| impact.pointer("/peak_force_time_s/value")?.as_f64());
+        time.or_else(|| self.summary["time_s"].as_f64()).unwrap_or_default()
     }
 
     fn take(&mut self, record: Record, topics: &mut BTreeMap<u16, String>) {
@@ -170,6 +192,23 @@ impl RecordedRun {
         self.absorbed.push((energy.time_s, energy.absorbed_by_tissue_j));
         self.total.push((energy.time_s, energy.total_j));
     }
+}
+
+/// SHA-256 of a file, in hexadecimal digits.
+fn digest(input: &mut (impl Read + Seek), name: &Path) -> Result<String, RecordError> {
+    let at = |source| RecordError::File { path: name.to_owned(), source };
+    input.rewind().map_err(at)?;
+    let (mut hash, mut piece) = (Sha256::new(), vec![0; PIECE]);
+    loop {
+        match input.read(&mut piece).map_err(at)? {
+            0 => break,
+            count => hash.update(&piece[..count]),
+        }
+    }
+    Ok(hash.finalize().iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    }))
 }
 
 /// Averaging of a force over time.

@@ -73,7 +73,8 @@ class Watch:
 
 
 def open_page(browser, address, **options):
-    page = browser.new_page(base_url=address, viewport={"width": 1440, "height": 1000}, **options)
+    # Nothing plays by itself, so that what is seen does not depend on the clock.
+    page = browser.new_page(base_url=address, viewport={"width": 1440, "height": 1000}, reduced_motion="reduce", **options)
     page.set_default_timeout(PATIENCE_MS)
     page.watch = Watch(page)
     return page

@@ -1,4 +1,4 @@
-// Geometry of cells of mixed kinds: surface, plane section, values along a line.
+// Geometry of cells of mixed kinds: surface, values along a line.
 
 /** Kinds by VTK's cell type, nodes in the order of VTK: sides seen from outside, with all nodes around them, and tetrahedra that fill them. */
 const KINDS = new Map([
@@ -23,7 +23,6 @@ const KINDS = new Map([
 const HEXAHEDRON = 12;
 /** Triangles that fill a side, by the number of its nodes: of six every second one is the middle of an edge. */
 const TRIANGLES = { 3: [[0, 1, 2]], 4: [[0, 1, 2], [0, 2, 3]], 6: [[0, 1, 5], [1, 2, 3], [3, 4, 5], [1, 3, 5]] };
-const EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /** The elements of a body in their order. */
 export class Cells {
@@ -87,9 +86,16 @@ export function boxAround(points) {
   return { low, high };
 }
 
-/** Faces that belong to one element only: triangles, and the edges of the faces, as node indices. */
-export function surfaceOf(cells, nodeCount) {
+/** What a side of an element is: within a part, between two parts, or on the surface of the body. */
+export const SIDE = { inside: 0, interface: 1, surface: 2 };
+
+/**
+ * The surface of the elements: `triangles` and `lines` (the edges of the faces) as node indices, `elements` of the triangles, and
+ * `sides`: what each side of each element is, element after element.
+ */
+export function surfaceOf(cells, nodeCount, partOf = null) {
   const faces = new Map();
+  const kinds = [];
   for (let e = 0; e < cells.length; e++) {
     const start = cells.startOf(e);
     for (const side of cells.kindOf(e).sides) {
@@ -97,61 +103,31 @@ export function surfaceOf(cells, nodeCount) {
       const sorted = [...face].sort((a, b) => a - b);
       // Three nodes of a face are its name but for rare twins.
       const key = `${sorted[0] * nodeCount + sorted.at(-1)},${sorted[1]}`;
-      faces.set(key, faces.has(key) ? null : face);
+      const other = faces.get(key);
+      if (other) {
+        kinds.push((kinds[other.side] = partOf && partOf[other.element] !== partOf[e] ? SIDE.interface : SIDE.inside));
+        other.isShared = true;
+      } else {
+        faces.set(key, { face, element: e, side: kinds.length, isShared: false });
+        kinds.push(SIDE.surface);
+      }
     }
   }
-  const triangles = [];
+  const [triangles, elements] = [[], []];
   const edges = new Set();
-  for (const face of faces.values()) {
-    if (!face) continue;
-    for (const triangle of TRIANGLES[face.length]) triangles.push(...triangle.map((i) => face[i]));
+  for (const { face, element, isShared } of faces.values()) {
+    if (isShared) continue;
+    for (const triangle of TRIANGLES[face.length]) {
+      triangles.push(...triangle.map((i) => face[i]));
+      elements.push(element);
+    }
     face.forEach((node, i) => {
       const next = face[(i + 1) % face.length];
       edges.add(Math.min(node, next) * nodeCount + Math.max(node, next));
     });
   }
   const lines = [...edges].flatMap((key) => [Math.floor(key / nodeCount), key % nodeCount]);
-  return { triangles: Uint32Array.from(triangles), lines: Uint32Array.from(lines) };
-}
-
-/** The section of the elements with the plane n·x = d: triangles with a value at each corner, and the elements' outlines. */
-export function planeSection({ cells, positions, values, normal, offset }) {
-  const corners = { positions: [], values: [] };
-  const lines = [];
-  const distance = (node) =>
-    normal[0] * positions[3 * node] + normal[1] * positions[3 * node + 1] + normal[2] * positions[3 * node + 2] - offset;
-  const heights = new Float64Array(10);
-  for (let e = 0; e < cells.length; e++) {
-    const [start, kind] = [cells.startOf(e), cells.kindOf(e)];
-    let above = 0;
-    for (let i = 0; i < kind.nodes; i++) above += (heights[i] = distance(cells.nodes[start + i])) > 0 ? 1 : 0;
-    if (above === 0 || above === kind.nodes) continue;
-    const cross = (a, b) => {
-      const fraction = heights[a] / (heights[a] - heights[b]);
-      const [i, j] = [cells.nodes[start + a], cells.nodes[start + b]];
-      const at = [0, 1, 2].map((k) => positions[3 * i + k] + fraction * (positions[3 * j + k] - positions[3 * i + k]));
-      return { at, value: values ? values[i] + fraction * (values[j] - values[i]) : 0 };
-    };
-    const isCut = ([a, b]) => heights[a] > 0 !== heights[b] > 0;
-    for (const tetrahedron of kind.tetrahedra) {
-      const points = EDGES.map(([a, b]) => [tetrahedron[a], tetrahedron[b]]).filter(isCut).map(([a, b]) => cross(a, b));
-      // Of a quadrilateral the order of the edges makes 0, 1, 3, 2 go around.
-      const order = points.length === 4 ? [0, 1, 3, 0, 3, 2] : points.length === 3 ? [0, 1, 2] : [];
-      for (const i of order) {
-        corners.positions.push(...points[i].at);
-        corners.values.push(points[i].value);
-      }
-    }
-    for (const side of kind.sides) {
-      const ends = side.map((c, i) => [c, side[(i + 1) % side.length]]).filter(isCut).map(([a, b]) => cross(a, b).at);
-      if (ends.length === 2) lines.push(...ends[0], ...ends[1]);
-    }
-  }
-  return {
-    positions: Float32Array.from(corners.positions),
-    values: Float32Array.from(corners.values),
-    lines: Float32Array.from(lines),
-  };
+  return { triangles: Uint32Array.from(triangles), lines: Uint32Array.from(lines), elements: Uint32Array.from(elements), sides: Uint8Array.from(kinds) };
 }
 
 /** Values {s, value, element} along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */

@@ -1,6 +1,6 @@
 // Colours of values: maps that are even to the eye and to the colour-blind, and the fields that are shown with them.
 
-import { html } from "../dom.js";
+import { html, term } from "../dom.js";
 import { number } from "../format.js";
 
 /** Seventeen equally spaced colours each; viridis and cividis of matplotlib, and a blue–white–orange for differences. */
@@ -15,11 +15,11 @@ const STOPS = {
 
 /** Fields that are shown. Those that are means live in elements: at a node they are averaged over the elements around it, across layers too. */
 export const FIELDS = {
-  von_mises_pa: { label: "von Mises stress", unit: "kPa", factor: 1e-3, from: 0, isMean: true },
-  pressure_pa: { label: "pressure (compression positive)", unit: "kPa", factor: 1e-3, from: -1, isMean: true },
-  principal_strain: { label: "principal strain (Green–Lagrange)", unit: "", factor: 1, from: 0, isMean: true },
-  displacement_m: { label: "displacement", unit: "mm", factor: 1e3, from: 0 },
-  velocity_m_per_s: { label: "speed", unit: "m/s", factor: 1, from: 0 },
+  von_mises_pa: { label: "stress", about: "von Mises stress: how strongly the tissue is sheared, as one number", unit: "kPa", factor: 1e-3, from: 0, isMean: true },
+  pressure_pa: { label: "pressure", about: "mean of the three normal stresses, positive in compression", unit: "kPa", factor: 1e-3, from: -1, isMean: true },
+  principal_strain: { label: "stretch (principal strain)", about: "largest principal Green–Lagrange strain: 0.5 is a stretch to 1.41 of the length", unit: "", factor: 1, from: 0, isMean: true },
+  displacement_m: { label: "displacement", about: "distance from where the undeformed body would be", unit: "mm", factor: 1e3, from: 0 },
+  velocity_m_per_s: { label: "speed", about: "of the material", unit: "m/s", factor: 1, from: 0 },
 };
 
 /** 256 colours of a map as bytes r, g, b, a. */
@@ -38,20 +38,34 @@ export function lookupTable(map) {
   return table;
 }
 
-/** A legend: the map from bottom to top of the range, with ticks and the unit. */
+/** A value at a fraction of a range. */
+function valueAt(fraction, [low, high], isLog) {
+  return isLog ? low * (high / low) ** fraction : low + fraction * (high - low);
+}
+
+/** Where a value stands in a range, from 0 to 1. */
+function fractionOf(value, [low, high], isLog) {
+  return isLog ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+}
+
+/** A legend: the map over the range, with ticks, the unit, and marks at thresholds. */
 export class Legend {
   element = html("figure", { class: "legend" });
 
-  show({ label, unit, factor, isMean }, [low, high], map) {
+  show({ label, about = "", unit, factor, isMean }, range, map, { isLog = false, levels = [] } = {}) {
     const bar = html("canvas", { width: 256, height: 1, "aria-hidden": "true" });
     const context = bar.getContext("2d");
     const image = context.createImageData(256, 1);
     image.data.set(lookupTable(map));
+    for (const level of levels) {
+      const at = Math.round(255 * fractionOf(level, range, isLog));
+      if (at > 0 && at < 255) image.data.set([0, 0, 0, 255], 4 * at);
+    }
     context.putImageData(image, 0, 0);
-    const ticks = [0, 0.25, 0.5, 0.75, 1].map((fraction) => html("li", {}, number((low + fraction * (high - low)) * factor, 3)));
-    const words = `${label}${unit ? ` [${unit}]` : " [–]"}`;
+    const ticks = [0, 0.25, 0.5, 0.75, 1].map((fraction) => html("li", {}, number(valueAt(fraction, range, isLog) * factor, isLog ? 2 : 3)));
+    const note = [about, isMean && "at a node the mean of the elements around it, across layers too", "beyond the range the end colour"].filter(Boolean).join("; ");
     this.element.replaceChildren(
-      html("figcaption", {}, words, html("small", {}, ` fixed range; beyond it the end colour${isMean ? "; means at nodes, across layers too" : ""}`)),
+      html("figcaption", {}, term(label, note), unit ? ` [${unit}]` : " [–]", html("small", {}, ` ${[isLog && "logarithmic", levels.length && "black lines: thresholds"].filter(Boolean).join("; ")}`)),
       bar,
       html("ol", {}, ticks),
     );

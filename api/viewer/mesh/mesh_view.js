@@ -1,26 +1,33 @@
-// A view of a run in space: orbit camera, colours, cut, contact outline. It draws when something has changed.
+// A view of a run in space: cameras, colours, cut, names of layers, what is under the cursor. It draws when something has changed.
 
 import * as THREE from "three";
-import { OrbitControls } from "../vendor/three/OrbitControls.js";
 import { html } from "../dom.js";
 import { BodyMesh } from "./body_mesh.js";
+import { Cameras } from "./camera.js";
 import { lookupTable } from "./colours.js";
-import { NO_CUT, lineMaterial, sharedUniforms } from "./materials.js";
+import { MOST_LEVELS, NO_CUT, sharedUniforms } from "./materials.js";
+import { Overlay } from "./overlay.js";
 
 const BACKGROUND = 0xf4f6f8;
+/** Names of layers stand so far from the line of the impact, in radii of the first view [-]. */
+const ASIDE = 0.55;
 
 export class MeshView {
   element;
+  /** Room for buttons over the picture. */
+  corner;
   #renderer;
   #scene = new THREE.Scene();
-  #camera = new THREE.PerspectiveCamera(35, 1, 1e-3, 100);
-  #controls;
+  #cameras;
   #shared = sharedUniforms();
   #bodies = new Map();
-  #outline;
+  #overlay = new Overlay();
   #linked = [];
   #isDue = false;
   #watcher;
+  #hint = html("output", { class: "probe", hidden: true });
+  #line = null;
+  #aside = 0.03;
 
   constructor(label) {
     this.#renderer = new THREE.WebGLRenderer({ antialias: true });
@@ -29,23 +36,21 @@ export class MeshView {
     const canvas = this.#renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `${label}. Drag to turn, pinch or scroll to zoom; arrow keys move, with Shift they turn.`);
-    this.element = html("div", { class: "mesh-view" }, canvas);
-    this.#camera.up.set(0, 0, 1);
-    this.#controls = new OrbitControls(this.#camera, canvas);
-    this.#controls.listenToKeyEvents(canvas);
-    this.#controls.addEventListener("change", () => this.#cameraMoved());
-    this.#outline = new THREE.LineLoop(
-      new THREE.BufferGeometry(), lineMaterial(this.#shared, [0.84, 0.1, 0.11, 1], { isCut: false }));
-    this.#outline.material.depthTest = false;
-    this.#outline.frustumCulled = false;
-    this.#outline.renderOrder = 2;
-    this.#scene.add(this.#outline);
+    canvas.setAttribute("aria-label", `${label}. Drag to turn, with two fingers on a touch screen; scroll or pinch to zoom; arrow keys move, with Shift they turn.`);
+    this.corner = html("div", { class: "corner" });
+    this.element = html("div", { class: "mesh-view" }, canvas, this.#overlay.element, this.corner, this.#hint);
+    this.#cameras = new Cameras(canvas, () => this.#cameraMoved());
+    canvas.addEventListener("pointermove", (event) => event.buttons === 0 && this.#point(event));
+    canvas.addEventListener("pointerdown", (event) => this.#point(event));
+    canvas.addEventListener("pointerleave", () => (this.#hint.hidden = true));
     this.#watcher = new ResizeObserver(() => this.#resize());
     this.#watcher.observe(this.element);
   }
 
-  /** Takes the bodies of a recording. */
+  /** Words about a place: `probe({name, part, rest, of})`, null for nothing to say. */
+  probe = () => null;
+
+  /** Takes the bodies of a recording; what is already shown stays. */
   setBodies(bodies) {
     for (const mesh of this.#bodies.values()) {
       this.#scene.remove(mesh.group);
@@ -56,22 +61,32 @@ export class MeshView {
   }
 
   /** Looks at a sphere from a direction. */
-  lookAt(centre, radius, direction) {
-    const distance = radius / Math.sin((this.#camera.fov * Math.PI) / 360);
-    this.#controls.target.fromArray(centre);
-    this.#camera.position.fromArray(direction).setLength(distance).add(this.#controls.target);
-    this.#camera.near = distance / 100;
-    this.#camera.far = distance * 10;
-    this.#camera.updateProjectionMatrix();
-    this.#controls.update();
-    this.draw();
+  lookAt({ centre, radius, direction }) {
+    this.#aside = ASIDE * radius;
+    this.#cameras.lookAt(centre, radius, direction);
+    this.#cameraMoved();
   }
 
-  /** Map and range of the colours. */
-  setColours(map, range) {
+  /** Looks straight at the section: {centre, radius, normal, up}. */
+  lookAcross({ centre, radius, normal, up }) {
+    this.#aside = ASIDE * radius;
+    this.#cameras.lookAcross(centre, radius, normal, up);
+    this.#cameraMoved();
+  }
+
+  /** The line of the impact {centre, direction}, where names and ruler stand; `length` of the ruler [m]. */
+  setLine(line, length) {
+    this.#line = line;
+    this.#overlay.setRuler(line && { origin: line.centre, direction: line.direction, length });
+  }
+
+  /** Map, range, thresholds and scale of the colours. */
+  setColours(map, range, { isLog = false, levels = [] } = {}) {
     this.#shared.map.value.image.data.set(lookupTable(map));
     this.#shared.map.value.needsUpdate = true;
     this.#shared.range.value.fromArray(range);
+    this.#shared.isLog.value = isLog ? 1 : 0;
+    this.#shared.levels.value = Array.from({ length: MOST_LEVELS }, (_, i) => levels[i] ?? 0);
     this.draw();
   }
 
@@ -81,17 +96,35 @@ export class MeshView {
     this.draw();
   }
 
-  /** Shows a frame; `valuesOf(name, state)` gives values by node or null; `outline` points in space, x y z each. */
-  show(frame, valuesOf, cut, outline = []) {
+  /** Shows a frame; `valuesOf(name, state)` gives values by node or null. */
+  show(frame, valuesOf, cut) {
     this.#shared.cut.value.copy(cut ? new THREE.Vector4(...cut.normal, cut.offset) : NO_CUT);
     for (const [name, mesh] of this.#bodies) {
-      const state = frame.bodies.get(name);
+      const state = frame.bodies.get(name) ?? mesh.body.rest;
       if (state) mesh.show(state, valuesOf(name, state), cut);
     }
-    const points = Float32Array.from(outline.flat());
-    this.#outline.geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-    this.#outline.geometry.setAttribute("value", new THREE.BufferAttribute(new Float32Array(points.length / 3), 1));
+    this.#overlay.setLabels(cut ? this.#labels(cut) : []);
     this.draw();
+  }
+
+  /** The name of each layer at a place of it on the section, to the right of the impact. */
+  #labels(cut) {
+    if (!this.#line) return [];
+    const right = new THREE.Vector3(...cut.normal).cross(new THREE.Vector3(...this.#line.direction)).normalize();
+    const goal = new THREE.Vector3(...this.#line.centre).addScaledVector(right, this.#aside);
+    const best = new Map();
+    for (const mesh of this.#bodies.values()) {
+      const { parts, role } = mesh.body;
+      if (!parts || !mesh.group.visible || role === "projectile") continue;
+      for (const { part, at } of mesh.sectionMiddles()) {
+        const away = Math.abs(right.dot(new THREE.Vector3(...at).sub(goal)));
+        // Of a thick layer the near part: what is deep counts a little.
+        const depth = Math.hypot(...at.map((c, k) => c - this.#line.centre[k]));
+        const score = away + 0.35 * depth;
+        if (score < (best.get(parts[part])?.score ?? Infinity)) best.set(parts[part], { text: parts[part], at, score });
+      }
+    }
+    return [...best.values()];
   }
 
   /** Moves the cameras of these views with this one. */
@@ -102,11 +135,42 @@ export class MeshView {
   #cameraMoved() {
     this.draw();
     for (const other of this.#linked) {
-      other.#camera.position.copy(this.#camera.position);
-      other.#camera.quaternion.copy(this.#camera.quaternion);
-      other.#controls.target.copy(this.#controls.target);
+      other.#cameras.copy(this.#cameras);
       other.draw();
     }
+  }
+
+  /** What is under the pointer, in words beside it. */
+  #point(event) {
+    const { left, top, width, height } = this.element.getBoundingClientRect();
+    const [x, y] = [event.clientX - left, event.clientY - top];
+    const words = this.#wordsAt((2 * x) / width - 1, 1 - (2 * y) / height);
+    this.#hint.hidden = !words;
+    if (!words) return;
+    this.#hint.textContent = words;
+    const isRight = x > width / 2;
+    this.#hint.classList.toggle("to-left", isRight);
+    this.#hint.style.left = `${x}px`;
+    this.#hint.style.top = `${y}px`;
+  }
+
+  #wordsAt(x, y) {
+    const caster = new THREE.Raycaster();
+    caster.setFromCamera(new THREE.Vector2(x, y), this.#cameras.current);
+    const { cut } = this.#shared;
+    const isAway = ({ point }) => cut.value.w < 1e9 && cut.value.x * point.x + cut.value.y * point.y + cut.value.z * point.z > cut.value.w + 1e-7;
+    const hits = [...this.#bodies].filter(([, mesh]) => mesh.group.visible).flatMap(([name, mesh]) => {
+      const surface = caster.intersectObject(mesh.surfaceMesh, false).find((hit) => !isAway(hit));
+      const [section] = caster.intersectObject(mesh.sectionMesh, false);
+      return [surface && { ...surface, name, mesh }, section && { ...section, name, mesh, isSection: true }].filter(Boolean);
+    });
+    const hit = hits.sort((a, b) => a.distance - b.distance)[0];
+    if (!hit) return null;
+    const corners = hit.object.geometry.getAttribute("position");
+    const [a, b, c] = [hit.face.a, hit.face.b, hit.face.c].map((i) => new THREE.Vector3().fromBufferAttribute(corners, i).applyMatrix4(hit.object.matrixWorld));
+    const weights = THREE.Triangle.getBarycoord(hit.point, a, b, c, new THREE.Vector3())?.toArray() ?? [1, 0, 0];
+    const at = hit.mesh.at(Boolean(hit.isSection), hit.faceIndex, weights);
+    return this.probe({ name: hit.name, ...(at ?? {}) });
   }
 
   /** Draws with the next picture of the screen. */
@@ -118,15 +182,16 @@ export class MeshView {
 
   #drawNow() {
     this.#isDue = false;
-    this.#renderer.render(this.#scene, this.#camera);
+    const { clientWidth: width, clientHeight: height } = this.element;
+    this.#renderer.render(this.#scene, this.#cameras.current);
+    if (width && height) this.#overlay.draw(this.#cameras.current, this.#cameras.isFlat, width, height);
   }
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.element;
     if (!width || !height) return;
     this.#renderer.setSize(width, height, false);
-    this.#camera.aspect = width / height;
-    this.#camera.updateProjectionMatrix();
+    this.#cameras.resize(width / height);
     this.#drawNow();
   }
 
@@ -139,7 +204,7 @@ export class MeshView {
   dispose() {
     this.#watcher.disconnect();
     this.setBodies(new Map());
-    this.#controls.dispose();
+    this.#cameras.dispose();
     this.#renderer.dispose();
     this.#renderer.forceContextLoss();
   }

@@ -6,8 +6,11 @@ import { bytes } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { headlineCards } from "../summary/cards.js";
 import { allNumbers } from "../summary/every_number.js";
-import { injuryCriteria, plainWords } from "../summary/plain_words.js";
-import { trustLine, trustPanel } from "../summary/trust.js";
+import { injuryCriteria } from "../summary/criteria.js";
+import { layerSentences } from "../summary/layers.js";
+import { trustPanel } from "../summary/trust.js";
+import { COARSE, concerns, warningLine } from "../summary/warnings.js";
+import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
 import { pageOfQuestion } from "./asked.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
@@ -95,10 +98,13 @@ class JobPage {
   async #peek() {
     const recording = await Recording.open(`/v1/jobs/${this.job.id}/recording`);
     this.#panel?.dispose();
-    this.#panel?.element.remove();
     this.#panel = new RunPanel(this.job.name, recording, recording.latestSummary);
-    this.#body.append(html("p", { class: "quiet" }, "A look at the recording so far; the job goes on."), this.#panel.element);
+    this.#look.replaceChildren(html("p", { class: "quiet" }, "A look at the recording so far; the job goes on."), this.#panel.stage, this.#panel.element);
+    this.#body.append(this.#look);
+    this.#panel.finish();
   }
+
+  #look = html("div");
 
   async #showResults() {
     const { job } = this;
@@ -106,21 +112,40 @@ class JobPage {
     this.#state.replaceChildren(stateBadge(job.state));
     this.#showTools();
     this.#body.replaceChildren();
-    if (job.failure) this.#body.append(failurePanel(job.failure));
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
     const isRun = summary?.gates && summary?.error_bars;
-    const trust = isRun && trustPanel(summary);
-    if (isRun) this.#body.append(headlineCards(summary), trustLine(summary, () => trust.scrollIntoView({ behavior: "smooth" })), plainWords(summary) ?? "");
+    if (job.failure && !isRun) this.#body.append(failurePanel(job.failure));
+    if (isRun) await this.#showRun(summary);
     else if (summary?.cases) this.#showAnswer(summary);
     else if (summary) this.#body.append(studyResults(job.name, summary));
-    if (job.recording) await this.#showRecording(isRun ? summary : null);
-    if (isRun) {
-      this.#body.append(
-        injuryCriteria(summary) ?? "",
-        trust,
-        html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
-      );
-    }
+    if (job.recording && !isRun) await this.#showRecording(html("div"), null);
+  }
+
+  /** One screen that answers: the picture, the four numbers, a sentence for each layer, what to know. Below it the rest. */
+  async #showRun(summary) {
+    const { job } = this;
+    const trust = trustPanel(summary, concerns(summary));
+    const open = () => {
+      trust.open = true;
+      trust.scrollIntoView({ behavior: "smooth" });
+    };
+    const layers = html("div", {}, layerSentences(summary) ?? "");
+    const picture = html("div", { class: "stage-holder" });
+    const finer = job.links.recording && !job.failure && concerns(summary).some(({ words }) => words.startsWith(COARSE));
+    const remedy = finer && html("a", { class: "button", href: `#/new/${job.id}?accuracy` }, "Run it again, refined");
+    const answer = html("div", { class: "answer" }, headlineCards(summary), layers, warningLine(summary, open, remedy || null));
+    const rest = html("div", { class: "rest" });
+    this.#body.append(
+      html("div", { class: "first-screen" }, picture, answer),
+      rest,
+      injuryCriteria(summary) ?? "",
+      job.failure ? failurePanel(job.failure) : "",
+      trust,
+      html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
+    );
+    if (!job.recording) return picture.replaceWith(html("p", { class: "panel quiet" }, "There is no recording, so there is no picture."));
+    const recording = await this.#showRecording(rest, summary, picture);
+    if (recording) layers.replaceChildren(layerSentences(summary, boneDepth(recording)) ?? "");
   }
 
   /** The answer to a what-if question. */
@@ -130,16 +155,32 @@ class JobPage {
     this.#body.append(html("section", { class: "panel" }, answer.element));
   }
 
-  async #showRecording(summary) {
+  /** Shows the recording: its picture in `picture` as soon as there is one, the curves in `rest`. */
+  async #showRecording(rest, summary, picture = html("div")) {
     const { job } = this;
     const bar = html("progress", { max: 1, value: 0, "aria-label": "Reading the recording" });
-    const loading = html("p", { class: "quiet" }, `Reading the recording (${bytes(job.recording.bytes)}) `, bar);
-    this.#body.append(loading);
-    const recording = await Recording.open(job.links.recording, (fraction) => (bar.value = fraction));
+    const loading = html("p", { class: "quiet loading" }, `Reading the recording (${bytes(job.recording.bytes)}) `, bar);
+    picture.append(loading);
+    if (!picture.isConnected) this.#body.append(picture);
+    if (!rest.isConnected) this.#body.append(rest);
+    const onFirst = (recording) => {
+      if (this.#ending.signal.aborted) return;
+      this.#panel = new RunPanel(job.name, recording, summary);
+      this.#panel.begin();
+      picture.replaceChildren(this.#panel.stage, loading);
+    };
+    const onProgress = (fraction) => {
+      bar.value = fraction;
+      this.#panel?.grow();
+    };
+    const recording = await Recording.open(job.links.recording, { onFirst, onProgress });
+    if (this.#ending.signal.aborted) return null;
     loading.remove();
-    if (this.#ending.signal.aborted) return;
-    this.#panel = new RunPanel(job.name, recording, summary);
-    this.#body.append(this.#panel.element, this.#downloads(recording));
+    this.#panel ??= new RunPanel(job.name, recording, summary);
+    picture.replaceChildren(this.#panel.stage);
+    rest.replaceChildren(this.#panel.element, this.#downloads(recording));
+    this.#panel.finish();
+    return recording;
   }
 
   #downloads(recording) {
@@ -168,6 +209,14 @@ class JobPage {
       ),
     );
   }
+}
+
+/** Depth of the bone below the place of the impact [mm]; null where there is no bone in the scene, or no impact. */
+function boneDepth(recording) {
+  const [bone, line] = [recording.scenery.get("bone"), impactLine(recording)];
+  if (!bone || !line) return null;
+  const away = Array.from({ length: bone.X.length / 3 }, (_, i) => Math.hypot(...line.centre.map((c, k) => bone.X[3 * i + k] - c)));
+  return 1e3 * Math.min(...away);
 }
 
 /** Why a job failed, where, and what to do. */

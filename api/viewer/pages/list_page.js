@@ -42,7 +42,7 @@ export async function listPage() {
   const element = html(
     "div",
     {},
-    html("div", { class: "title" }, html("h1", {}, "Impacts"), html("div", { class: "tools" }, compare, html("a", { class: "button primary", href: "#/new" }, "New impact"))),
+    html("div", { class: "title" }, html("h1", {}, "Impacts"), html("div", { class: "tools" }, compare, html("a", { class: "button", href: "#/ask" }, "Ask: at which speed?"), html("a", { class: "button primary", href: "#/new" }, "New impact"))),
     holder,
   );
   const timer = setInterval(() => look(watched).catch(() => clearInterval(timer)), REST);

@@ -1,76 +1,79 @@
-// A recording to look at: mesh with colours, time, patch, depth profile and curves, all at the same time.
+// A recording to look at: the picture, and beside it what follows its time: contact pressure, depth profile and curves.
 
-import { button, html, saveFile } from "../dom.js";
+import { html } from "../dom.js";
 import { timeUnit } from "../format.js";
-import { FIELDS, Legend } from "../mesh/colours.js";
-import { MeshView } from "../mesh/mesh_view.js";
+import { FIELDS } from "../mesh/colours.js";
 import { DepthProfile } from "../plots/depth_profile.js";
-import { PatchPanel, flatPatch } from "../plots/patch.js";
+import { PatchPanel } from "../plots/patch.js";
+import { ContactSurface } from "../plots/pressure.js";
 import { contactPlots, energyPlot, mainPair } from "../plots/run_plots.js";
-import { resultsOf } from "../summary/headline.js";
-import { TimeBar } from "./time_bar.js";
-import { ViewSettings, forceWindow, resetButton } from "./view_settings.js";
+import { mainImpact, resultsOf, significantThresholds } from "../summary/headline.js";
+import { Stage } from "./stage.js";
+import { forceWindow } from "./view_settings.js";
 
 export class RunPanel {
-  element;
+  /** The picture; the plots come below it. */
+  stage = html("div", { class: "stage-holder" });
+  element = html("div", { class: "plots" });
   #recording;
   #name;
+  #summary;
+  #thresholds;
+  #stage = null;
   #plots = [];
-  #view = null;
   #profile = null;
+  #profileHolder = html("section", { class: "panel" });
+  #surface = null;
+  #patch = null;
+  #isWhole = false;
+  #shown = -1;
 
   constructor(name, recording, summary) {
     this.#recording = recording;
     this.#name = name;
-    this.element = html("div");
-    if (recording.frames.length) this.#addSpace(summary);
-    else this.element.append(html("p", { class: "panel quiet" }, "No field was asked for, so there is no mesh to show (record.fields, record.field_interval_s)."));
-    this.#addPlots(summary);
-    this.#time?.go(this.#firstFrame());
+    this.#summary = summary;
+    this.#thresholds = summary ? significantThresholds(summary) : [];
   }
 
-  #time = null;
-  #profileHolder = html("section", { class: "panel" });
+  /** Draws the first frames, while the others are on their way. */
+  begin() {
+    if (this.#stage || !this.#recording.frames.length) return;
+    this.#stage = new Stage(this.#name, this.#recording, this.#thresholds, { onFrame: () => this.#showFrame(), onSettings: () => this.#settingsChanged() });
+    this.stage.replaceChildren(this.#stage.element);
+  }
 
-  /** The frame with the hardest contact says most. */
-  #firstFrame() {
+  /** Takes the frames that have come since. */
+  grow() {
+    this.#stage?.grow();
+  }
+
+  /** Shows the whole recording. */
+  finish() {
+    this.#isWhole = true;
+    this.begin();
+    if (!this.#stage) this.stage.replaceChildren(html("p", { class: "panel quiet" }, "Nothing was recorded in space, so there is no picture. Field times are set under “What is recorded” of the scene."));
+    this.#addPatch();
+    this.#addPlots();
+    this.#stage?.finish(this.#worst());
+  }
+
+  /** The instant of the largest force [s]: that of the summary, else that of the recorded steps; null without contact. */
+  #worst() {
+    const impact = this.#summary && mainImpact(resultsOf(this.#summary));
+    if (impact?.peak_force_time_s?.value > 0) return impact.peak_force_time_s.value;
     const forces = this.#recording.frames.map((frame) => Math.max(0, ...(frame.contacts ?? []).map((c) => c.force)));
-    return Math.max(...forces) > 0 ? forces.indexOf(Math.max(...forces)) : this.#recording.frames.length - 1;
+    const most = Math.max(...forces);
+    return most > 0 ? this.#recording.frames[forces.indexOf(most)].time : null;
   }
 
-  #addSpace(summary) {
-    const recording = this.#recording;
-    this.settings = new ViewSettings([recording], () => this.#settingsChanged());
-    this.#view = new MeshView(`Mesh of ${this.#name}, coloured`);
-    this.#view.setBodies(recording.bodies);
-    this.legend = new Legend();
-    this.#time = new TimeBar(recording.frames.map((f) => f.time), recording.endTime, () => this.#showFrame());
-    const picture = button("PNG", async () => saveFile(`${this.#name}.png`, await this.#view.picture()), { "aria-label": "Picture of the mesh as PNG" });
-    const reset = resetButton(() => this.#lookAtAll());
-    const stage = html(
-      "section",
-      { class: "panel stage", "aria-label": "Mesh" },
-      html("div", { class: "stage-head" }, this.legend.element, html("div", { class: "tools" }, reset, picture)),
-      this.#view.element,
-      this.#time.element,
-      recording.stride > 1 && html("p", { class: "quiet" }, `The recording is long: every ${recording.stride}th field time is shown.`),
-    );
-    const side = html("div", { class: "side" }, html("section", { class: "panel" }, this.settings.element), this.#sidePanels(summary));
-    this.element.append(html("div", { class: "space" }, stage, side));
-    this.#lookAtAll();
-    this.#settingsChanged();
-  }
-
-  #sidePanels(summary) {
-    const panels = [];
-    const patches = this.#recording.frames.map((frame) => flatPatch(this.#contactsOf(frame))).filter(Boolean);
-    if (patches.length) {
-      const extent = Math.max(1e-4, ...patches.flatMap((patch) => patch.points.map((p) => Math.hypot(p.x, p.y))));
-      this.patch = new PatchPanel(this.#name, extent);
-      panels.push(html("section", { class: "panel" }, this.patch.element));
-    }
-    this.thresholds = summary ? (resultsOf(summary).tissue?.significant_stress ?? []).map((s) => s.threshold_pa) : [];
-    return panels;
+  #addPatch() {
+    this.#surface = new ContactSurface(this.#recording);
+    const patches = this.#recording.frames.map((frame) => this.#surface.patch(frame, this.#contactsOf(frame))).filter(Boolean);
+    if (!patches.length) return;
+    const touching = ({ points, facets }) => (facets.length ? facets.flat().filter((p) => p.pressure > 0) : points);
+    const extent = patches.flatMap(touching).reduce((most, p) => Math.max(most, Math.hypot(p.x, p.y)), 1e-4);
+    const high = patches.map((patch) => patch.high).sort((a, b) => a - b);
+    this.#patch = new PatchPanel(this.#name, 1.15 * extent, high[Math.floor(0.9 * (high.length - 1))] || 1);
   }
 
   #contactsOf(frame) {
@@ -78,61 +81,50 @@ export class RunPanel {
     return frame.contacts?.find((contacts) => contacts.pair === pair);
   }
 
-  #lookAtAll() {
-    const { centre, radius, direction } = this.settings.camera();
-    this.#view.lookAt(centre, radius, direction);
-  }
-
   #settingsChanged() {
-    const { field, map, range, hidden, line } = this.settings;
-    for (const name of this.#recording.bodies.keys()) this.#view.setVisible(name, !hidden.has(name));
-    if (field) {
-      this.#view.setColours(map, range);
-      this.legend.show(FIELDS[field], range, map);
-      if (line) this.#newProfile(FIELDS[field], field, range);
-    }
-    this.#showFrame();
-  }
-
-  #newProfile(shown, field, range) {
+    if (!this.#isWhole || !this.#stage) return;
+    const { field, line, range, levels } = this.#stage.settings;
+    if (!field || !line) return;
+    this.#shown = -1;
+    const shown = FIELDS[field];
     this.#profile?.dispose();
-    const levels = field === "von_mises_pa" ? this.thresholds.map((pa) => ({ value: pa * shown.factor, label: `${pa / 1e3} kPa` })) : [];
-    this.#profile = new DepthProfile(this.#name, this.#recording.tissue, this.settings.line, shown, range[1] * shown.factor, levels);
+    const marks = levels.map((value) => ({ value: value * shown.factor, label: `${value * shown.factor} ${shown.unit}` }));
+    this.#profile = new DepthProfile(this.#name, this.#recording.tissue, line, shown, range[1] * shown.factor, marks);
     this.#profileHolder.replaceChildren(this.#profile.element);
   }
 
-  #addPlots(summary) {
+  #addPlots() {
     const recording = this.#recording;
     const unit = timeUnit(recording.endTime);
     const shared = {
       name: this.#name,
       group: `time of ${this.#name}`,
-      onSeek: (x) => this.#time?.go(recording.frameNear(x / unit.factor)),
+      onSeek: (x) => this.#stage?.time.goToTime(x / unit.factor),
     };
-    const run = { label: this.#name, recording, window: forceWindow(summary) };
+    const run = { label: this.#name, recording, window: forceWindow(this.#summary) };
     this.#plots = contactPlots([run], shared);
     if (recording.series.energyTimes.length > 1) this.#plots.splice(1, 0, energyPlot([run], shared));
     const panels = this.#plots.map((plot) => html("section", { class: "panel" }, plot.element));
-    if (this.#profile) panels.splice(2, 0, this.#profileHolder);
-    this.element.append(html("div", { class: "plots" }, panels));
+    if (this.#stage && recording.tissue) panels.splice(2, 0, this.#profileHolder);
+    if (this.#patch) panels.splice(2, 0, html("section", { class: "panel" }, this.#patch.element));
+    this.element.replaceChildren(...panels);
   }
 
+  /** What follows the time shows the nearest frame, as it was recorded. */
   #showFrame() {
-    if (!this.#time) return;
-    const frame = this.#recording.frames[this.#time.index];
-    const { field } = this.settings;
+    if (!this.#isWhole || !this.#stage || this.#stage.time.index === this.#shown) return;
+    this.#shown = this.#stage.time.index;
+    const frame = this.#recording.frames[this.#shown];
+    const { field } = this.#stage.settings;
     const contacts = this.#contactsOf(frame);
-    const outline = flatPatch(contacts)?.hull.map((p) => p.position) ?? [];
-    this.#view.show(frame, (_, state) => state.fields?.[field] ?? null, this.settings.cut, outline);
-    this.patch?.show(contacts);
+    this.#patch?.show(this.#surface.patch(frame, contacts), contacts);
     const tissue = frame.bodies.get(this.#recording.tissue?.name);
-    if (tissue && field) this.#profile?.show(tissue, tissue.fields[field]);
+    if (tissue?.fields[field]) this.#profile?.show(tissue, tissue.fields[field]);
     for (const plot of this.#plots) plot.mark(frame.time * timeUnit(this.#recording.endTime).factor);
   }
 
   dispose() {
-    this.#time?.stop();
-    this.#view?.dispose();
+    this.#stage?.dispose();
     this.#profile?.dispose();
     this.#plots.forEach((plot) => plot.dispose());
   }

@@ -1,26 +1,43 @@
-// A form of a scene document: one input for every number and word in it, found again by its JSON pointer.
+// A form of a scene document by what it is about: projectile, target, impact, accuracy, what is recorded; each input has a JSON pointer.
 
 import { html } from "../dom.js";
+import { meant, shown, words } from "./scene_units.js";
 
-/** Units at the ends of names, longest first. */
-const UNITS = [
-  ["_kg_per_m3", "kg/m³"], ["_m_per_s2", "m/s²"], ["_m_per_s", "m/s"], ["_rad_per_s", "rad/s"], ["_n_per_m", "N/m"],
-  ["_deg", "°"], ["_pa", "Pa"], ["_kg", "kg"], ["_m", "m"], ["_s", "s"], ["_n", "N"], ["_j", "J"],
-];
-
-/** Parts that are open at first. */
-const OPEN = [/^$/, /^\/bodies$/, /^\/bodies\/\d+$/];
-
-/** A name of the document as words: `outer_radius_m` → outer radius [m]. */
-export function words(key) {
-  const unit = UNITS.find(([end]) => key.endsWith(end) && key.length > end.length);
-  const name = (unit ? key.slice(0, -unit[0].length) : key).replaceAll("_", " ");
-  return unit ? `${name} [${unit[1]}]` : name;
-}
+/** What of a projectile is about the impact: where it comes from and how fast. */
+const OF_IMPACT = ["velocity_m_per_s", "spin_rad_per_s", "placement"];
+/** Members of a scene by the section that they belong to; all others are in the last. */
+const OF_SCENE = new Map([
+  ...["contact", "planes", "gravity_m_per_s2", "preload", "settle"].map((key) => [key, "Impact"]),
+  ...["accuracy", "solver", "integrator", "end_time_s"].map((key) => [key, "Accuracy and time"]),
+  ...["record", "measures"].map((key) => [key, "What is recorded"]),
+]);
+const SECTIONS = ["Projectile", "Target", "Impact", "Accuracy and time", "What is recorded", "Name and the rest"];
+/** Sections that are open at first. */
+const OPEN = ["Projectile", "Target", "Impact"];
+/** Parts that say how large something is: open, too. */
+const SHAPES = /\/(mesh|generator|rigid|shape|layers)$/;
 
 const escaped = (key) => String(key).replaceAll("~", "~0").replaceAll("/", "~1");
 const isVector = (value) => Array.isArray(value) && value.length === 3 && value.every((c) => typeof c === "number");
-const isLeaf = (value) => value === null || typeof value !== "object";
+const isList = (value) => Array.isArray(value) && value.length > 0 && value.every((c) => typeof c === "number");
+const isLeaf = (value) => value === null || typeof value !== "object" || isList(value);
+
+/** The members of a scene document by section: [key, value, owner, pointer]. */
+function sectionsOf(scene) {
+  const sections = new Map(SECTIONS.map((name) => [name, []]));
+  for (const [key, value] of Object.entries(scene)) {
+    if (key === "bodies" && Array.isArray(value)) continue;
+    sections.get(OF_SCENE.get(key) ?? SECTIONS.at(-1)).push([key, value, scene, `/${escaped(key)}`]);
+  }
+  (Array.isArray(scene.bodies) ? scene.bodies : []).forEach((body, i) => {
+    const isProjectile = body?.role === "projectile";
+    for (const [key, value] of Object.entries(body ?? {})) {
+      const section = isProjectile ? (OF_IMPACT.includes(key) ? "Impact" : "Projectile") : "Target";
+      sections.get(section).push([key, value, body, `/bodies/${i}/${escaped(key)}`]);
+    }
+  });
+  return sections;
+}
 
 export class SceneForm {
   element = html("div", { class: "scene-form" });
@@ -37,21 +54,29 @@ export class SceneForm {
   show(document) {
     this.#inputs.clear();
     this.#groups.clear();
-    this.element.replaceChildren(...this.#contents(document, ""));
+    const sections = [...sectionsOf(document)].filter(([, members]) => members.length);
+    this.element.replaceChildren(...sections.map(([name, members]) => {
+      const isOpen = this.#opened.get(name) ?? OPEN.includes(name);
+      const section = html("details", { class: "form-section", open: isOpen, ontoggle: () => this.#opened.set(name, section.open) }, html("summary", {}, name), this.#members(members));
+      return section;
+    }));
   }
 
-  /** Inputs of the leaves of an object, then its parts. */
+  /** Inputs of the members that are simple, then parts: [key, value, owner, pointer]. */
+  #members(members) {
+    const isSimple = ([, value]) => isLeaf(value) || isVector(value);
+    const simple = members.filter(isSimple).map(([key, value, owner, pointer]) => this.#field(owner, key, value, pointer));
+    const parts = members.filter((member) => !isSimple(member)).map(([key, value, , pointer]) => this.#part(key, value, pointer));
+    return [...(simple.length ? [html("div", { class: "form-grid" }, simple)] : []), ...parts];
+  }
+
   #contents(value, pointer) {
-    const entries = Object.entries(value);
-    const simple = entries.filter(([, inner]) => isLeaf(inner) || isVector(inner));
-    const grid = html("div", { class: "form-grid" }, simple.map(([key, inner]) => this.#field(value, key, inner, `${pointer}/${escaped(key)}`)));
-    const parts = entries.filter(([, inner]) => !isLeaf(inner) && !isVector(inner)).map(([key, inner]) => this.#part(key, inner, `${pointer}/${escaped(key)}`));
-    return [...(simple.length ? [grid] : []), ...parts];
+    return this.#members(Object.entries(value).map(([key, inner]) => [key, inner, value, `${pointer}/${escaped(key)}`]));
   }
 
   #part(key, value, pointer) {
     const title = value.name ?? value.part ?? (/^\d+$/.test(key) ? `number ${Number(key) + 1}` : words(key));
-    const isOpen = this.#opened.get(pointer) ?? OPEN.some((pattern) => pattern.test(pointer));
+    const isOpen = this.#opened.get(pointer) ?? SHAPES.test(pointer);
     const part = html("details", { open: isOpen, ontoggle: () => this.#opened.set(pointer, part.open) }, html("summary", {}, title), this.#contents(value, pointer));
     this.#groups.set(pointer, part);
     return part;
@@ -60,22 +85,34 @@ export class SceneForm {
   #field(owner, key, value, pointer) {
     const label = html("span", {}, words(key));
     if (isVector(value)) {
-      const inputs = value.map((component, i) => this.#input(value, i, component, `${pointer}/${i}`, `${words(key)}, ${"xyz"[i]}`));
+      const inputs = value.map((component, i) => this.#input(value, i, component, { key, pointer: `${pointer}/${i}`, name: `${words(key)}, ${"xyz"[i]}` }));
       const group = html("div", { class: "field wide", role: "group", "aria-label": words(key) }, label, html("span", { class: "vector" }, inputs));
       this.#inputs.set(pointer, inputs[0]);
       return group;
     }
-    const input = this.#input(owner, key, value, pointer);
-    const isWide = typeof value === "string" && value.length > 24;
+    const input = isList(value) ? this.#listInput(owner, key, value, pointer) : this.#input(owner, key, value, { key, pointer });
+    const isWide = isList(value) || (typeof value === "string" && value.length > 24);
     return html("label", { class: isWide ? "field wide" : "field" }, label, input);
   }
 
-  #input(owner, key, value, pointer, name) {
+  /** Numbers in one line, with spaces between them. */
+  #listInput(owner, key, value, pointer) {
     const take = () => {
-      owner[key] = typeof value === "number" ? numberOf(input.value) : typeof value === "boolean" ? input.checked : input.value;
+      owner[key] = input.value.trim().split(/[\s;]+/).map((text) => meant(key, text));
       this.#onChange();
     };
-    const kind = { number: { inputmode: "decimal", type: "text", value: String(value) }, boolean: { type: "checkbox", checked: value === true } };
+    const input = html("input", { type: "text", value: value.map((one) => shown(key, one)).join(" "), "data-pointer": pointer, oninput: take });
+    this.#inputs.set(pointer, input);
+    return input;
+  }
+
+  /** An input of the member `at` of its owner; `key` has the unit, which of a vector is that of the whole. */
+  #input(owner, at, value, { key, pointer, name }) {
+    const take = () => {
+      owner[at] = typeof value === "number" ? meant(key, input.value) : typeof value === "boolean" ? input.checked : input.value;
+      this.#onChange();
+    };
+    const kind = { number: { inputmode: "decimal", type: "text", value: shown(key, value) }, boolean: { type: "checkbox", checked: value === true } };
     const attributes = kind[typeof value] ?? { type: "text", value: value ?? "" };
     const input = html("input", { ...attributes, "aria-label": name, "data-pointer": pointer, oninput: take });
     this.#inputs.set(pointer, input);
@@ -113,12 +150,6 @@ export class SceneForm {
     target?.scrollIntoView({ block: "center" });
     target?.focus();
   }
-}
-
-/** What is no number stays the word that it is, for the service to refuse with its place. */
-function numberOf(text) {
-  const plain = text.trim().replace(",", ".");
-  return plain !== "" && Number.isFinite(Number(plain)) ? Number(plain) : text;
 }
 
 /** A problem in a sentence or two. */

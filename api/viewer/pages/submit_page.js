@@ -4,15 +4,18 @@ import { ApiProblem, getJson, postJson } from "../api.js";
 import { button, html, select, table } from "../dom.js";
 import { bytes, number, withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
+import { GeometryPreview } from "./geometry_preview.js";
 import { SceneForm, problemWords } from "./scene_form.js";
 
 /** Rest after the last key before the service is asked [ms]. */
 const REST = 350;
 
-export async function submitPage(jobId) {
+/** `isRefined`: an earlier job, now with the accuracy of a new impact. */
+export async function submitPage(jobId, isRefined = false) {
   const presets = await getJson("/viewer/presets.json");
   const page = new SubmitPage(presets);
-  page.take(jobId ? await Recording.sceneText(`/v1/jobs/${jobId}/recording`) : pretty(refined(presets[0].scene)));
+  const text = jobId && await Recording.sceneText(`/v1/jobs/${jobId}/recording`);
+  page.take(!jobId ? pretty(refined(presets[0].scene)) : isRefined ? pretty({ ...JSON.parse(text), accuracy: ACCURACY }) : text);
   return { title: "New impact", element: page.element, leave: () => page.leave() };
 }
 
@@ -40,6 +43,7 @@ class SubmitPage {
   #meshes = select("Meshes", [["refined", "refined until errors are below 10 %"], ["own", "as given"]], "own", (choice) => this.#refine(choice === "refined"));
   #verdict = html("div", { "aria-live": "polite" });
   #preview = html("div");
+  #picture = new GeometryPreview();
   #submit = button("Run this impact", () => this.#run(), { class: "primary", disabled: true });
   #timer = null;
   #asked = 0;
@@ -58,7 +62,9 @@ class SubmitPage {
         "div",
         { class: "editor" },
         html("section", { class: "panel", "aria-label": "Form" }, this.#form.element),
-        html("section", { class: "panel" }, html("h2", {}, "The same as JSON"), this.#text, this.#preview),
+        html("div", { class: "beside" },
+          html("section", { class: "panel", "aria-label": "Geometry" }, html("h2", {}, "What it would be"), this.#picture.element, this.#preview),
+          html("details", { class: "panel json" }, html("summary", {}, "The same as JSON, in SI units"), this.#text)),
       ),
       html("section", { class: "panel verdict" }, html("div", { class: "row" }, this.#verdict, this.#submit)),
     );
@@ -101,6 +107,11 @@ class SubmitPage {
     const choice = this.#meshes.querySelector("select") ?? this.#meshes;
     choice.value = this.#document?.accuracy ? "refined" : "own";
     this.#submit.disabled = true;
+    // What was said of the scene before says nothing of this one.
+    this.#form.showProblems([]);
+    this.#preview.replaceChildren();
+    this.#verdict.replaceChildren(html("span", { class: "badge busy" }, "checking"), " …");
+    this.#picture.show(this.#document);
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#validate(), REST);
   }
@@ -125,9 +136,8 @@ class SubmitPage {
     this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
     const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–"]);
     this.#preview.replaceChildren(
-      html("details", { open: true }, html("summary", {}, "What it would be"),
-        table("Bodies", ["body", "elements", "mass [g]", "smallest scaled Jacobian"], bodies),
-        html("p", { class: "quiet" }, "Omitted, because the scene does not need it: ", plan.omitted.map((item) => item.what).join("; "), ".")),
+      table("Bodies", ["body", "elements", "mass [g]", "smallest scaled Jacobian"], bodies),
+      html("details", {}, html("summary", {}, "What the scene does not need"), html("p", { class: "quiet" }, plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }
 

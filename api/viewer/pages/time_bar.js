@@ -1,10 +1,11 @@
-// The slider of the shown time, with play; keys: arrows, page keys, Home and End on the slider.
+// The slider of the shown time, with play; keys on the slider: arrows for frames, page keys, Home and End.
 
 import { button, html } from "../dom.js";
 import { timeUnit, withUnit } from "../format.js";
 
-/** Pictures per second while playing. */
-const RATE = 8;
+/** A whole run plays in so many seconds, at most at so many pictures per second. */
+const [LENGTH, RATE] = [6, 24];
+const PAGE = 10;
 
 export class TimeBar {
   #times;
@@ -14,31 +15,83 @@ export class TimeBar {
   #output = html("output", { class: "time-output" });
   #play = button("▶ Play", () => this.toggle(), { class: "primary play", "aria-pressed": "false" });
   #timer = null;
+  /** The place between frames: 2.25 is a quarter of the way from the third to the fourth. */
+  place = 0;
 
-  /** `times` [s] of the frames; `onChange(index)`. */
+  /** `times` [s] of the frames; `onChange(place)`. */
   constructor(times, end, onChange) {
-    this.#times = times;
     this.#unit = timeUnit(end);
     this.#onChange = onChange;
-    this.#slider = html("input", { type: "range", min: 0, max: Math.max(times.length - 1, 0), step: 1, value: 0, "aria-label": "Simulated time", oninput: () => this.go(Number(this.#slider.value)) });
+    this.#slider = html("input", {
+      type: "range", min: 0, step: "any", value: 0, "aria-label": "Simulated time",
+      oninput: () => (this.stop(), this.go(Number(this.#slider.value))), onkeydown: (event) => this.#key(event),
+    });
+    this.setTimes(times);
     this.element = html("div", { class: "time-bar" }, this.#play, this.#slider, this.#output);
-    this.index = 0;
   }
 
-  /** Goes to a frame. */
-  go(index) {
-    this.index = Math.min(Math.max(index, 0), this.#times.length - 1);
-    this.#slider.value = this.index;
+  /** Takes the times of frames that have come. */
+  setTimes(times) {
+    this.#times = times;
+    this.#slider.max = Math.max(times.length - 1, 0);
+  }
+
+  /** Number of the nearest frame. */
+  get index() {
+    return Math.round(this.place);
+  }
+
+  /** The simulated time at the place [s]. */
+  get time() {
+    const first = Math.min(Math.floor(this.place), this.#times.length - 1);
+    const next = this.#times[first + 1] ?? this.#times[first];
+    return this.#times[first] + (this.place - first) * (next - this.#times[first]);
+  }
+
+  /** Goes to a place between frames. */
+  go(place) {
+    this.place = Math.min(Math.max(place, 0), this.#times.length - 1);
+    this.#slider.value = this.place;
     const { factor, name } = this.#unit;
-    const words = withUnit(this.#times[this.index] * factor, name);
+    const words = withUnit(this.time * factor, name);
     this.#output.textContent = words;
     this.#slider.setAttribute("aria-valuetext", words);
-    this.#onChange(this.index);
+    this.#onChange(this.place);
+  }
+
+  /** Goes to a time [s], to the nearest that there is. */
+  goToTime(time) {
+    this.stop();
+    const away = this.#times.map((t) => Math.abs(t - time));
+    this.go(away.indexOf(Math.min(...away)));
+  }
+
+  #key(event) {
+    const last = this.#times.length - 1;
+    const [before, after] = [Math.ceil(this.place) - 1, Math.floor(this.place) + 1];
+    const goal = { ArrowLeft: before, ArrowDown: before, ArrowRight: after, ArrowUp: after, PageDown: before + 1 - PAGE, PageUp: after - 1 + PAGE, Home: 0, End: last }[event.key];
+    if (goal == null) return;
+    event.preventDefault();
+    this.stop();
+    this.go(goal);
   }
 
   toggle() {
-    if (this.#timer) return this.stop();
-    this.#timer = setInterval(() => this.go((this.index + 1) % this.#times.length), 1000 / RATE);
+    if (this.#timer) this.stop();
+    else this.play();
+  }
+
+  /** Plays from where it is, over and over. */
+  play() {
+    if (this.#timer || this.#times.length < 2) return;
+    let before = performance.now();
+    this.#timer = setInterval(() => {
+      const now = performance.now();
+      const last = this.#times.length - 1;
+      const next = this.place + (last * Math.min(now - before, 250)) / (1000 * LENGTH);
+      before = now;
+      this.go(next > last ? (this.place < last ? last : 0) : next);
+    }, 1000 / RATE);
     this.#show(true);
   }
 

@@ -1,11 +1,15 @@
-// What is shown in space and how: field, colours, range, cut, bodies. One panel for all views of a page.
+// What is shown in space and how: field, colours, range, cut, bodies, deformation. One panel for all views of a page.
 
 import { button, checkbox, html, select } from "../dom.js";
-import { niceAbove } from "../format.js";
 import { FIELDS } from "../mesh/colours.js";
 import { boxAround } from "../mesh/cells.js";
-import { impactLine } from "../plots/depth_profile.js";
+import { approachLine, impactLine } from "../plots/impact_line.js";
 import { mainImpact, resultsOf } from "../summary/headline.js";
+import { MODES, firstMode, rangeOf } from "./colour_range.js";
+
+const STRETCHES = [["0", "undeformed"], ["0.5", "× 0.5"], ["1", "as it is"], ["2", "× 2"], ["5", "× 5"]];
+/** The first view has this radius: in radii of the projectile, and at least [m]. */
+const [AROUND, LEAST] = [2.7, 0.03];
 
 /** Fields that the frames of a recording have. */
 function fieldsOf(recording) {
@@ -14,38 +18,63 @@ function fieldsOf(recording) {
   return Object.keys(FIELDS).filter((name) => names.has(name));
 }
 
-/** Largest magnitude of a field over all frames of the tissue, or of the first body that deforms. */
-function largest(recording, field) {
-  let top = 0;
-  for (const frame of recording.frames) {
-    const values = frame.bodies.get(recording.tissue?.name)?.fields?.[field] ?? [];
-    for (const value of values) top = Math.max(top, Math.abs(value));
-  }
-  return top;
-}
-
-/** The range of a field that all frames of these runs share: for stress the range of the recording, else a round number above all. */
-export function defaultRange(recordings, field) {
-  const stress = (recording) => JSON.parse(recording.run.colour_range_pa ?? "[0, 0]")[1];
-  const isStress = field === "von_mises_pa" || field === "pressure_pa";
-  const top = Math.max(...recordings.map((r) => (isStress && stress(r)) || niceAbove(largest(r, field))));
-  return [FIELDS[field].from * top, top];
-}
-
 export class ViewSettings {
-  element = html("fieldset", { class: "settings" }, html("legend", {}, "View"));
+  /** What is chosen most, and all the rest. */
+  element = html("div", { class: "settings-row" });
+  details = html("details", { class: "settings" }, html("summary", {}, "Picture settings"));
+  #rest = html("div", { class: "settings-grid" });
   map = "cividis";
+  mode = "fit";
   hidden = new Set();
+  stretch = 1;
+  isProjectileColoured = false;
+  isFlat = false;
 
-  constructor(recordings, onChange) {
+  /** `thresholds` of the stress [Pa]; `onChange(isView)` after something was chosen, with whether it is where the view looks from. */
+  constructor(recordings, thresholds, onChange) {
     this.recordings = recordings;
+    this.thresholds = thresholds;
     this.onChange = onChange;
     const [first] = recordings;
     this.fields = fieldsOf(first).filter((field) => recordings.every((r) => fieldsOf(r).includes(field)));
-    this.field = this.fields[0] ?? null;
-    this.range = this.field && defaultRange(recordings, this.field);
-    this.line = impactLine(first);
+    this.line = impactLine(first) ?? approachLine(first);
     this.#setUpCut(first);
+    this.details.append(this.#rest);
+    this.#choose(this.fields[0] ?? null);
+  }
+
+  /** Looks again at recordings that have become longer. */
+  refresh() {
+    this.line = impactLine(this.recordings[0]) ?? this.line;
+    this.#choose(this.field);
+  }
+
+  /** Thresholds of the field that is shown. */
+  get levels() {
+    return this.field === "von_mises_pa" ? this.thresholds : [];
+  }
+
+  get isLog() {
+    return this.mode === "log";
+  }
+
+  /** The factor on the displacements of a body: projectiles stay where they are. */
+  stretchOf(name) {
+    return this.recordings[0].bodies.get(name)?.role === "projectile" ? 1 : this.stretch;
+  }
+
+  /** The values of a body's nodes that are coloured; null for a plain colour. */
+  valuesOf(name, state) {
+    const isPlain = this.recordings[0].bodies.get(name)?.role === "projectile" && !this.isProjectileColoured;
+    return isPlain ? null : state.fields?.[this.field] ?? null;
+  }
+
+  #choose(field) {
+    this.field = field;
+    if (field) {
+      this.mode = firstMode(this.recordings, field, this.levels);
+      this.range = rangeOf(this.recordings, field, this.mode, this.levels);
+    }
     this.#fill();
   }
 
@@ -74,15 +103,42 @@ export class ViewSettings {
     return { normal: [0, 1, 2].map((k) => (k === this.cutAxis ? sign : 0)), offset: sign * this.offset };
   }
 
-  /** Sphere and direction of a camera that sees the whole, the cut first. */
-  camera() {
+  /** Length from the skin to the far side of the tissue, along the impact [m]. */
+  get depth() {
+    if (!this.box || !this.line) return 0;
+    const { low, high } = this.box;
+    const { centre, direction } = this.line;
+    const ends = direction.map((d, k) => (Math.abs(d) < 1e-6 ? Infinity : ((d > 0 ? high[k] : low[k]) - centre[k]) / d));
+    return Math.max(0, Math.min(...ends));
+  }
+
+  /** Centre and radius of what is looked at first: around the impact, or all of the tissue. */
+  #sphere(isWhole) {
     const { low, high } = this.box ?? { low: [-0.1, -0.1, -0.1], high: [0.1, 0.1, 0.1] };
-    const sizes = low.map((l, k) => high[k] - l);
-    const radius = 0.5 * Math.hypot(...sizes.filter((_, k) => k !== this.cutAxis));
+    const whole = 0.5 * Math.hypot(...low.map((l, k) => (k === this.cutAxis ? 0 : high[k] - l)));
     const middle = low.map((l, k) => (l + high[k]) / 2);
-    const centre = this.line ? middle.map((m, k) => 0.45 * m + 0.55 * this.centre[k]) : middle;
-    const direction = [[1, -0.35, 0.35], [0.45, -1, 0.4], [0.45, -0.6, 1]][this.cutAxis ?? 1];
-    return { centre, radius: radius * 0.8, direction };
+    if (isWhole || !this.line) return { centre: middle, radius: whole };
+    const radius = Math.min(whole, Math.max(LEAST, AROUND * this.#projectileRadius()));
+    return { centre: this.line.centre.map((c, k) => c + 0.3 * radius * this.line.direction[k]), radius };
+  }
+
+  #projectileRadius() {
+    const [{ bodies }] = this.recordings;
+    const body = [...bodies.values()].find((b) => b.role === "projectile");
+    if (!body) return 0;
+    const { low, high } = boxAround(body.X ?? body.surface.points);
+    return 0.5 * Math.max(...low.map((l, k) => high[k] - l));
+  }
+
+  /** Sphere and direction of a camera in space that sees the cut first. */
+  camera(isWhole = false) {
+    return { ...this.#sphere(isWhole), direction: [[1, -0.35, 0.35], [0.45, -1, 0.4], [0.45, -0.6, 1]][this.cutAxis ?? 1] };
+  }
+
+  /** The same for a camera that looks straight at the cut. */
+  flatCamera(isWhole = false) {
+    const { normal } = this.cut ?? { normal: [0, -1, 0] };
+    return { ...this.#sphere(isWhole), normal, up: this.line ? this.line.direction.map((d) => -d) : [0, 0, 1] };
   }
 
   #changed() {
@@ -92,18 +148,33 @@ export class ViewSettings {
 
   #fill() {
     const fields = this.fields.map((name) => [name, FIELDS[name].label]);
-    const parts = [
-      this.field && select("Colour by", fields, this.field, (field) => {
-        this.field = field;
-        this.range = defaultRange(this.recordings, field);
-        this.#changed();
+    const views = [["space", "in space"], ["flat", "flat section with depth ruler"]];
+    this.element.replaceChildren(...[
+      this.field && select("Colour by", fields, this.field, (field) => (this.#choose(field), this.onChange())),
+      this.line && select("View", views, this.isFlat ? "flat" : "space", (view) => {
+        this.isFlat = view === "flat";
+        this.isCut ||= this.isFlat;
+        this.#fill();
+        this.onChange(true);
       }),
+    ].filter(Boolean));
+    this.#rest.replaceChildren(...[
+      this.field && this.#modeInput(),
       this.field && this.#rangeInputs(),
       select("Colours", [["cividis", "cividis"], ["viridis", "viridis"]], this.map, (map) => ((this.map = map), this.#changed())),
       this.box && this.#cutInputs(),
+      select("Deformation of the tissue", STRETCHES, String(this.stretch), (factor) => ((this.stretch = Number(factor)), this.#changed())),
       this.#bodyInputs(),
-    ];
-    this.element.replaceChildren(this.element.firstChild, ...parts.filter(Boolean).flat());
+    ].filter(Boolean).flat());
+  }
+
+  #modeInput() {
+    const modes = MODES.filter(([mode]) => mode !== "log" || FIELDS[this.field].from === 0);
+    return select("Range of the colours", modes, this.mode, (mode) => {
+      this.mode = mode;
+      this.range = rangeOf(this.recordings, this.field, mode, this.levels);
+      this.#changed();
+    });
   }
 
   #rangeInputs() {
@@ -111,14 +182,13 @@ export class ViewSettings {
     const input = (index, label) => {
       const value = Number((this.range[index] * factor).toPrecision(6));
       const box = html("input", { type: "number", step: "any", value, "aria-label": `${label} of the colours${unit ? ` in ${unit}` : ""}`, onchange: () => {
-        const wanted = Number(box.value) / factor;
-        const next = this.range.map((old, i) => (i === index ? wanted : old));
-        if (box.value !== "" && next[0] < next[1]) this.range = next;
+        const next = this.range.map((old, i) => (i === index ? Number(box.value) / factor : old));
+        if (box.value !== "" && next[0] < next[1] && (!this.isLog || next[0] > 0)) this.range = next;
         this.#changed();
       } });
       return box;
     };
-    return html("div", { class: "field" }, html("span", {}, `Range${unit ? ` [${unit}]` : ""}`), html("span", { class: "pair" }, input(0, "Bottom"), "–", input(1, "Top")));
+    return html("div", { class: "field" }, html("span", {}, `From – to${unit ? ` [${unit}]` : ""}`), html("span", { class: "pair" }, input(0, "Bottom"), "–", input(1, "Top")));
   }
 
   #cutInputs() {
@@ -130,7 +200,8 @@ export class ViewSettings {
         this.cutAxis = Number(value);
         this.offset = this.#initialOffset();
       }
-      this.#changed();
+      this.#fill();
+      this.onChange(this.isFlat);
     });
     if (!this.isCut) return [choice];
     const [from, to] = [low[this.cutAxis], high[this.cutAxis]];
@@ -146,13 +217,14 @@ export class ViewSettings {
   }
 
   #bodyInputs() {
-    const names = [...new Set(this.recordings.flatMap((r) => [...r.bodies.keys()]))];
+    const names = [...new Set(this.recordings.flatMap((r) => [...r.drawn.keys()]))];
     const boxes = names.map((name) => checkbox(name, !this.hidden.has(name), (isShown) => {
       if (isShown) this.hidden.delete(name);
       else this.hidden.add(name);
       this.onChange();
     }));
-    return html("div", { class: "field" }, html("span", {}, "Show"), html("span", { class: "pair" }, boxes));
+    const coloured = checkbox("colour the projectile too", this.isProjectileColoured, (isColoured) => ((this.isProjectileColoured = isColoured), this.onChange()));
+    return html("div", { class: "field" }, html("span", {}, "Show"), html("span", { class: "pair" }, boxes, coloured));
   }
 }
 
@@ -161,7 +233,7 @@ export function forceWindow(summary) {
   return summary && (mainImpact(resultsOf(summary))?.force_window_s || summary.time_s / 50);
 }
 
-/** The button that looks at the whole again. */
-export function resetButton(onclick) {
-  return button("Reset camera", onclick);
+/** The buttons that look at the impact and at the whole again. */
+export function cameraButtons(look) {
+  return [button("Impact", () => look(false), { title: "Looks at the impact again" }), button("Whole", () => look(true), { title: "Looks at all of the tissue" })];
 }

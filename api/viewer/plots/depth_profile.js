@@ -1,7 +1,6 @@
 // The field below the skin: along the line of the impact, straight in from where the contact force is centred, layer by layer.
 
 import { valuesAlong } from "../mesh/cells.js";
-import { flatPatch } from "./patch.js";
 import { Layers } from "./layers.js";
 import { Plot, lineStyle } from "./plot.js";
 
@@ -9,22 +8,6 @@ import { Plot, lineStyle } from "./plot.js";
 const DEEPEST = 0.06;
 /** Crossings nearer than this are one place [m]: each face is seen from both sides. */
 const SAME_PLACE = 1e-7;
-
-/** The line of the impact: through the centre of the first contacts that were recorded, into the tissue; null without contact. */
-export function impactLine(recording) {
-  const tissue = recording.tissue;
-  for (const frame of recording.frames) {
-    const pairs = (frame.contacts ?? []).map(flatPatch).filter(Boolean);
-    if (!pairs.length || !tissue) continue;
-    const [{ centre, normal }] = pairs;
-    // Inwards is where the tissue is.
-    const count = tissue.X.length / 3;
-    const middle = [0, 1, 2].map((k) => tissue.X.reduce((sum, c, i) => (i % 3 === k ? sum + c : sum), 0) / count);
-    const side = normal.reduce((sum, n, k) => sum + n * (middle[k] - centre[k]), 0);
-    return { centre, direction: normal.map((n) => (side < 0 ? -n : n)) };
-  }
-  return null;
-}
 
 export class DepthProfile {
   #plot;

@@ -1,107 +1,117 @@
-// The contact patch, seen along its mean normal, with a scale in millimetres.
+// The contact patch, seen along its mean normal: pressure as colours, with a scale in millimetres.
 
-import { button, html, saveFile, svg } from "../dom.js";
+import { button, html, saveFile } from "../dom.js";
 import { niceAbove, number, withUnit } from "../format.js";
+import { lookupTable } from "../mesh/colours.js";
 
-const SIZE = 260;
-const MARGIN = 22;
-
-/** The corners of the convex hull of points in the plane, counter-clockwise (Andrew's monotone chain). */
-function convexHull(points) {
-  const sorted = [...points].sort((a, b) => a.x - b.x || a.y - b.y);
-  if (sorted.length < 3) return sorted;
-  const turn = (o, a, b) => (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-  const half = (list) => {
-    const chain = [];
-    for (const point of list) {
-      while (chain.length > 1 && turn(chain.at(-2), chain.at(-1), point) <= 0) chain.pop();
-      chain.push(point);
-    }
-    return chain.slice(0, -1);
-  };
-  return [...half(sorted), ...half(sorted.reverse())];
-}
-
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const scaled = (a) => a.map((c) => c / (Math.hypot(...a) || 1));
-
-/** Touching points of one pair in the plane across their mean normal [m], with what they carry; null when nothing touches. */
-export function flatPatch(contacts) {
-  const count = contacts?.node?.length ?? 0;
-  if (!count) return null;
-  const at = (array, i) => [array[3 * i], array[3 * i + 1], array[3 * i + 2]];
-  const normal = scaled([0, 1, 2].map((k) => contacts.normal.reduce((total, c, i) => (i % 3 === k ? total + c : total), 0)));
-  const total = contacts.normal_force_n.reduce((a, b) => a + b, 0) || 1;
-  const centre = [0, 1, 2].map((k) => contacts.normal_force_n.reduce((sum, f, i) => sum + f * contacts.position_m[3 * i + k], 0) / total);
-  const least = normal.map(Math.abs).indexOf(Math.min(...normal.map(Math.abs)));
-  const first = scaled(cross(normal, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
-  const second = cross(normal, first);
-  const points = Array.from({ length: count }, (_, i) => {
-    const position = at(contacts.position_m, i);
-    const arm = position.map((c, k) => c - centre[k]);
-    return { x: dot(arm, first), y: dot(arm, second), position, force: contacts.normal_force_n[i], isSticking: contacts.status[i] === 1 };
-  });
-  return { points, normal, centre, hull: convexHull(points) };
-}
+/** Side of the picture, edge around the largest patch, and its height with legend [px]; drawn with twice as many. */
+const [SIZE, MARGIN, HEIGHT, SHARP] = [260, 16, 300, 2];
 
 export class PatchPanel {
   element;
-  #picture = html("div", { class: "patch-picture" });
+  #canvas = html("canvas", { width: SIZE * SHARP, height: HEIGHT * SHARP, role: "img" });
   #words = html("p", { class: "quiet" });
   #extent;
+  #top;
   #name;
+  #colours = lookupTable("viridis");
 
-  /** `extent` [m]: half the width that is shown, the same at all times. */
-  constructor(name, extent) {
+  /** `extent` [m]: half the width that is shown; `top` [Pa]: the end of the colours; both the same at all times. */
+  constructor(name, extent, top) {
     this.#name = name;
     this.#extent = extent;
+    this.#top = niceAbove(top);
     this.element = html(
       "figure",
       { class: "patch" },
-      html("figcaption", {}, html("strong", {}, "Contact patch"), button("SVG", () => this.#save(), { "aria-label": "Contact patch as SVG" })),
-      this.#picture,
+      html("figcaption", {}, html("strong", {}, "Contact pressure"), button("PNG", () => this.#save(), { "aria-label": "Contact pressure as PNG" })),
+      this.#canvas,
       this.#words,
     );
   }
 
-  show(contacts) {
-    const patch = flatPatch(contacts);
-    const scale = (SIZE / 2 - MARGIN) / this.#extent;
-    const children = patch ? this.#drawn(patch, scale) : [svg("text", { x: 0, y: 0, "text-anchor": "middle", class: "patch-none" }, "no contact")];
+  /** Shows a patch with its facets, and the contacts of its pair. */
+  show(patch, contacts) {
     const words = patch
-      ? `${patch.points.length} nodes touch (● stick, ○ slip; size by force). Area ${withUnit(contacts.area * 1e6, "mm²")}, axes ${number(contacts.axes[0] * 1e3)} × ${number(contacts.axes[1] * 1e3)} mm. Outline: convex hull of the nodes.`
+      ? `${patch.points.length} nodes touch. Area ${withUnit(contacts.area * 1e6, "mm²")}, axes ${number(contacts.axes[0] * 1e3)} × ${number(contacts.axes[1] * 1e3)} mm${patch.facets.length ? `, highest pressure ${withUnit(patch.peak * 1e-3, "kPa", 3)}` : ""}.`
       : "Nothing touches at this time.";
     this.#words.textContent = words;
-    this.#picture.replaceChildren(
-      svg("svg", { viewBox: `${-SIZE / 2} ${-SIZE / 2} ${SIZE} ${SIZE}`, role: "img", "aria-label": `Contact patch. ${words}`, xmlns: "http://www.w3.org/2000/svg" }, children, this.#scaleBar(scale)),
-    );
+    this.#canvas.setAttribute("aria-label", `Contact pressure. ${words}`);
+    const context = this.#canvas.getContext("2d");
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = "#fff";
+    context.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
+    const scale = (SHARP * (SIZE / 2 - MARGIN)) / this.#extent;
+    if (patch) this.#fill(context, patch, scale);
+    context.setTransform(SHARP, 0, 0, SHARP, 0, 0);
+    context.font = "12px system-ui, sans-serif";
+    context.fillStyle = "#16222e";
+    if (!patch) {
+      context.textAlign = "center";
+      context.fillText("no contact", SIZE / 2, SIZE / 2);
+    }
+    this.#scaleBar(context, scale / SHARP);
+    this.#legend(context);
   }
 
-  #drawn({ points, hull }, scale) {
-    const largest = Math.max(...points.map((p) => p.force));
-    const place = (p) => `${(p.x * scale).toFixed(2)},${(-p.y * scale).toFixed(2)}`;
-    return [
-      svg("polygon", { points: hull.map(place).join(" "), fill: "#fbe3d6", stroke: "#d7191c", "stroke-width": 1.6, "stroke-linejoin": "round" }),
-      ...points.map((p) => {
-        const [cx, cy] = place(p).split(",");
-        const radius = 1.6 + 4.4 * Math.sqrt(p.force / largest);
-        return svg("circle", { cx, cy, r: radius.toFixed(2), fill: p.isSticking ? "#12344d" : "#fff", stroke: "#12344d", "stroke-width": 1.3 });
-      }),
-    ];
+  /** The pressure, point by point; a rigid surface without facets as its touching nodes. */
+  #fill(context, { facets, points }, scale) {
+    const [width, middle] = [SIZE * SHARP, (SIZE * SHARP) / 2];
+    const image = context.getImageData(0, 0, width, width);
+    const put = (x, y, pressure) => {
+      if (pressure <= 0) return;
+      const colour = 4 * Math.min(255, Math.floor((255 * pressure) / this.#top));
+      image.data.set(this.#colours.subarray(colour, colour + 4), 4 * (y * width + x));
+    };
+    for (const facet of facets) rasterise(facet.map(({ x, y, pressure }) => ({ x: middle + x * scale, y: middle - y * scale, pressure })), width, put);
+    context.putImageData(image, 0, 0);
+    if (facets.length) return;
+    context.fillStyle = "#12344d";
+    for (const { x, y } of points) {
+      context.beginPath();
+      context.arc(middle + x * scale, middle - y * scale, 3 * SHARP, 0, 2 * Math.PI);
+      context.fill();
+    }
   }
 
-  #scaleBar(scale) {
+  #scaleBar(context, scale) {
     const length = niceAbove(this.#extent / 4);
-    const [right, y] = [SIZE / 2 - 12, SIZE / 2 - 12];
-    const left = right - length * scale;
-    return [
-      svg("path", { d: `M${left} ${y - 4}V${y}H${right}V${y - 4}`, fill: "none", stroke: "#12344d", "stroke-width": 1.5 }),
-      svg("text", { x: (left + right) / 2, y: y - 6, "text-anchor": "middle", "font-size": 12, fill: "#12344d", "font-family": "system-ui, sans-serif" }, `${number(length * 1e3, 1)} mm`),
-    ];
+    const [right, y] = [SIZE - 10, SIZE - 8];
+    context.fillRect(right - length * scale, y, length * scale, 2);
+    context.textAlign = "right";
+    context.fillText(`${number(length * 1e3, 1)} mm`, right, y - 5);
+  }
+
+  #legend(context) {
+    const y = SIZE + 12;
+    for (let i = 0; i < 200; i++) {
+      const [r, g, b] = this.#colours.subarray(4 * Math.floor(i * 1.28));
+      context.fillStyle = `rgb(${r},${g},${b})`;
+      context.fillRect(30 + i, y, 1.2, 8);
+    }
+    context.fillStyle = "#16222e";
+    ["left", "center", "right"].forEach((align, i) => {
+      context.textAlign = align;
+      context.fillText(`${number(i * 0.5 * this.#top * 1e-3, 2)}${i === 2 ? " kPa" : ""}`, 30 + 100 * i, y + 22);
+    });
   }
 
   #save() {
-    saveFile(`${this.#name}-contact-patch.svg`, this.#picture.innerHTML, "image/svg+xml");
+    this.#canvas.toBlob((blob) => saveFile(`${this.#name}-contact-pressure.png`, blob));
+  }
+}
+
+/** Calls `put(x, y, pressure)` for the points of a triangle in a square of this width, linear between its corners. */
+function rasterise([a, b, c], width, put) {
+  const twice = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+  if (Math.abs(twice) < 1e-9) return;
+  const [xs, ys] = [[a.x, b.x, c.x], [a.y, b.y, c.y]];
+  const [from, to] = [(places) => Math.max(0, Math.ceil(Math.min(...places))), (places) => Math.min(width - 1, Math.max(...places))];
+  for (let y = from(ys); y <= to(ys); y++) {
+    for (let x = from(xs); x <= to(xs); x++) {
+      const v = ((x - a.x) * (c.y - a.y) - (c.x - a.x) * (y - a.y)) / twice;
+      const w = ((b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y)) / twice;
+      if (v >= 0 && w >= 0 && v + w <= 1) put(x, y, (1 - v - w) * a.pressure + v * b.pressure + w * c.pressure);
+    }
   }
 }

@@ -19,16 +19,20 @@ function onAxis(axis, times, values) {
   return axis.map((time) => at.get(time) ?? null);
 }
 
-/** Force and impulse of the runs' main pairs, [{label, recording, window}], as plots. */
+/** Recorded times of a run [s], from its `shift` on. */
+const timesOfForces = ({ recording, shift = 0 }) => recording.series.forceTimes.map((time) => time - shift);
+const timesOfEnergies = ({ recording, shift = 0 }) => recording.series.energyTimes.map((time) => time - shift);
+
+/** Force and impulse of the runs' main pairs, [{label, recording, window, shift}], as plots. */
 export function contactPlots(runs, shared) {
   const withContact = runs.filter(({ recording }) => mainPair(recording) && recording.series.forceTimes.length > 1);
   if (!withContact.length) return [];
   const unit = timeUnit(Math.max(...runs.map(({ recording }) => recording.endTime)));
-  const axis = [...new Set(withContact.flatMap(({ recording }) => recording.series.forceTimes))].sort((a, b) => a - b);
-  const x = () => ({ label: "time", unit: unit.name, values: axis.map((t) => t * unit.factor) });
-  const curve = ({ label, recording }, words, values, more) => ({
+  const axis = [...new Set(withContact.flatMap(timesOfForces))].sort((a, b) => a - b);
+  const x = () => ({ label: shared.time ?? "time", unit: unit.name, values: axis.map((t) => t * unit.factor) });
+  const curve = ({ label, ...run }, words, values, more) => ({
     label: runs.length > 1 ? `${label}: ${words}` : words,
-    values: onAxis(axis, recording.series.forceTimes, values),
+    values: onAxis(axis, timesOfForces(run), values),
     style: { spanGaps: true, ...more?.style },
     width: more?.width,
   });
@@ -76,13 +80,13 @@ const TERMS = [
 /** The energies of one run, with their sum; of several runs what the tissue absorbs. */
 export function energyPlot(runs, shared) {
   const unit = timeUnit(Math.max(...runs.map(({ recording }) => recording.endTime)));
-  const axis = [...new Set(runs.flatMap(({ recording }) => recording.series.energyTimes))].sort((a, b) => a - b);
-  const x = { label: "time", unit: unit.name, values: axis.map((t) => t * unit.factor) };
+  const axis = [...new Set(runs.flatMap(timesOfEnergies))].sort((a, b) => a - b);
+  const x = { label: shared.time ?? "time", unit: unit.name, values: axis.map((t) => t * unit.factor) };
   const common = { ...shared, y: { label: "energy", unit: "J" }, x };
   if (runs.length > 1) {
-    const curves = runs.map(({ label, recording }) => ({
+    const curves = runs.map(({ label, ...run }) => ({
       label: `${label}: absorbed by the tissue`,
-      values: onAxis(axis, recording.series.energyTimes, recording.series.energy.absorbed),
+      values: onAxis(axis, timesOfEnergies(run), run.recording.series.energy.absorbed),
       style: { spanGaps: true },
     }));
     return new Plot({ ...common, title: "Absorbed energy", curves });

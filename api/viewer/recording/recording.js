@@ -1,6 +1,7 @@
 // A recording, read once from the beginning to the end through its index: what the page shows of it.
 
 import { McapIndexedReader } from "../vendor/mcap/McapIndexedReader.js";
+import { boneOf } from "../mesh/bone.js";
 import { Cells } from "../mesh/cells.js";
 import { decompress } from "../vendor/fzstd/index.mjs";
 import { HttpRange } from "./http_range.js";
@@ -36,8 +37,15 @@ export class Recording {
   /** Every how many field times a frame is kept. */
   stride = 1;
 
-  /** Opens the recording at an address and reads all of it; `onProgress(fraction)` on the way. */
-  static async open(path, onProgress = () => {}) {
+  /** The scene document, and what of it stands still without a mesh of its own, by name. */
+  scene = null;
+  scenery = new Map();
+
+  /**
+   * Opens the recording at an address and reads all of it. On the way `onProgress(fraction)`, and once `onFirst(recording)`, as soon as
+   * its first frame is complete.
+   */
+  static async open(path, { onProgress = () => {}, onFirst = () => {} } = {}) {
     const source = new HttpRange(path);
     const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
     const reader = await McapIndexedReader.Initialize({ readable: source, decompressHandlers });
@@ -48,7 +56,12 @@ export class Recording {
       if (record.name === "contuse.run") recording.run = metadata;
       if (record.name === "contuse.ending") recording.ending = metadata;
     }
-    await recording.#readMessages(reader, onProgress);
+    for await (const attachment of reader.readAttachments({ name: "scene.json" })) {
+      recording.scene = JSON.parse(new TextDecoder().decode(attachment.data));
+    }
+    const bone = boneOf(recording.scene);
+    if (bone) recording.scenery.set(bone.name, bone);
+    await recording.#readMessages(reader, onProgress, onFirst);
     return recording;
   }
 
@@ -61,7 +74,7 @@ export class Recording {
     throw new Error("The recording carries no scene.");
   }
 
-  async #readMessages(reader, onProgress) {
+  async #readMessages(reader, onProgress, onFirst) {
     const decoders = new Map();
     const channels = new Map();
     for (const [id, channel] of reader.channelsById) {
@@ -72,10 +85,14 @@ export class Recording {
     const topics = [...channels.values()].map((c) => c.topic).filter((t) => !t.startsWith("/stress/"));
     this.topics = [...channels.values()].map((c) => c.topic);
     const count = Number(reader.statistics?.messageCount ?? 0n);
-    let seen = 0;
+    let [seen, isSeen] = [0, false];
     for await (const message of reader.readMessages({ topics })) {
       const { topic, decode } = channels.get(message.channelId);
       this.#take(topic, () => decode(message.data), message.publishTime);
+      if (!isSeen && this.frames.length > 1) {
+        isSeen = true;
+        onFirst(this);
+      }
       if (++seen % 200 === 0) {
         onProgress(count ? Math.min(seen / count, 1) : 0);
         // The page goes on answering.
@@ -170,6 +187,11 @@ export class Recording {
     });
   }
 
+  /** All bodies that can be drawn, with those that stand still. */
+  get drawn() {
+    return new Map([...this.bodies, ...this.scenery]);
+  }
+
   /** The body of role `tissue`, or else the first that deforms. */
   get tissue() {
     const deformable = [...this.bodies.values()].filter((body) => body.cells);
@@ -202,6 +224,7 @@ function displacement({ X, V }, x, time) {
 function contactsOf(message) {
   return message.pairs.map((pair) => ({
     pair: pair.pair,
+    slave: pair.slave_body,
     area: pair.patch_area_m2,
     axes: [pair.patch_long_axis_m, pair.patch_short_axis_m],
     force: pair.force_norm_n,

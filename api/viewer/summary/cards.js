@@ -1,8 +1,9 @@
-// The four numbers as cards: each with its error as words and as a bar.
+// The four numbers as cards: each with its uncertainty as words and as a bar.
 
-import { html, svg } from "../dom.js";
-import { number } from "../format.js";
-import { bracketed, errorWords, hasError, headline, isMiss, isResolved } from "./headline.js";
+import { html, svg, term } from "../dom.js";
+import { number, withUnit } from "../format.js";
+import { errorWords, hasError, headline, isMiss, isResolved } from "./headline.js";
+import { ABOUT_STRESS } from "./layers.js";
 import { stoppedAt } from "./trust.js";
 
 /** The four cards. */
@@ -15,26 +16,37 @@ function missCard({ plain_words: words = [] }) {
   return html("article", { class: "card" }, html("h2", {}, "Nothing touched"), html("p", { class: "notes" }, words[0] ?? "There was no impact, and there are no numbers of one."));
 }
 
-function card({ label, unit, quantity, notes }, summary) {
-  const empty = (big, words) => html("article", { class: "card" }, html("h2", {}, label), html("p", { class: "big quiet" }, big), html("p", { class: "notes" }, words));
+function card({ label, unit, quantity, note }, summary) {
+  const empty = (big, words) => html("article", { class: "card" }, title(label), html("p", { class: "big quiet" }, big), html("p", { class: "notes" }, words));
   const stopped = stoppedAt(summary);
   if (!quantity) return empty("–", stopped ? "The run ended before it was known." : "not in this scene");
-  if (summary.withheld) return empty("withheld", "The run failed a gate: no number of it is a result.");
+  if (summary.withheld) return empty("withheld", "The run failed a check of the computation: no number of it is a result.");
+  const words = [stopped && `only to ${stopped}, where the run ended`, note].filter(Boolean).join("; ");
   return html(
     "article",
-    { class: "card" },
-    html("h2", {}, label),
-    html("p", { class: "big" }, html("span", {}, html(isResolved(quantity) ? "b" : "span", {}, bracketed(quantity)), ` ${unit} `), hasError(quantity) && html("span", { class: "error" }, errorWords(quantity, unit))),
-    html("div", { class: "error-row" }, errorBar(quantity), badge(quantity)),
-    html("ul", { class: "notes" }, [stopped && `only to ${stopped}, where the run ended`, ...notes].filter(Boolean).map((note) => html("li", {}, note))),
+    { class: isResolved(quantity) ? "card" : "card doubtful" },
+    title(label),
+    html("p", { class: "big" }, html("span", {}, html("b", {}, valueOf(quantity)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit))),
+    errorBar(quantity),
+    words && html("p", { class: "notes" }, words),
   );
 }
 
-function badge(quantity) {
-  const resolved = isResolved(quantity);
-  if (resolved === null) return html("span", { class: "badge warn", title: "The numerical error of this number was not estimated" }, "error not estimated");
-  if (resolved) return html("span", { class: "badge good" }, "resolved");
-  return html("span", { class: "badge warn", title: "The estimated error is larger than the number" }, "not resolved");
+/** A label, in which stress is explained. */
+function title(label) {
+  const [before, after] = label.split("stress");
+  return html("h2", {}, after == null ? label : [before, term("stress", ABOUT_STRESS), after]);
+}
+
+/** A number; about so much where its error is larger, or was not estimated. */
+function valueOf(quantity) {
+  return isResolved(quantity) ? number(quantity.value) : `≈ ${number(quantity.value, 2)}`;
+}
+
+function errorOf(quantity, unit) {
+  if (isResolved(quantity)) return errorWords(quantity, unit);
+  if (!hasError(quantity)) return "uncertainty not estimated";
+  return `${errorWords(quantity, unit)}: up to ${withUnit(quantity.value + quantity.error.total, unit, 2)}`;
 }
 
 /** The number as a dot with its error as a whisker, on an axis from 0. */

@@ -1,6 +1,6 @@
 // What a summary says first: the hardest impact, the four numbers, and numbers with their errors as words.
 
-import { number, setting, withUnit } from "../format.js";
+import { number, setting, timeUnit, withUnit } from "../format.js";
 
 /** The numbers of a summary, plain or withheld. */
 export function resultsOf(summary) {
@@ -43,11 +43,6 @@ export function errorWords(quantity, unit) {
   return `± ${withUnit(quantity.error.total, unit, 2)}`;
 }
 
-/** A number with its error and its unit, in one phrase. */
-function phrase(quantity, unit) {
-  return hasError(quantity) ? `${bracketed(quantity)} ${errorWords(quantity, unit)}` : `${bracketed(quantity)}\u202f${unit}`;
-}
-
 /** A threshold of stress. */
 export function threshold(pascal) {
   return `${setting(pascal / 1e3)} kPa`;
@@ -55,9 +50,12 @@ export function threshold(pascal) {
 
 /** The stress whose depth stands for all: the one that the summary names, else that of the first threshold of the scene. */
 function significant({ headline, tissue }) {
-  const stresses = tissue?.significant_stress ?? [];
-  const main = stresses[headline?.significant_stress ?? 0];
-  return { main, others: stresses.filter((stress) => stress !== main) };
+  return { main: (tissue?.significant_stress ?? [])[headline?.significant_stress ?? 0] };
+}
+
+/** The thresholds of stress [Pa] of a summary, ascending. */
+export function significantThresholds(summary) {
+  return (resultsOf(summary).tissue?.significant_stress ?? []).map((stress) => stress.threshold_pa);
 }
 
 /** The threshold [Pa] that the depth of stress is above; null where there is none. */
@@ -65,60 +63,40 @@ export function significantThreshold(summary) {
   return significant(resultsOf(summary)).main?.threshold_pa ?? null;
 }
 
-/** The four numbers: {label, unit, quantity, notes}. Absent where the scene has no contact or no tissue, or the run did not get there. */
+/** The four numbers: {label, unit, quantity, note}. Absent where the scene has no contact or no tissue, or the run did not get there. */
 export function headline(summary) {
   const results = resultsOf(summary);
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak impact force", unit: "N", quantity: impact?.peak_force_n, notes: impact && forceNotes(impact) },
-    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, notes: impact && patchNotes(impact) },
+    { label: "Peak impact force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, summary) },
+    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, note: impact && patchNote(impact) },
     depth(results),
-    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, notes: tissue && energyNotes(tissue) },
+    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, note: tissue && energyNote(tissue) },
   ];
 }
 
-/** A note, if its number is there. That errors are not estimated is said once, beside the number of the card, unless that has one. */
-function note(words, quantity, unit, card) {
-  if (!quantity) return [];
-  const doubt = !hasError(quantity) && card && hasError(card) ? " (error not estimated)" : "";
-  return [`${words} ${phrase(quantity, unit)}${doubt}`];
+/** When the force was largest, and over what it is a mean: the steps are of the computation, not of the impact. */
+function forceNote({ force_average: average, peak_force_time_s: time }, { end_time_s: end }) {
+  const { factor, name } = timeUnit(end);
+  const when = time && time.value > 0 ? `${number(time.value * factor, 3)} ${name} after the start` : null;
+  return [average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, ""), when].filter(Boolean).join(", ");
 }
 
-function forceNotes(impact) {
-  const { peak_force_n: card, peak_force_time_s: time } = impact;
-  return [...note(`${impact.force_average}, at`, time && times(time, 1e6), "µs", card), ...note("impulse", impact.impulse_n_s, "N s", card)];
-}
-
-/** A quantity in another unit. */
-function times(quantity, factor) {
-  const error = hasError(quantity) ? { ...quantity.error, total: quantity.error.total * factor } : quantity.error;
-  return { ...quantity, value: quantity.value * factor, error };
-}
-
-function patchNotes(impact) {
-  const { largest_patch_area_mm2: card } = impact;
-  return [
-    ...note("mean over the window of the peak force:", impact.patch_area_mm2, "mm²", card),
-    ...note("long axis", impact.patch_long_axis_mm, "mm", card),
-    ...note("short axis", impact.patch_short_axis_mm, "mm", card),
-  ];
+function patchNote({ patch_long_axis_mm: long, patch_short_axis_mm: short }) {
+  if (!long || !short) return null;
+  const words = `${number(long.value, 2)} × ${number(short.value, 2)} mm at the largest force`;
+  return isResolved(long) && isResolved(short) ? words : `about ${words}`;
 }
 
 function depth(results) {
-  const { main, others } = significant(results);
+  const { main } = significant(results);
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
-  const above = (stress) => note(`above ${threshold(stress.threshold_pa)}:`, stress.depth_mm, "mm", main.depth_mm);
-  return { label, unit: "mm", quantity: main?.depth_mm, notes: main && ["von Mises stress, below the skin", ...ends(main), ...others.flatMap(above)] };
+  const ends = (main?.reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
+  const least = ends.length ? `, or more: it reaches ${ends.join(" and ")}` : "";
+  return { label, unit: "mm", quantity: main?.depth_mm, note: main && `below the skin${least}` };
 }
 
-/** Where what is above a threshold goes on beyond the model. */
-function ends({ reaches = [] }) {
-  return reaches.map((end) => `reaches ${end}: at least so deep`);
-}
-
-function energyNotes(tissue) {
-  const when = tissue.contact_ended ? "when contact had ended" : "at the end; contact has not ended";
-  const card = tissue.energy_given_j;
-  return [when, ...note("absorbed so far", tissue.absorbed_energy_j, "J", card), ...note("the projectile lost", tissue.projectile_loss_j, "J", card)];
+function energyNote(tissue) {
+  return tissue.contact_ended ? "when contact had ended" : "at the end; contact has not ended";
 }

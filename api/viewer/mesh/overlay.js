@@ -1,0 +1,69 @@
+// Words over the picture: names of the layers at the cut, and in the flat section a ruler of depth.
+
+import * as THREE from "three";
+import { svg } from "../dom.js";
+import { niceAbove, number } from "../format.js";
+
+/** Least distance of two names from each other, and width of a letter [px]. */
+const [LINE, LETTER] = [19, 7.2];
+
+export class Overlay {
+  element = svg("svg", { class: "overlay", "aria-hidden": "true" });
+  #labels = [];
+  #ruler = null;
+
+  /** `labels` [{text, at}] in space [m]. */
+  setLabels(labels) {
+    this.#labels = labels;
+  }
+
+  /** `ruler` {origin, direction, length} in space [m], or null. */
+  setRuler(ruler) {
+    this.#ruler = ruler;
+  }
+
+  /** Draws over a view of this size [px]. */
+  draw(camera, isFlat, width, height) {
+    const place = (at) => {
+      const p = new THREE.Vector3(...at).project(camera);
+      return { x: ((p.x + 1) / 2) * width, y: ((1 - p.y) / 2) * height };
+    };
+    this.element.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.element.replaceChildren(...this.#drawnLabels(place, width, height), ...(isFlat && this.#ruler ? this.#drawnRuler(place, height) : []));
+  }
+
+  #drawnLabels(place, width, height) {
+    const inside = ({ x, y }) => x > 0 && x < width && y > 0 && y < height;
+    const labels = this.#labels.map(({ text, at }) => ({ text, ...place(at) })).filter(inside).sort((a, b) => a.y - b.y);
+    const longest = Math.max(0, ...labels.map(({ text }) => text.length)) * LETTER;
+    const column = width - longest - 14;
+    let lowest = 6;
+    return labels.flatMap(({ text, x, y }) => {
+      const at = Math.min(Math.max(y, lowest + LINE / 2), height - LINE);
+      lowest = at + LINE / 2;
+      return [
+        ...["leader wide", "leader"].map((name) => svg("path", { d: `M${x.toFixed(1)} ${y.toFixed(1)}L${column - 14} ${at.toFixed(1)}H${column - 4}`, class: name })),
+        svg("circle", { cx: x.toFixed(1), cy: y.toFixed(1), r: 2.6, class: "anchor" }),
+        svg("text", { x: column, y: (at + 4.5).toFixed(1), class: "layer-name" }, text),
+      ];
+    });
+  }
+
+  #drawnRuler(place, height) {
+    const { origin, direction, length } = this.#ruler;
+    const at = (depth) => place(origin.map((o, k) => o + depth * direction[k])).y;
+    const perPixel = length / Math.max(1, Math.abs(at(length) - at(0)));
+    const step = niceAbove(46 * perPixel);
+    const parts = [svg("path", { d: `M46 ${at(0).toFixed(1)}V${at(length).toFixed(1)}`, class: "ruler" })];
+    for (let i = 0; i * step <= length * (1 + 1e-9); i++) {
+      const y = at(i * step);
+      if (y < 0 || y > height) continue;
+      parts.push(
+        svg("path", { d: `M38 ${y.toFixed(1)}H46`, class: "ruler" }),
+        svg("text", { x: 34, y: (y + 4).toFixed(1), class: "tick" }, number(i * step * 1e3, 2).replace(/\.0+$/, "")),
+      );
+    }
+    parts.push(svg("text", { x: 8, y: Math.max(14, at(0) - 12).toFixed(1), class: "ruler-name" }, "mm below the skin"));
+    return parts;
+  }
+}

@@ -1,0 +1,127 @@
+// The picture of a run: mesh with colours, cut, layers, time; what is under the pointer in words.
+
+import { button, html, saveFile } from "../dom.js";
+import { withUnit } from "../format.js";
+import { FIELDS, Legend } from "../mesh/colours.js";
+import { MeshView } from "../mesh/mesh_view.js";
+import { Skin } from "../mesh/skin.js";
+import { frameAt } from "../recording/between.js";
+import { TimeBar } from "./time_bar.js";
+import { ViewSettings, cameraButtons } from "./view_settings.js";
+
+/** Smaller values under the pointer are 0, in the unit that is shown. */
+const LEAST_SHOWN = 5e-4;
+
+export class Stage {
+  element;
+  #name;
+  #recording;
+  #view;
+  #legend = new Legend();
+  #skin = null;
+  #count = 0;
+  #note = html("p", { class: "quiet", hidden: true });
+  settings;
+  time;
+
+  /** `thresholds` of stress [Pa]; `onFrame(frame)` after another one is shown, `onSettings()` after another field is. */
+  constructor(name, recording, thresholds, { onFrame = () => {}, onSettings = () => {} } = {}) {
+    this.#name = name;
+    this.#recording = recording;
+    this.onFrame = onFrame;
+    this.onSettings = onSettings;
+    this.settings = new ViewSettings([recording], thresholds, (isView) => this.#settingsChanged(isView));
+    this.#view = new MeshView(`Mesh of ${name}, coloured`);
+    this.#setBodies();
+    this.#view.probe = (at) => this.#words(at);
+    this.time = new TimeBar(recording.frames.map((f) => f.time), recording.endTime, () => this.#showFrame());
+    const picture = button("PNG", async () => saveFile(`${name}.png`, await this.#view.picture()), { "aria-label": "Picture of the mesh as PNG" });
+    this.#view.corner.append(...cameraButtons((isWhole) => this.#look(isWhole)), picture);
+    this.element = html(
+      "section",
+      { class: "panel stage", "aria-label": "Mesh" },
+      this.#legend.element,
+      this.#view.element,
+      this.time.element,
+      html("div", { class: "stage-foot" }, this.settings.element, this.settings.details),
+      this.#note,
+    );
+    this.#look(false);
+    this.#settingsChanged();
+  }
+
+  /** Takes the frames that have come since. */
+  grow() {
+    this.time.setTimes(this.#recording.frames.map((f) => f.time));
+  }
+
+  /** Takes the whole recording, and goes to the instant `worst` [s], or to the end where that is not known. */
+  finish(worst) {
+    const { stride, frames } = this.#recording;
+    this.grow();
+    this.settings.refresh();
+    // A body that was not in the first frame makes the picture anew.
+    if (this.#recording.drawn.size !== this.#count) this.#setBodies();
+    this.#look(false);
+    this.#settingsChanged();
+    this.#note.hidden = stride === 1;
+    this.#note.textContent = `The recording is long: every ${stride}th field time is shown.`;
+    this.time.go(worst == null ? frames.length - 1 : this.#recording.frameNear(worst));
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.time.play();
+  }
+
+  #setBodies() {
+    this.#count = this.#recording.drawn.size;
+    this.#view.setBodies(this.#recording.drawn);
+  }
+
+  #look(isWhole) {
+    const { settings } = this;
+    this.#view.setLine(settings.line, settings.depth);
+    if (settings.isFlat) this.#view.lookAcross(settings.flatCamera(isWhole));
+    else this.#view.lookAt(settings.camera(isWhole));
+  }
+
+  #settingsChanged(isView = false) {
+    const { field, map, range, hidden, isLog, levels } = this.settings;
+    for (const name of this.#recording.drawn.keys()) this.#view.setVisible(name, !hidden.has(name));
+    if (field) {
+      this.#view.setColours(map, range, { isLog, levels });
+      this.#legend.show(FIELDS[field], range, map, { isLog, levels });
+    }
+    if (isView) this.#look(false);
+    this.onSettings();
+    this.#showFrame();
+  }
+
+  #showFrame() {
+    const { settings } = this;
+    const frame = frameAt(this.#recording, this.time.place, (name) => settings.stretchOf(name));
+    this.#view.show(frame, (name, state) => settings.valuesOf(name, state), settings.cut);
+    this.onFrame(frame);
+  }
+
+  /** Layer, depth, the shown field, stress and displacement at a place. */
+  #words({ name, part, rest, of }) {
+    const body = this.#recording.drawn.get(name);
+    if (!rest || body?.role === "bone") return part ?? name;
+    const depth = body === this.#recording.tissue && this.settings.line ? this.#depthOf(rest) : null;
+    const fields = [...new Set([this.settings.field, "von_mises_pa", "displacement_m"])].filter(Boolean);
+    const values = fields.map((field) => [FIELDS[field], of(field)]).filter(([, value]) => value != null);
+    return [
+      body.role === "projectile" ? name : part,
+      depth != null && `${withUnit(depth * 1e3, "mm", 2)} below the skin`,
+      ...values.map(([{ label, unit, factor }, value]) => `${label.split(" (")[0]} ${withUnit(Math.abs(value * factor) < LEAST_SHOWN ? 0 : value * factor, unit, 3)}`),
+    ].filter(Boolean).join(" · ");
+  }
+
+  #depthOf(rest) {
+    this.#skin ??= new Skin(this.#recording.tissue, this.settings.line.centre);
+    return this.#skin.depthOf(rest);
+  }
+
+  dispose() {
+    this.time.stop();
+    this.#view.dispose();
+  }
+}

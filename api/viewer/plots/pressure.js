@@ -1,0 +1,57 @@
+// The pressure of a contact at the nodes of the touching surface, and the surface in the plane of the patch.
+
+import { surfaceOf } from "../mesh/cells.js";
+import { cross, dot, flatPatch } from "./flat_patch.js";
+
+/** Of the touching nodes this fraction has no more than the high pressure of a patch: an element that folds has next to no area [-]. */
+const HIGH = 0.9;
+
+const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+
+export class ContactSurface {
+  #recording;
+  #triangles = new Map();
+
+  constructor(recording) {
+    this.#recording = recording;
+  }
+
+  /** The triangles of a body's surface as node indices; null of a rigid body. */
+  #of(name) {
+    const body = this.#recording.bodies.get(name);
+    if (!body?.cells) return null;
+    if (!this.#triangles.has(name)) this.#triangles.set(name, surfaceOf(body.cells, body.X.length / 3).triangles);
+    return this.#triangles.get(name);
+  }
+
+  /**
+   * The patch of a pair in a frame: that of [`flatPatch`] with `facets`, triangles of {x, y [m], pressure [Pa]} with a touching corner;
+   * none where the touching body has no mesh. A node's pressure is its force over a third of the area of the facets around it.
+   */
+  patch(frame, contacts) {
+    const patch = flatPatch(contacts);
+    const triangles = patch && this.#of(contacts.slave);
+    const positions = frame.bodies.get(contacts?.slave)?.positions;
+    if (!triangles || !positions) return patch && { ...patch, facets: [], peak: 0, high: 0 };
+    const forces = new Map();
+    for (const { node, force } of patch.points) forces.set(node, (forces.get(node) ?? 0) + force);
+    const at = (node) => [positions[3 * node], positions[3 * node + 1], positions[3 * node + 2]];
+    const areas = new Map();
+    const touching = [];
+    for (let t = 0; t < triangles.length; t += 3) {
+      const nodes = [triangles[t], triangles[t + 1], triangles[t + 2]];
+      if (!nodes.some((node) => forces.has(node))) continue;
+      touching.push(nodes);
+      const [a, b, c] = nodes.map(at);
+      const area = 0.5 * Math.hypot(...cross(minus(b, a), minus(c, a)));
+      for (const node of nodes) areas.set(node, (areas.get(node) ?? 0) + area / 3);
+    }
+    const corner = (node) => {
+      const arm = minus(at(node), patch.centre);
+      return { x: dot(arm, patch.axes[0]), y: dot(arm, patch.axes[1]), pressure: (forces.get(node) ?? 0) / (areas.get(node) || Infinity) };
+    };
+    const facets = touching.map((nodes) => nodes.map(corner));
+    const pressures = [...forces].map(([node, force]) => force / (areas.get(node) || Infinity)).sort((a, b) => a - b);
+    return { ...patch, facets, peak: pressures.at(-1) ?? 0, high: pressures[Math.floor(HIGH * (pressures.length - 1))] ?? 0 };
+  }
+}

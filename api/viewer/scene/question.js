@@ -1,0 +1,56 @@
+// A question as people ask it, as a what-if question of the service: one number against speed, for one person.
+
+import { percentile, limbOf } from "./regions.js";
+
+/** Cases over the range of speeds: enough for a curve of second degree and its error on a case that it has not seen. */
+const CASES = 6;
+/** Runs end when the slowest projectile would have flown so many of its diameters, but not before waves have crossed the limb [-, s]. */
+const [DIAMETERS, AT_LEAST_S] = [1.2, 4e-4];
+const FIELD_TIMES = 24;
+
+/** What can be asked: {key on the wire, words, unit, factor, of(threshold in words)}. */
+export const NUMBERS = [
+  { id: "muscle", key: "stress_depth_mm", layer: "muscle", words: (t) => `At which speed does the muscle see stress above ${t} kPa?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the muscle`, unit: "mm" },
+  { id: "fat", key: "stress_depth_mm", layer: "fat", words: (t) => `At which speed does the fat see stress above ${t} kPa?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the fat`, unit: "mm" },
+  { id: "depth", key: "stress_depth_mm", words: (t) => `How deep does stress above ${t} kPa go?`, axis: (t) => `depth of stress above ${t} kPa, below the skin`, unit: "mm" },
+  { id: "force", key: "peak_force_n", words: () => "How large is the force?", axis: () => "peak force", unit: "N" },
+  { id: "energy", key: "absorbed_energy_j", words: () => "How much energy does the tissue take up?", axis: () => "energy absorbed by the tissue", unit: "J" },
+];
+
+/** Thickness of the fat of a person [m], to a tenth of a millimetre. */
+export function fatOf(region, percent) {
+  return Math.round(percentile(region.fat, percent) * 1e4) / 1e4;
+}
+
+/** Depth of the top of a layer below the skin [mm]; 0 for what is measured from the skin. */
+export function topOf({ layer }, region, fat) {
+  if (layer === "fat") return region.skin_m * 1e3;
+  return layer === "muscle" ? (region.skin_m + fat) * 1e3 : 0;
+}
+
+/** When all runs end [s]: stress goes deeper with time, so that only equal times can be compared. */
+function endOf({ projectile, speeds }) {
+  return Number(Math.max(AT_LEAST_S, (DIAMETERS * projectile.diameter_mm * 1e-3) / speeds[0]).toPrecision(3));
+}
+
+/** The scene of the lowest speed; `tissue` the parts of muscle, fat and skin with their materials. */
+export function sceneOf(asked, tissue) {
+  const { projectile, region, fat, threshold, speeds } = asked;
+  const { body, top } = limbOf(region, fat, tissue);
+  const ball = projectile.body(top, speeds[0]);
+  return {
+    name: `${projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm`, end_time_s: endOf(asked),
+    bodies: [ball, body],
+    contact: { friction: 0.3 },
+    record: { field_interval_s: Number((endOf(asked) / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
+    measures: { skin_set: "skin_outer", stress_thresholds_pa: [threshold * 1e3] },
+  };
+}
+
+/** The what-if question: cases at equally spaced speeds, the first of them the base, each with an error of its own. */
+export function questionOf(asked, tissue) {
+  const [low, high] = asked.speeds;
+  const speeds = Array.from({ length: CASES - 1 }, (_, i) => Number((low + ((i + 1) * (high - low)) / (CASES - 1)).toPrecision(6)));
+  const parameters = [{ name: "speed", change: { kind: "speed_m_per_s" }, low, high }];
+  return { scene: sceneOf(asked, tissue), parameters, error_bars: "full", cases: speeds.map((speed) => ({ set: { speed } })) };
+}

@@ -1,0 +1,51 @@
+// The published injury criteria: what each says, and whether it applies.
+
+import { html, table } from "../dom.js";
+import { number, setting } from "../format.js";
+import { bracketed, errorWords, hasError } from "./headline.js";
+
+/** What a person reads where the scene names a field. */
+const PLAIN = new Map([
+  [" (`measures.person`)", ""],
+  ["`measures.person.body_mass_kg` and `wall_thickness_m`", "the mass of the person and the thickness of the body wall"],
+  ["`measures.person.chest_depth_m`", "the depth of the chest"],
+]);
+
+/** A statement without names of fields. */
+export function plainStatement(statement) {
+  return [...PLAIN].reduce((text, [name, words]) => text.replace(name, words), statement);
+}
+
+/** The criteria: what each says, and what it is compared with; those that do not apply behind a door. Null where a summary has none. */
+export function injuryCriteria({ injury_measures: measures = [], notice }) {
+  if (!measures.length) return null;
+  const [applicable, others] = [true, false].map((applies) => measures.filter((measure) => measure.applicable === applies));
+  const rows = applicable.map((measure) => [
+    measure.title,
+    measure.value == null ? "–" : `${valueOf(measure)}${unitOf(measure)}`,
+    plainStatement(measure.statement),
+    html("span", {}, measure.meaning, ": ", reference(measure), html("br"), html("small", {}, measure.source)),
+  ]);
+  const item = (measure) => html("li", {}, html("b", {}, measure.title), ` ${plainStatement(measure.statement)} (${measure.meaning}: ${reference(measure)}; ${measure.source})`);
+  return html(
+    "section",
+    { class: "panel criteria" },
+    html("h2", {}, "Injury criteria"),
+    rows.length ? table("Published criteria that apply to this impact", ["criterion", "value", "what it says here", "compared with"], rows) : html("p", {}, "No published criterion applies to this impact."),
+    others.length ? html("details", {}, html("summary", {}, `${others.length} that ${others.length > 1 ? "do" : "does"} not apply, and why`), html("ul", {}, others.map(item))) : null,
+    html("p", { class: "notice-line" }, notice),
+  );
+}
+
+const unitOf = ({ unit }) => (unit && unit !== "-" ? ` ${unit}` : "");
+
+/** A value with its numerical error; one that comes of the scene alone has none. */
+function valueOf({ value, error }) {
+  if (error == null) return number(value, 3);
+  return hasError({ error }) ? `${bracketed({ value, error })} ${errorWords({ error }, "")}` : `(${number(value, 3)}) (error ${error})`;
+}
+
+function reference(measure) {
+  const [low, high] = measure.reference.map(setting);
+  return `${low === high ? low : `${low} to ${high}`}${unitOf(measure)}`;
+}

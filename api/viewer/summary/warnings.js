@@ -1,0 +1,48 @@
+// What to know before the numbers are used: the worst in one line, and a door to all.
+
+import { html } from "../dom.js";
+import { headline, isMiss, isResolved } from "./headline.js";
+import { reason, stoppedAt } from "./trust.js";
+
+/** Beginnings of warnings that outweigh others, the gravest first; what is not among them keeps its order. */
+const GRAVE = [/^No contact pair involves the tissue/, /a mesh artefact/, /beyond the limit/, /has not ended/, /not resolved/, /used beyond its/];
+
+function rank(words) {
+  const found = GRAVE.findIndex((pattern) => pattern.test(words));
+  return found < 0 ? GRAVE.length : found;
+}
+
+/** All that is to be known, the worst first: {kind: "bad" | "warn", words, detail?}. */
+export function concerns(summary) {
+  const found = [];
+  const why = reason(summary);
+  if (why) found.push({ kind: "bad", words: why });
+  const failed = why ? [] : summary.gates.filter((gate) => gate.result !== "passed");
+  failed.forEach((gate) => found.push({ kind: "bad", words: `A check of the computation failed: ${gate.meaning}.` }));
+  const isGiven = !summary.withheld && !isMiss(summary) && !stoppedAt(summary);
+  const numbers = isGiven ? headline(summary).filter(({ quantity }) => quantity && quantity.error !== "nothing touched" && !isResolved(quantity)) : [];
+  if (numbers.length) {
+    found.push({ kind: "warn", words: `${COARSE} for ${numbers.length === 1 ? "one" : numbers.length} of the four numbers: an order of magnitude, no more.` });
+  }
+  const warnings = [...summary.warnings].sort((a, b) => rank(a) - rank(b));
+  return [...found, ...warnings.map((words) => ({ kind: "warn", words }))];
+}
+
+/** Beginning of the concern about numbers that are not resolved, which a finer mesh helps. */
+export const COARSE = "The mesh is too coarse";
+
+/** The first part of a warning: what is so, without its numbers and remedies. */
+function short(words) {
+  const [first] = words.startsWith(COARSE) ? [words] : words.split(/: (?=[a-z])|; (?=[a-z])/);
+  return /[.!]$/.test(first) ? first : `${first}.`;
+}
+
+/** The worst in one line; `onOpen` leads to all. `remedy`, an element, comes behind it. */
+export function warningLine(summary, onOpen, remedy = null) {
+  const all = concerns(summary);
+  const open = html("button", { type: "button", onclick: onOpen }, all.length > 1 ? `All ${all.length}` : "Can these numbers be trusted?");
+  if (!all.length) return html("div", { class: "warning-line good" }, html("span", {}, "All checks of the computation passed; no warnings."), open);
+  const [worst] = all;
+  const badge = html("span", { class: `badge ${worst.kind}` }, worst.kind === "bad" ? "✗ no result" : "warning");
+  return html("div", { class: `warning-line ${worst.kind}` }, html("span", {}, badge, " ", worst.kind === "bad" ? worst.words : short(worst.words)), html("span", { class: "tools" }, remedy, open));
+}

@@ -1,0 +1,151 @@
+"""What the picture of a run does: sections, depths, what is under the pointer, motion between frames; and two runs at equal times."""
+
+import json
+import re
+
+import pytest
+from conftest import open_page
+from playwright.sync_api import expect
+from test_viewer import picture_of
+from test_what_is_said import post
+
+FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+@pytest.fixture(scope="module")
+def jobs(page):
+    presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
+    scene = presets["flashball_thigh/scene_elastic.json"]
+    scene["record"] = {"field_interval_s": 1e-5, "fields": ["von_mises"]}
+    jobs = {"near": post(page, "/v1/jobs", scene)}
+    # The same 0.5 mm further away: 5 µs later at 100 m/s.
+    scene["bodies"][0]["placement"]["translation_m"][2] += 5e-4
+    jobs["far"] = post(page, "/v1/jobs", scene)
+    yield jobs
+    assert page.watch.errors == []
+
+
+def open_job(page, job):
+    page.goto("/")
+    page.goto(f"/#/job/{job['id']}")
+    expect(page.locator(".plots .u-over").first).to_be_visible()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (820, 1180), (390, 844)])
+def test_the_first_screen_answers(page, jobs, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    open_job(page, jobs["near"])
+    box = page.locator(".mesh-view").bounding_box()
+    assert box["y"] + box["height"] <= height, "the picture is on the first screen"
+    if width == 1440:
+        answer = page.locator(".answer").bounding_box()
+        assert answer["y"] + answer["height"] <= height, "and so is the answer, beside it"
+        assert answer["x"] > box["x"] + box["width"]
+    else:
+        assert page.locator(".cards").bounding_box()["y"] > box["y"]
+    page.set_viewport_size({"width": 1440, "height": 1000})
+
+
+def test_time_goes_between_frames(page, jobs):
+    open_job(page, jobs["near"])
+    time = page.get_by_label("Simulated time")
+    time.fill("2.5")
+    expect(page.locator(".time-output")).to_have_text(re.compile("^25.00"))
+    time.focus()
+    page.keyboard.press("ArrowRight")
+    expect(page.locator(".time-output")).to_have_text(re.compile("^30.00"))
+
+
+def point_at(page, x, y):
+    box = page.locator(".mesh-view").bounding_box()
+    page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
+
+
+def test_layers_have_names_and_the_flat_section_a_ruler(page, jobs):
+    open_job(page, jobs["near"])
+    expect(page.locator(".overlay .layer-name").first).to_be_visible()
+    page.get_by_label("View").select_option("flat")
+    page.get_by_role("button", name="Whole").click()
+    expect(page.locator(".overlay .layer-name")).to_have_text(["skin", "fat", "muscle", "bone"])
+    ticks = [float(tick) for tick in page.locator(".overlay .tick").all_text_contents()]
+    assert ticks[0] == 0 and ticks == sorted(ticks) and len(ticks) > 3
+
+
+def test_the_pointer_reads_layer_depth_and_stress(page, jobs):
+    page.get_by_label("Simulated time").fill("0")
+    page.get_by_label("View").select_option("flat")
+    page.get_by_role("button", name="Impact").click()
+    # Along the line of the impact, at rest: what the ruler says is what the pointer says.
+    place = "(depth) => { const ticks = [...document.querySelectorAll('.overlay .tick')]; const at = (i) => Number(ticks[i].getAttribute('y')) - 4;" \
+        " const [a, b] = [Number(ticks[0].textContent), Number(ticks[1].textContent)]; return at(0) + (depth - a) / (b - a) * (at(1) - at(0)); }"
+    height = page.locator(".mesh-view").bounding_box()["height"]
+    for depth, layer in [(1, "skin"), (6, "fat"), (20, "muscle")]:
+        point_at(page, 0.5, page.evaluate(place, depth) / height)
+        words = page.locator(".probe")
+        expect(words).to_contain_text(re.compile(f"^{layer} · .*mm below the skin · stress .*kPa · displacement"))
+        shown = float(re.search(r"· ([\d.]+)\s*mm below", words.inner_text())[1])
+        assert shown == pytest.approx(depth, abs=0.6)
+    page.mouse.move(0, 0)
+    expect(page.locator(".probe")).to_be_hidden()
+
+
+def test_the_wheel_zooms_to_the_pointer(page, jobs):
+    point_at(page, 0.5, 0.6)
+    before = page.locator(".probe").inner_text()
+    ticks = page.locator(".overlay .tick").all_text_contents()
+    page.mouse.wheel(0, -600)
+    page.evaluate(FRAMES)
+    assert page.locator(".overlay .tick").all_text_contents() != ticks, "it zooms"
+    point_at(page, 0.5, 0.6)
+    assert page.locator(".probe").inner_text() == before, "what is under the pointer stays there"
+
+
+def test_colours_fit_the_run_and_can_be_fixed_or_logarithmic(page, jobs):
+    open_job(page, jobs["near"])
+    page.get_by_text("Picture settings").click()
+    ends = lambda: [float(page.get_by_label(f"{end} of the colours").input_value()) for end in ("Bottom", "Top")]
+    mode = page.get_by_label("Range of the colours")
+    shown = {}
+    for name in ("fit", "fixed", "log"):
+        mode.select_option(name)
+        page.evaluate(FRAMES)
+        shown[name] = ends(), picture_of(page.locator(".mesh-view canvas")).tobytes()
+    assert shown["fit"][0][0] == 0 and shown["log"][0][0] > 0
+    assert len({picture for _, picture in shown.values()}) == 3
+    expect(page.locator(".legend").first).to_contain_text("logarithmic")
+    # The tissue undeformed, the projectile where it is.
+    page.get_by_label("Deformation of the tissue").select_option("0")
+    page.evaluate(FRAMES)
+    assert picture_of(page.locator(".mesh-view canvas")).tobytes() != shown["log"][1]
+
+
+def test_one_finger_scrolls_and_motion_plays(browser, service, jobs):
+    page = open_page(browser, service.address, has_touch=True)
+    page.emulate_media(reduced_motion="no-preference")
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"/#/job/{jobs['near']['id']}")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    assert page.locator(".mesh-view canvas").evaluate("(canvas) => getComputedStyle(canvas).touchAction") == "pan-y"
+    page.get_by_role("button", name="Pause").click()
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    assert page.watch.errors == []
+    page.close()
+
+
+def test_two_runs_are_compared_at_equal_times(page, jobs):
+    contact = [page.request.get(job["links"]["summary"]).json()["results"]["impacts"][0]["contact_span_s"][0] for job in jobs.values()]
+    page.goto(f"/#/compare/{jobs['near']['id']}/{jobs['far']['id']}")
+    clocks = page.locator(".stage .time-output")
+    expect(clocks).to_have_count(3)
+    microseconds = lambda: [float(re.match(r"[\d.]+", text)[0]) for text in clocks.all_inner_texts()[:2]]
+    near, far = microseconds()
+    assert near == far
+    page.get_by_label("Equal times are").select_option("contact")
+    expect(page.get_by_text("The difference is at equal times since first contact")).to_be_visible()
+    near, far = microseconds()
+    assert far - near == pytest.approx(1e6 * (contact[1] - contact[0]), abs=0.02)
+    # The later one has ended before: no difference is made up.
+    page.get_by_label("Simulated time").focus()
+    page.keyboard.press("End")
+    expect(page.get_by_text("differences are at equal times since first contact only")).to_be_visible()
+    expect(clocks.nth(2)).to_have_text("none at this time")

@@ -1,0 +1,30 @@
+"""No page has anything that axe-core finds fault with, at any of three sizes."""
+
+import json
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+from test_what_is_said import post
+
+
+@pytest.fixture(scope="module")
+def job(page):
+    presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
+    return post(page, "/v1/jobs", presets["flashball_thigh/scene_elastic.json"])["id"]
+
+
+PAGES = {"#/": "table", "#/new": ".verdict .badge", "#/job/{job}": ".plots .u-over", "#/compare/{job}/{job}": ".plots .u-over", "#/what-if/{job}": "input", "#/ask": "select", "docs/": "h2"}
+
+
+@pytest.mark.parametrize("path", PAGES)
+@pytest.mark.parametrize("size", [(1440, 900), (820, 1180), (390, 844)], ids=str)
+def test_no_violations(page, job, path, size):
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.goto("/")
+    page.goto("/" + path.format(job=job))
+    expect(page.locator("main").locator(PAGES[path]).first).to_be_visible()
+    page.evaluate("document.querySelectorAll('main details').forEach((one) => (one.open = true))")
+    found = Axe().run(page).response["violations"]
+    assert found == [], json.dumps([(one["id"], [node["html"][:160] for node in one["nodes"][:3]]) for one in found], indent=1)
+    page.set_viewport_size({"width": 1440, "height": 1000})
