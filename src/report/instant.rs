@@ -1,7 +1,7 @@
 //! The bodies of a recording at the field time nearest to an instant.
 
-use super::ReadError;
 use crate::mesh::{CellKind, Cells};
+use crate::record::RecordError;
 use crate::record::proto::contuse::{PackedArray, ReferenceMesh};
 use crate::record::proto::foxglove::{PointCloud, SceneUpdate};
 use crate::record::reader::for_each_record_of;
@@ -49,7 +49,7 @@ pub struct Body {
 ///
 /// # Errors
 /// If the recording cannot be read.
-pub fn instant(input: impl Read + Seek, name: &Path, time_s: f64) -> Result<Option<Instant>, ReadError> {
+pub fn instant(input: impl Read + Seek, name: &Path, time_s: f64) -> Result<Option<Instant>, RecordError> {
     let mut nearest = Nearest { wanted: time_s, ..Nearest::default() };
     let mut topics = BTreeMap::new();
     for_each_record_of(input, name, |record| {
