@@ -1,0 +1,4 @@
+//! Segmentations: volumes of labels from a scan, and the hexahedra made of them.
+
+pub mod read;
+pub mod volume;
