@@ -2,6 +2,7 @@
 
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;
+use serde::Serialize;
 
 /// Largest number of different labels: more are the grey values of an image.
 pub const MOST_LABELS: usize = 1000;
@@ -27,7 +28,7 @@ pub struct LabelVolume {
 }
 
 /// A label of a volume.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LabelCount {
     /// The label.
     pub label: i64,
@@ -131,6 +132,39 @@ fn nearest_axes(unit: &[Vec3]) -> [usize; 3] {
     let fit =
         |order: &[usize; 3]| order.iter().enumerate().map(|(k, &axis)| unit[axis][k].abs()).sum::<f64>();
     orders.into_iter().max_by(|a, b| fit(a).total_cmp(&fit(b))).unwrap_or([0, 1, 2])
+}
+
+/// What is in a scan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScanInspection {
+    /// Number of voxels along each axis of the file.
+    pub voxels: [usize; 3],
+    /// Distance of voxels along each axis of the file [m].
+    pub spacing_m: [f64; 3],
+    /// Lower and upper corner of the bounding box of all voxels [m].
+    pub bounding_box_m: [[f64; 3]; 2],
+    /// The labels that occur.
+    pub labels: Vec<LabelCount>,
+    /// Notes of the reader.
+    pub notes: Vec<String>,
+}
+
+impl ScanInspection {
+    /// Of this volume.
+    pub fn of(volume: &LabelVolume) -> Self {
+        let corner = |i: usize| {
+            let from = |k: usize| if i >> k & 1 == 1 { volume.dims[k] as f64 - 0.5 } else { -0.5 };
+            volume.origin + (0..3).map(|k| volume.steps[k] * from(k)).sum::<Vec3>()
+        };
+        let fold = |f: fn(&Vec3, &Vec3) -> Vec3| (1..8).map(corner).fold(corner(0), |a, b| f(&a, &b));
+        Self {
+            voxels: volume.dims,
+            spacing_m: volume.spacing_m(),
+            bounding_box_m: [fold(Vec3::inf).into(), fold(Vec3::sup).into()],
+            labels: volume.counts(),
+            notes: volume.notes.clone(),
+        }
+    }
 }
 
 impl Frame {

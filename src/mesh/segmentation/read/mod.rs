@@ -31,28 +31,6 @@ impl VolumeFormat {
     /// All formats.
     pub const ALL: [Self; 3] = [Self::Nifti, Self::Nrrd, Self::MetaImage];
 
-    /// Ends of file names, the usual one first.
-    pub fn extensions(self) -> &'static [&'static str] {
-        match self {
-            Self::Nifti => &["nii.gz", "nii"],
-            Self::Nrrd => &["nrrd"],
-            Self::MetaImage => &["mha"],
-        }
-    }
-
-    /// The extensions of all formats, for messages.
-    pub fn extensions_in_words() -> String {
-        let all = Self::ALL.into_iter().flat_map(Self::extensions);
-        all.map(|extension| format!(".{extension}")).collect::<Vec<_>>().join(", ")
-    }
-
-    /// The format from the end of a file name (not case-sensitive).
-    pub fn from_name(name: &str) -> Option<Self> {
-        let name = name.to_ascii_lowercase();
-        let ends = |extension: &&str| name.strip_suffix(*extension).is_some_and(|stem| stem.ends_with('.'));
-        Self::ALL.into_iter().find(|format| format.extensions().iter().any(|e| ends(&e)))
-    }
-
     /// The format from the first bytes of a file.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(b"NRRD000") {
