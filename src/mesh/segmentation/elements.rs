@@ -3,7 +3,6 @@
 use super::grid::OUTSIDE;
 use super::labelling::{BEYOND, behind};
 use super::octree::{Leaf, Octree};
-use super::skin::Skin;
 use crate::mechanics::element::HEX8_CORNERS;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::CellKind;
@@ -20,6 +19,21 @@ pub struct Face {
     pub behind: u8,
     /// Which side of the element it is: 2 axis + 1 where it is the high one.
     pub side: u8,
+}
+
+/// The layer of elements that follow those of the leaves.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    /// Number of nodes of the leaves: that of the first outer node.
+    pub first_node: usize,
+    /// Number of elements of the leaves: that of the first element of the layer.
+    pub first_element: usize,
+    /// Node below each outer node.
+    pub below: Vec<u32>,
+    /// Outer node above each node; only those of the surface have one.
+    pub above: BTreeMap<u32, u32>,
+    /// Element under each element of the layer.
+    pub under: Vec<u32>,
 }
 
 /// The hexahedra of all leaves that are not outside.

@@ -1,11 +1,12 @@
 //! From a label volume to a mesh.
 
+use super::classes::{Classes, refused};
 use super::elements::{Elements, Face, hanging};
 use super::grid::{ClassGrid, OUTSIDE};
 use super::islands::remove_islands;
 use super::labelling::{self, BEYOND};
-use super::octree::{Leaf, MOST_CELLS, MOST_HALVINGS, Octree};
-use super::options::{LabelUse, Options};
+use super::options::Options;
+use super::sizes::{octree, within};
 use super::smoothing::{Smoothing, follow};
 use super::surfaces::Surfaces;
 use super::volume::{Frame, LabelVolume};
@@ -18,29 +19,20 @@ use std::collections::BTreeMap;
 /// Smallest scaled Jacobian of an element [-].
 const LEAST_SCALED_JACOBIAN: f64 = 0.2;
 
-/// Limits of the scaled Jacobian in successive sweeps over the nodes [-]: the first moves leave room for later ones.
-const SWEEPS: [f64; 20] = [
+/// Limits of the scaled Jacobian in successive passes over the nodes [-]: the first moves leave room for later ones.
+const PASSES: [f64; 20] = [
     0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.22, 0.22, 0.21, 0.21, 0.205, 0.205, 0.205, 0.205, 0.205,
     0.205, 0.205, 0.205,
 ];
 
-/// Largest number of sweeps, the last of which are with the last limit.
-const MOST_SWEEPS: usize = 40;
+/// Largest number of passes, the last of which are with the last limit.
+const MOST_PASSES: usize = 40;
 
-/// Deviation of the volumes of all labels from those of their voxels at which the sweeps end [-].
+/// Deviation of the volumes of all labels from those of their voxels at which the passes end [-].
 const VOLUME_REACHED: f64 = 0.003;
 
-/// Sweep from which volumes are corrected.
+/// Pass from which volumes are corrected.
 const FIRST_CORRECTION: usize = 5;
-
-/// Edge of an element per distance from where it is to be small [-].
-const GROWTH: f64 = 0.4;
-
-/// A layer is thin where no ball of this diameter, in edges of the element, lies in it [-].
-const THIN: f64 = 2.0;
-
-/// Fraction of the volume of a leaf from which a label counts there [-].
-const COUNTS: f64 = 0.02;
 
 /// Largest thickness of a skin, relative to the one given, where it makes up for thinner places [-].
 const THICKEST: f64 = 1.25;
@@ -51,16 +43,6 @@ const NOISE_VOXELS: f64 = 30.0;
 /// Largest deviation of the volume of a label from that of its voxels without a remark [-].
 const VOLUME_TOLERANCE: f64 = 0.01;
 
-/// Classes of the labels.
-struct Classes {
-    /// Class of each index of the labels of the volume.
-    of_label: Vec<u8>,
-    /// Name of each class; empty for the outside.
-    names: Vec<String>,
-    /// Whether each class has elements.
-    is_part: Vec<bool>,
-}
-
 /// The mesh of a label volume, in the space of the scan. Parts are those of the options; node sets are `outer` (the surface
 /// towards the outside), the names of holes, and `x_min` … `z_max`: where the scan, or the crop, cuts the body.
 ///
@@ -68,7 +50,7 @@ struct Classes {
 /// `Unsupported` for options that do not fit the volume, for too many elements, and for a label without any.
 pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> {
     let frame = volume.frame()?;
-    let classes = classes(volume, options)?;
+    let classes = Classes::new(volume, options)?;
     let (grid, mut notes) = prepared(volume, &frame, &classes, options)?;
     // The leaves are what is below the skin.
     let below = options.skin.as_ref().map(|skin| grid.eroded(skin.thickness_m));
@@ -103,65 +85,6 @@ fn check_quality(mesh: &Mesh) -> Result<(), MeshError> {
     })
 }
 
-fn refused(what: impl Into<String>, remedy: impl Into<String>) -> MeshError {
-    MeshError::Unsupported { what: what.into(), remedy: remedy.into() }
-}
-
-fn within(elements: u64, options: &Options) -> Result<(), MeshError> {
-    if elements <= options.max_elements {
-        return Ok(());
-    }
-    let what = format!("{elements} elements or more, of which at most {} are allowed", options.max_elements);
-    Err(refused(what, "enlarge the sizes, or crop the scan around the impact"))
-}
-
-/// Classes of the labels of a volume: those that share a name are one.
-fn classes(volume: &LabelVolume, options: &Options) -> Result<Classes, MeshError> {
-    let mut out = Classes { of_label: Vec::new(), names: vec![String::new()], is_part: vec![false] };
-    let mut unlisted = Vec::new();
-    for &label in &volume.values {
-        let listed = options.labels.iter().find(|(known, _)| *known == label).map(|(_, usage)| usage.clone());
-        let usage = match listed {
-            _ if label == 0 => LabelUse::Outside,
-            Some(usage) => usage,
-            None if options.labels.is_empty() => LabelUse::Part(format!("label_{label}")),
-            None => {
-                unlisted.push(label.to_string());
-                continue;
-            }
-        };
-        let (name, is_part) = match usage {
-            LabelUse::Outside => {
-                out.of_label.push(OUTSIDE);
-                continue;
-            }
-            LabelUse::Part(name) => (name, true),
-            LabelUse::Hole(name) => (name, false),
-        };
-        let known = (1..out.names.len()).find(|&i| out.names[i] == name && out.is_part[i] == is_part);
-        let class = known.unwrap_or_else(|| {
-            out.names.push(name);
-            out.is_part.push(is_part);
-            out.names.len() - 1
-        });
-        let class = u8::try_from(class).ok().filter(|class| *class < BEYOND);
-        out.of_label.push(
-            class.ok_or_else(|| refused("more than 254 parts and holes", "give several labels one name"))?,
-        );
-    }
-    if !unlisted.is_empty() {
-        let what = format!("the labels {} of the scan, which are not listed", unlisted.join(", "));
-        return Err(refused(what, "list them as parts, as holes, or as outside"));
-    }
-    if !out.is_part.contains(&true) {
-        return Err(refused(
-            "a scan without a label that becomes a part",
-            "list one of its labels as a part",
-        ));
-    }
-    Ok(out)
-}
-
 /// The voxels that are meshed, without noise: those of the crop, and air around the body where it does not end with them.
 fn prepared(
     volume: &LabelVolume,
@@ -183,7 +106,9 @@ fn prepared(
         return Err(refused("a part of the scan without any label", "crop it around the body"));
     };
     let bounds = [0, 1, 2].map(|k| {
-        let margin = (options.size_m / grid.spacing[k]).ceil().max(2.0) as i64;
+        // As much as an element, and no more than the memory of the scan allows.
+        let most = 2.0 + 0.5 * (high[k] - low[k]) as f64;
+        let margin = (options.size_m / grid.spacing[k]).ceil().clamp(2.0, most) as i64;
         let end = grid.dims[k];
         [
             if low[k] == 0 { 0 } else { low[k] as i64 - margin },
@@ -208,90 +133,6 @@ fn cropped(frame: &Frame, options: &Options) -> Result<[[usize; 3]; 2], MeshErro
     Ok([low, high])
 }
 
-/// The octree, fine where it is asked to be and at thin layers.
-fn octree(
-    grid: &ClassGrid,
-    frame: &Frame,
-    classes: &Classes,
-    options: &Options,
-) -> Result<Octree, MeshError> {
-    let lengths = grid.lengths();
-    let counts = lengths.map(|length| (length / options.size_m).round().max(1.0));
-    let most = 8 * options.max_elements;
-    if !(counts.product() <= most as f64) {
-        within(counts.product().min(1e18) as u64, options)?;
-    }
-    let base = [0, 1, 2].map(|k| counts[k] as u32);
-    let edge = (0..3).map(|k| lengths[k] / counts[k]).fold(0.0, f64::max);
-    let corner = Vec3::from_fn(|k, _| grid.first[k] as f64 * grid.spacing[k]);
-    let places: Vec<(Vec3, f64, f64)> = options
-        .near
-        .iter()
-        .map(|near| (frame.local(&near.point) - corner, near.size_m, near.within_m))
-        .collect();
-    let finest = places.iter().fold(options.size_m, |least, (_, size, _)| least.min(*size));
-    let thin = options.thin_size_m.unwrap_or(finest);
-    let halvings = (edge / finest.min(thin) - 1e-6).log2().ceil().clamp(0.0, f64::from(MOST_HALVINGS));
-    if base.iter().any(|n| u64::from(*n) << (halvings as u32) >= u64::from(MOST_CELLS)) {
-        return Err(refused(
-            "more than a million elements along an axis",
-            "enlarge the sizes, or crop the scan",
-        ));
-    }
-    let mut tree = Octree::new(base, &lengths, halvings as u8);
-    let (mut fractions, mut found) = (Vec::new(), Vec::new());
-    let mut asks = |tree: &Octree, leaf: Leaf| {
-        let [low, high] = tree.bounds(leaf);
-        labelling::fractions(grid, [low, high], &mut fractions);
-        let is_solid = |class: usize| classes.is_part[class];
-        if !(0..grid.count).any(|class| fractions[class] > 0.0 && is_solid(class)) {
-            return false;
-        }
-        let edge = tree.edge(leaf.level);
-        let is_coarse = |(point, size, within): &(Vec3, f64, f64)| {
-            let distance = (point - point.sup(&low).inf(&high)).norm();
-            edge > (size + GROWTH * (distance - within).max(0.0)).min(options.size_m) * (1.0 + 1e-6)
-        };
-        if edge > options.size_m * 1.5 || places.iter().any(is_coarse) {
-            return true;
-        }
-        found.clear();
-        found.extend((1..grid.count).filter(|class| fractions[*class] > COUNTS).map(|class| class as u8));
-        edge > thin * (1.0 + 1e-6) && found.iter().any(|class| is_thin(grid, [low, high], *class, edge))
-    };
-    match tree.refine(most, &mut asks) {
-        Ok(()) => Ok(tree),
-        Err(leaves) => Err(within(leaves, options).err().unwrap_or(MeshError::Empty)),
-    }
-}
-
-/// Whether no ball of a diameter of [`THIN`] edges around a point near a leaf is all of one class.
-fn is_thin(grid: &ClassGrid, [low, high]: [Vec3; 2], class: u8, edge: f64) -> bool {
-    const POINTS: usize = 7;
-    let radius = 0.5 * THIN * edge;
-    let lengths = grid.lengths();
-    let is_solid = |centre: &Vec3| {
-        let steps = [-1.0, 0.0, 1.0];
-        let at = |x: f64, y: f64, z: f64| {
-            let away = Vec3::new(x, y, z);
-            let length = away.norm();
-            let p = centre + if length > 0.0 { away * (radius / length) } else { away };
-            // Beyond the box, the body goes on.
-            grid.class_at(&p.sup(&Vec3::zeros()).inf(&lengths)) == class
-        };
-        grid.class_at(centre) == class
-            && steps.iter().all(|x| steps.iter().all(|y| steps.iter().all(|z| at(*x, *y, *z))))
-    };
-    let (low, size) = (low.add_scalar(-radius), (high - low).add_scalar(2.0 * radius));
-    let place = |n: usize| n as f64 / (POINTS - 1) as f64;
-    !(0..POINTS).any(|i| {
-        (0..POINTS).any(|j| {
-            (0..POINTS)
-                .any(|k| is_solid(&(low + size.component_mul(&Vec3::new(place(i), place(j), place(k))))))
-        })
-    })
-}
-
 /// Moves the nodes onto the surfaces of the labels, and these until the volumes are those of the voxels.
 fn place_nodes(
     elements: &mut Elements,
@@ -306,9 +147,9 @@ fn place_nodes(
         elements.add_skin(grid.count as u8, &classes.is_part, thickness);
     }
     let mut smoothing = Smoothing::new(elements, thickness.unwrap_or(0.0));
-    for i in 0..MOST_SWEEPS {
-        let least = SWEEPS[i.min(SWEEPS.len() - 1)];
-        smoothing.sweep(&mut surfaces, least, i % 2 == 1);
+    for i in 0..MOST_PASSES {
+        let least = PASSES[i.min(PASSES.len() - 1)];
+        smoothing.pass(&mut surfaces, least, i % 2 == 1);
         if i < FIRST_CORRECTION {
             continue;
         }
@@ -323,7 +164,7 @@ fn place_nodes(
         let missing: Vec<f64> = aims.iter().zip(&volumes).map(|(aim, volume)| aim - volume).collect();
         let deviation = |(missing, aim): (&f64, &f64)| if *aim > 0.0 { (missing / aim).abs() } else { 0.0 };
         let worst = missing.iter().zip(aims).skip(1).map(deviation).fold(0.0, f64::max);
-        if i + 1 >= SWEEPS.len() && worst < VOLUME_REACHED {
+        if i + 1 >= PASSES.len() && worst < VOLUME_REACHED {
             break;
         }
         let growth = volumes::growth(smoothing.elements, &missing);

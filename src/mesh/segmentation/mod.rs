@@ -7,6 +7,7 @@
 //! The octree lies along the axes of the scan: its ends, and those of a crop, are then flat faces of elements, at whatever angle the
 //! scan was taken.
 
+mod classes;
 mod elements;
 mod erosion;
 mod grid;
@@ -17,6 +18,7 @@ mod mesher;
 mod octree;
 mod options;
 pub mod read;
+mod sizes;
 mod skin;
 mod smoothing;
 mod surfaces;

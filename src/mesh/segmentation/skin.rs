@@ -1,33 +1,17 @@
 //! A layer of hexahedra on the outer surface. It begins thin, so that its elements are sound on the steps of the octree, and gets
 //! its thickness while nodes are moved.
 
-use super::elements::Elements;
+use super::elements::{Elements, Skin};
 use super::grid::OUTSIDE;
 use super::surfaces::Surfaces;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::CellKind;
-use std::collections::BTreeMap;
 
 /// Thickness of the layer at first, in edges of the smallest element [-], at most.
 const FIRST_THICKNESS: f64 = 0.35;
 
 /// Added to the diagonal of the equations for the direction of a node, relative to their trace [-].
 const DAMPING: f64 = 1e-3;
-
-/// The layer of elements that follow those of the leaves.
-#[derive(Clone, Debug, Default)]
-pub struct Skin {
-    /// Number of nodes of the leaves: that of the first outer node.
-    pub first_node: usize,
-    /// Number of elements of the leaves: that of the first element of the layer.
-    pub first_element: usize,
-    /// Node below each outer node.
-    pub below: Vec<u32>,
-    /// Outer node above each node; only those of the surface have one.
-    pub above: BTreeMap<u32, u32>,
-    /// Element under each element of the layer.
-    pub under: Vec<u32>,
-}
 
 impl Elements {
     /// Puts a layer of elements of a new class onto the outer faces of the parts; it will be `thickness` thick [m].

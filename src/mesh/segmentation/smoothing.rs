@@ -20,7 +20,7 @@ const SOUND: f64 = 0.6;
 /// Shortest edge of an element that a move may leave, relative to that of its leaf or its layer before [-].
 const SHORTEST: f64 = 0.3;
 
-/// Shortest edge of an element of the skin that a move may leave, relative to what it was in an earlier sweep [-].
+/// Shortest edge of an element of the skin that a move may leave, relative to what it was in an earlier pass [-].
 const SHORTEST_SKIN: f64 = 0.7;
 
 /// Smallest scaled Jacobian of a hexahedron at its corners and points of quadrature [-], and its shortest edge [m].
@@ -124,7 +124,7 @@ impl<'a> Smoothing<'a> {
     }
 
     /// Moves every node once, onto the surfaces or after its neighbours; scaled Jacobians stay above `least`.
-    pub fn sweep(&mut self, surfaces: &mut Surfaces, least: f64, is_backward: bool) {
+    pub fn pass(&mut self, surfaces: &mut Surfaces, least: f64, is_backward: bool) {
         let count = self.homes.len();
         for i in 0..count {
             let node = if is_backward { count - 1 - i } else { i };
