@@ -131,13 +131,3 @@ fn what_is_wrong_with_a_scan_is_listed_with_its_place() {
     let message = load_scan(&document).unwrap_err().to_string();
     assert!(message.contains("segmentation"), "{message}");
 }
-
-#[test]
-fn zz_bless() {
-    let root = env!("CARGO_MANIFEST_DIR");
-    std::fs::write(
-        format!("{root}/api/scene.schema.json"),
-        format!("{:#}\n", crate::scene::schema::scene_schema()),
-    )
-    .unwrap();
-}
