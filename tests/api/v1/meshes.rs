@@ -99,10 +99,11 @@ fn every_body_whose_mesh_was_not_uploaded_is_reported_with_a_remedy() {
 
 /// A scan of 12 × 12 × 8 voxels of 5 mm as MetaImage: fat (1) on muscle (2), and air above.
 fn scan() -> Vec<u8> {
-    let mut file = "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nElementSpacing = 5 5 5\n\
+    let mut file =
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nElementSpacing = 5 5 5\n\
                     DimSize = 12 12 8\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n"
-        .to_owned()
-        .into_bytes();
+            .to_owned()
+            .into_bytes();
     for k in 0..8 {
         let label = [2, 2, 2, 2, 1, 1, 0, 0][k];
         file.extend([label; 144]);
