@@ -1,12 +1,13 @@
 //! `contuse mesh info`: contents and quality of a mesh file.
 
 use super::json::write_json;
-use super::mesh_file::read_mesh_file;
+use super::mesh_file::{is_scan, read_mesh_file, read_scan_file};
 use super::plan::write_table;
 use super::{CliError, Exit};
 use crate::mesh::MeshError;
 use crate::mesh::inspect::{Inspection, inspect};
 use crate::mesh::names::shortened;
+use crate::mesh::segmentation::ScanInspection;
 use clap::{Args, Subcommand};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -14,14 +15,14 @@ use std::path::PathBuf;
 /// Subcommands on mesh files.
 #[derive(Debug, Subcommand)]
 pub enum MeshCommand {
-    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file.
+    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file; spacing and labels of a scan.
     Info(InfoArgs),
 }
 
 /// Arguments of `contuse mesh info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf.
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; or a scan with labels: .nii, .nii.gz, .nrrd or .mha.
     pub file: PathBuf,
     /// Print the answer as JSON.
     #[arg(long)]
@@ -34,6 +35,16 @@ pub struct InfoArgs {
 /// Why the file is no mesh.
 pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
     let MeshCommand::Info(args) = command;
+    if is_scan(&args.file) {
+        let (volume, name) = read_scan_file(&args.file)?;
+        let found = ScanInspection::of(&volume);
+        if args.json {
+            write_json(&found, out)?;
+        } else {
+            write_scan(&name, &found, out)?;
+        }
+        return Ok(Exit::Success);
+    }
     let (mesh, name) = read_mesh_file(&args.file)?;
     let found = inspect(&mesh).ok_or_else(|| CliError::Usage(format!("{name}: {}", MeshError::Empty)))?;
     if args.json {
@@ -42,6 +53,26 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
         write_inspection(&name, &found, out)?;
     }
     Ok(if found.negative_elements == 0 { Exit::Success } else { Exit::InvalidInput })
+}
+
+fn write_scan(name: &str, found: &ScanInspection, out: &mut dyn Write) -> io::Result<()> {
+    let words = |numbers: [f64; 3]| numbers.map(|x| format!("{:.4}", 1e3 * x)).join(", ");
+    let [a, b, c] = found.voxels;
+    writeln!(out, "{name}: {a} × {b} × {c} voxels with labels")?;
+    writeln!(out, "  spacing       {} mm", words(found.spacing_m))?;
+    writeln!(
+        out,
+        "  bounding box  ({}) to ({}) mm",
+        words(found.bounding_box_m[0]),
+        words(found.bounding_box_m[1])
+    )?;
+    writeln!(out, "\nLabels (0 is outside)")?;
+    let rows = found
+        .labels
+        .iter()
+        .map(|l| [l.label.to_string(), l.voxels.to_string(), format!("{:.6e}", l.volume_m3)]);
+    write_table(&["label", "voxels", "volume, m³"], &rows.collect::<Vec<_>>(), out)?;
+    found.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
 }
 
 fn write_inspection(name: &str, found: &Inspection, out: &mut dyn Write) -> io::Result<()> {

@@ -2,16 +2,37 @@
 
 use super::CliError;
 use crate::mesh::Mesh;
-use crate::scene::build::read_file;
+use crate::mesh::read::MeshFormat;
+use crate::mesh::segmentation::LabelVolume;
+use crate::scene::build::{read_file, read_scan};
 use crate::scene::problem::Pointer;
 use crate::scene::{Budget, FolderSource};
 use std::path::Path;
 
-/// The mesh of a file, and the name of the file without its folder; files that it includes are in the same folder.
-pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
+/// The labels of a scan, and the name of its file without its folder.
+pub(super) fn read_scan_file(path: &Path) -> Result<(LabelVolume, String), CliError> {
+    let (source, name) = source_of(path);
+    let read = read_scan(&source, &name, Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
+    let (volume, _) = read.map_err(crate::scene::Problem::alone)?;
+    Ok((volume, name))
+}
+
+/// Whether a file is a scan, by its name.
+pub(super) fn is_scan(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    MeshFormat::from_name(&name).and_then(MeshFormat::volume).is_some()
+}
+
+/// The folder and the name of a file.
+fn source_of(path: &Path) -> (FolderSource, String) {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let source = FolderSource::new(folder);
+    (FolderSource::new(folder), name)
+}
+
+/// The mesh of a file, and the name of the file without its folder; files that it includes are in the same folder.
+pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
+    let (source, name) = source_of(path);
     let read = read_file(&source, &name, Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
     let (mesh, _) = read.map_err(crate::scene::Problem::alone)?;
     Ok((mesh, name))

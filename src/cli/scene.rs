@@ -1,9 +1,9 @@
 //! `contuse scene from`: a first scene of a mesh file.
 
-use super::mesh_file::read_mesh_file;
+use super::mesh_file::{is_scan, read_mesh_file, read_scan_file};
 use super::output_file::write_file;
 use super::{CliError, Exit};
-use crate::scene::first_scene::first_scene;
+use crate::scene::first_scene::{first_scene, first_scene_of_scan};
 use clap::{Args, Subcommand};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Subcommands on scene documents.
 #[derive(Debug, Subcommand)]
 pub enum SceneCommand {
-    /// Write a first scene of a mesh file: bodies, parts and sets with guessed roles. What only you know is left open, and
+    /// Write a first scene of a mesh file or a scan: bodies, parts and sets with guessed roles. What only you know is left open, and
     /// `contuse validate` names it.
     From(FromArgs),
 }
@@ -19,7 +19,7 @@ pub enum SceneCommand {
 /// Arguments of `contuse scene from`.
 #[derive(Args, Debug)]
 pub struct FromArgs {
-    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf.
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; or a scan with labels: .nii, .nii.gz, .nrrd or .mha.
     pub mesh: PathBuf,
     /// Scene to write, in the folder of the mesh [default: standard output].
     #[arg(short, long, value_name = "FILE")]
@@ -35,9 +35,14 @@ pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliErr
     if let Some(output) = &args.output {
         check_folder(output, &args.mesh)?;
     }
-    let (mesh, name) = read_mesh_file(&args.mesh)?;
-    mesh.notes.iter().for_each(|note| eprintln!("note: {note}"));
-    let document = first_scene(&mesh, &name);
+    let (document, notes) = if is_scan(&args.mesh) {
+        let (volume, name) = read_scan_file(&args.mesh)?;
+        (first_scene_of_scan(&volume, &name), volume.notes)
+    } else {
+        let (mesh, name) = read_mesh_file(&args.mesh)?;
+        (first_scene(&mesh, &name), mesh.notes)
+    };
+    notes.iter().for_each(|note| eprintln!("note: {note}"));
     match &args.output {
         Some(output) => write_file(output, |file| writeln!(file, "{document:#}"))?,
         None => writeln!(out, "{document:#}")?,

@@ -4,7 +4,7 @@
 //! (½, ½) or of the corners of its face (¼ each). These may hang themselves.
 
 use crate::mechanics::followers::Masters;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Hanging nodes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -64,6 +64,48 @@ impl HangingNodes {
         self.between = self.between.iter().filter_map(renumbered).collect();
     }
 
+    /// Faces between elements of a layer, one on one side and two halves on the other, by their sorted nodes: of `faces` that
+    /// belong to one element only, those with two nodes in the middles of opposite edges of another, and that other.
+    fn halved(&self, faces: &[[u32; 4]]) -> BTreeSet<Vec<u32>> {
+        let sorted = |nodes: &[u32; 4]| {
+            let mut key = nodes.to_vec();
+            key.sort_unstable();
+            key
+        };
+        // The other end of the edge on which a node hangs.
+        let beyond = |node: u32, end: u32| match self.between.get(&node).map(Vec::as_slice) {
+            Some(&[a, b]) if a == end => Some(b),
+            Some(&[a, b]) if b == end => Some(a),
+            _ => None,
+        };
+        let has_hanging = |face: &&[u32; 4]| face.iter().any(|node| self.between.contains_key(node));
+        let mut whole: BTreeSet<Vec<u32>> = BTreeSet::new();
+        let mut pairs = Vec::new();
+        for face in faces.iter().filter(has_hanging) {
+            for i in 0..4 {
+                let [m, n, end_n, end_m] = [0, 1, 2, 3].map(|k| face[(i + k) % 4]);
+                if let (Some(a), Some(b)) = (beyond(m, end_m), beyond(n, end_n)) {
+                    pairs.push((sorted(face), sorted(&[end_m, end_n, a, b])));
+                }
+            }
+        }
+        if pairs.is_empty() {
+            return whole;
+        }
+        let known: BTreeSet<Vec<u32>> = faces.iter().map(sorted).collect();
+        for (half, other) in pairs {
+            if known.contains(&other) {
+                whole.extend([half, other]);
+            }
+        }
+        whole
+    }
+
+    /// Whether elements of a layer meet in halves of faces, which cannot be split further.
+    pub fn halves_faces(&self, faces: &[[u32; 4]]) -> bool {
+        !self.halved(faces).is_empty()
+    }
+
     /// The boundary surface of elements with these hanging nodes, of the `faces` that belong to one element only: without those between coarse and
     /// fine elements, and with coarse faces that have hanging nodes on their edges cut into triangles (the last node repeated), so that
     /// each edge has a face on either side.
@@ -78,8 +120,11 @@ impl HangingNodes {
         };
         let middles: BTreeMap<Vec<u32>, u32> = self.each().map(|(node, on)| (sorted(on), node)).collect();
         let is_in_a_face = |node: &u32| self.between.get(node).is_some_and(|others| others.len() == 4);
-        let is_between =
-            |face: &[u32; 4]| face.iter().any(is_in_a_face) || middles.contains_key(&sorted(face));
+        let halved = self.halved(&faces);
+        let is_between = |face: &[u32; 4]| {
+            let corners = sorted(face);
+            face.iter().any(is_in_a_face) || middles.contains_key(&corners) || halved.contains(&corners)
+        };
         let mut boundary = Vec::with_capacity(faces.len());
         for face in faces.into_iter().filter(|face| !is_between(face)) {
             let edges = (0..4).map(|i| [face[i], face[(i + 1) % 4]]);

@@ -19,6 +19,7 @@ pub mod read;
 pub mod refine;
 pub mod refinement_estimate;
 pub mod refinement_region;
+pub mod segmentation;
 pub mod split;
 pub mod surface;
 pub mod triangulated_surface;

@@ -17,8 +17,14 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 /// children share their nodes as their parents do.
 ///
 /// # Errors
-/// `Unrefinable` if the mesh has a kind of cell that cannot be split.
+/// `Unrefinable` if the mesh has a kind of cell that cannot be split; `Unsupported` where elements of a layer meet in halves of faces.
 pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
+    if mesh.hanging.halves_faces(&boundary(&mesh.cells)) {
+        return Err(MeshError::Unsupported {
+            what: "splitting of a skin of one element that covers coarse and fine elements".into(),
+            remedy: "make the mesh of the scan with smaller elements".into(),
+        });
+    }
     let mut split = Split::new(mesh);
     split.join_diagonals(&mesh.cells);
     let mut cells = Cells::default();

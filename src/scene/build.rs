@@ -9,11 +9,14 @@ use super::frames::{NoAxes, element_axes};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
 use super::refinement::Meshes;
+use super::segmentation_document::SegmentationDocument;
 use super::source::{MeshSource, MeshSourceError};
 use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::read::{MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
+use crate::mesh::segmentation::read::read_labels;
+use crate::mesh::segmentation::{self, LabelVolume};
 use crate::mesh::{CellKind, Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
@@ -69,6 +72,9 @@ impl<'a> Builder<'a> {
                 self.generated(&Recipe::new(generator), &here.key("mesh").key("generator"), out)?
             }
             MeshDocument::File(file) => self.read_from_file(file, &here.key("mesh").key("file"), out)?,
+            MeshDocument::Segmentation(scan) => {
+                self.of_scan(scan, &here.key("mesh").key("segmentation"), out)?
+            }
         };
         match &body.placement {
             Some(placement) => placed(&mesh, placement, &here.key("placement"), out),
@@ -133,6 +139,22 @@ impl<'a> Builder<'a> {
         finer.map_err(|error| out.push(mesh_problem(&error, &refine))).ok()
     }
 
+    /// The mesh of the labels of a scan.
+    fn of_scan(&mut self, scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+        // Reported by the checks of the document; the mesh is made of these numbers.
+        if !(scan.is_sound()) {
+            return None;
+        }
+        let place = here.key("name");
+        let read = read_scan(self.source, &scan.name, self.budget.mesh_bytes, &place);
+        let (volume, hash) = read.map_err(|problem| out.push(problem)).ok()?;
+        self.file_hashes.insert(scan.name.clone(), hash);
+        let made = segmentation::mesh(&volume, &scan.options(self.elements_left));
+        let mesh = made.map_err(|error| out.push(scan_problem(&error, here))).ok()?;
+        self.spend(mesh.cells.len() as u64, here, out)?;
+        Some(mesh)
+    }
+
     fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
         let (mesh, file_hashes) = read_file(self.source, name, self.budget.mesh_bytes, place)?;
         self.file_hashes.extend(file_hashes);
@@ -189,6 +211,31 @@ pub fn read_file(
     };
     let mesh = read_mesh_with(&found.bytes, format, &mut include);
     Ok((mesh.map_err(|error| mesh_problem(&error, place).value(name))?, file_hashes))
+}
+
+/// The labels of a file of a source, of at most `limit` bytes after decompression, and the SHA-256 of the file.
+///
+/// # Errors
+/// Why it cannot be read, as a problem at `place`.
+pub fn read_scan(
+    source: &dyn MeshSource,
+    name: &str,
+    limit: u64,
+    place: &Pointer,
+) -> Result<(LabelVolume, [u8; 32]), Problem> {
+    let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
+    let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
+    let format = format.and_then(MeshFormat::volume).ok_or_else(|| {
+        Problem::error("unknown_mesh_format", place, "this is no scan with labels")
+            .value(name)
+            .limit("a file name ending in .nii, .nii.gz, .nrrd or .mha")
+            .remedy(
+                "name a mesh in \"mesh\": {\"file\": …}; save the labels of a scan in one of these formats",
+            )
+    })?;
+    let volume = read_labels(&found.bytes, format, limit);
+    let volume = volume.map_err(|error| scan_problem(&error, place).value(name))?;
+    Ok((volume, Sha256::digest(&found.bytes).into()))
 }
 
 /// Only some parts of a mesh; every unknown name is a problem.
@@ -296,6 +343,18 @@ fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
             problem.limit("a valid file of its format").remedy("export the file again, or repair it")
         }
         _ => problem.limit("a mesh of cells with a finite element").remedy("change the mesh"),
+    }
+}
+
+fn scan_problem(error: &MeshError, here: &Pointer) -> Problem {
+    let problem = Problem::error("bad_scan", here, error.to_string());
+    match error {
+        MeshError::Unsupported { remedy, .. } => {
+            problem.limit("labels that can be meshed as asked").remedy(remedy.clone())
+        }
+        _ => {
+            problem.limit("a valid file of its format").remedy("export the labels again, or repair the file")
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
+use crate::mesh::segmentation::LabelVolume;
 use serde_json::{Value, json};
 
 /// In the place of a set of the library.
@@ -59,6 +60,27 @@ pub fn first_scene(mesh: &Mesh, file_name: &str) -> Value {
         "description": format!("From the mesh {file_name}: {guessed}; materials, velocities and the end time are to be given."),
         "end_time_s": null,
         "bodies": bodies,
+    })
+}
+
+/// A scene with the labels of a scan, read from `file_name` in the folder of the scene: every label a part of one body.
+pub fn first_scene_of_scan(volume: &LabelVolume, file_name: &str) -> Value {
+    let labels = volume.counts().into_iter().map(|count| count.label).filter(|label| *label != 0);
+    let named: Vec<(i64, String)> = labels.map(|label| (label, format!("label_{label}"))).collect();
+    let listed: Vec<Value> =
+        named.iter().map(|(label, part)| json!({"label": label, "part": part})).collect();
+    let parts: Vec<Value> =
+        named.iter().map(|(_, part)| json!({"part": part, "material": {"library": TO_BE_CHOSEN}})).collect();
+    json!({
+        "name": file_name.split('.').next().unwrap_or(file_name),
+        "description": format!("From the scan {file_name}: sizes, materials, a projectile and the end time are to be given."),
+        "end_time_s": null,
+        "bodies": [{
+            "name": "tissue",
+            "role": "tissue",
+            "mesh": {"segmentation": {"name": file_name, "labels": listed, "size_m": null}},
+            "parts": parts,
+        }],
     })
 }
 
@@ -184,6 +206,24 @@ mod tests {
         assert_eq!(scene["bodies"][0]["role"], "tissue");
         assert_eq!(scene["bodies"][0]["mesh"]["file"], json!({"name": "thigh.k"}));
         assert_eq!(scene["bodies"][0]["placement"]["scale"], 0.001);
+    }
+
+    #[test]
+    fn every_label_of_a_scan_is_a_part() {
+        let volume = LabelVolume {
+            dims: [3, 1, 1],
+            labels: vec![0, 1, 2],
+            values: vec![0, 3, 8],
+            origin: Vec3::zeros(),
+            steps: [Vec3::x(), Vec3::y(), Vec3::z()],
+            notes: Vec::new(),
+        };
+        let scene = first_scene_of_scan(&volume, "thigh.nii.gz");
+        assert_eq!(scene["name"], "thigh");
+        let scan = &scene["bodies"][0]["mesh"]["segmentation"];
+        assert_eq!(scan["labels"], json!([{"label": 3, "part": "label_3"}, {"label": 8, "part": "label_8"}]));
+        assert_eq!(scene["bodies"][0]["parts"][1]["part"], "label_8");
+        assert!(scan["size_m"].is_null());
     }
 
     #[test]

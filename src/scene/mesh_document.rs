@@ -1,5 +1,6 @@
 //! Meshes in a scene document: a file in the folder of the scene, an uploaded mesh, or a generator.
 
+use super::segmentation_document::SegmentationDocument;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +12,8 @@ pub enum MeshDocument {
     File(MeshFileDocument),
     /// Generated from a few parameters.
     Generator(Generator),
+    /// Made of the labels of a scan.
+    Segmentation(SegmentationDocument),
 }
 
 /// A mesh file, or parts of one.
@@ -178,13 +181,15 @@ pub enum Generator {
 }
 
 impl MeshDocument {
-    /// Numbers of elements by direction; of a mesh from a file, into how many each of its elements is split along an edge.
+    /// Numbers of elements by direction; of a scan, along a metre; of a mesh from a file, into how many each of its elements is split along an edge.
     pub fn counts(&self) -> Vec<u32> {
         match self {
             Self::Generator(generator) => {
                 generator.clone().counts_mut().into_iter().map(|count| *count).collect()
             }
             Self::File(file) => vec![1_u32.checked_shl(file.refine).unwrap_or(u32::MAX)],
+            // Elements along a metre.
+            Self::Segmentation(scan) => vec![(1.0 / scan.size_m).round().max(1.0) as u32],
         }
     }
 }

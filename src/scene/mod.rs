@@ -45,6 +45,7 @@ pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
 pub mod schema;
+pub mod segmentation_document;
 pub mod solver_document;
 pub mod source;
 mod structure;

@@ -161,6 +161,10 @@ fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
             Some(())
         }
         MeshDocument::Generator(generator) => change_counts(generator, factor),
+        MeshDocument::Segmentation(scan) => {
+            scan.divide_sizes(factor);
+            Some(())
+        }
     }
 }
 

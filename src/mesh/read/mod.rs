@@ -1,5 +1,5 @@
 //! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary), Abaqus `.inp`, VTK `.vtk`
-//! and `.vtu`, LS-DYNA `.k`, FEBio `.feb`, Nastran `.bdf`.
+//! and `.vtu`, LS-DYNA `.k`, FEBio `.feb`, Nastran `.bdf`. Label volumes have formats here, too, and are read by `segmentation`.
 //!
 //! The readers accept arbitrary bytes, trust none of them, and report the line or byte of an error. Volumes may be of any
 //! [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of other elements
@@ -22,6 +22,7 @@ mod tests;
 
 pub use include::Include;
 
+use super::segmentation::read::VolumeFormat;
 use super::{Mesh, MeshError};
 use serde::{Deserialize, Serialize};
 
@@ -54,12 +55,31 @@ pub enum MeshFormat {
     /// Nastran bulk data `.bdf`.
     #[serde(rename = "bdf")]
     Nastran,
+    /// Label volume in NIfTI `.nii`, `.nii.gz`.
+    #[serde(rename = "nii")]
+    Nifti,
+    /// Label volume in NRRD `.nrrd`.
+    #[serde(rename = "nrrd")]
+    Nrrd,
+    /// Label volume in MetaImage `.mha`.
+    #[serde(rename = "mha")]
+    MetaImage,
 }
 
 impl MeshFormat {
     /// All formats.
-    pub const ALL: [Self; 7] =
-        [Self::Gmsh, Self::Abaqus, Self::Vtk, Self::Vtu, Self::LsDyna, Self::Febio, Self::Nastran];
+    pub const ALL: [Self; 10] = [
+        Self::Gmsh,
+        Self::Abaqus,
+        Self::Vtk,
+        Self::Vtu,
+        Self::LsDyna,
+        Self::Febio,
+        Self::Nastran,
+        Self::Nifti,
+        Self::Nrrd,
+        Self::MetaImage,
+    ];
 
     /// The usual file extension of the format.
     pub fn extension(self) -> &'static str {
@@ -76,6 +96,9 @@ impl MeshFormat {
             Self::LsDyna => &["k", "key", "dyn"],
             Self::Febio => &["feb"],
             Self::Nastran => &["bdf", "nas"],
+            Self::Nifti => &["nii", "nii.gz"],
+            Self::Nrrd => &["nrrd"],
+            Self::MetaImage => &["mha"],
         }
     }
 
@@ -87,9 +110,9 @@ impl MeshFormat {
 
     /// The format from the extension of a file name (not case-sensitive).
     pub fn from_name(name: &str) -> Option<Self> {
-        let (_, extension) = name.rsplit_once('.')?;
-        let has = |format: &Self| format.extensions().iter().any(|own| extension.eq_ignore_ascii_case(own));
-        Self::ALL.into_iter().find(has)
+        let name = name.to_ascii_lowercase();
+        let ends = |own: &&str| name.strip_suffix(*own).is_some_and(|stem| stem.ends_with('.'));
+        Self::ALL.into_iter().find(|format| format.extensions().iter().any(|own| ends(&own)))
     }
 
     /// The format from the first bytes of a file; Nastran's has no certain beginning.
@@ -111,7 +134,18 @@ impl MeshFormat {
         } else if begins(&[b"<"]) && names(b"<febio_spec") {
             Some(Self::Febio)
         } else {
-            None
+            let volume = VolumeFormat::sniff(bytes)?;
+            Self::ALL.into_iter().find(|format| format.volume() == Some(volume))
+        }
+    }
+
+    /// The format of label volumes that this is; `None` for those of meshes.
+    pub fn volume(self) -> Option<VolumeFormat> {
+        match self {
+            Self::Nifti => Some(VolumeFormat::Nifti),
+            Self::Nrrd => Some(VolumeFormat::Nrrd),
+            Self::MetaImage => Some(VolumeFormat::MetaImage),
+            _ => None,
         }
     }
 }
@@ -141,5 +175,10 @@ pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Res
         MeshFormat::LsDyna => lsdyna::read(bytes, include),
         MeshFormat::Febio => febio::read(bytes),
         MeshFormat::Nastran => nastran::read(bytes),
+        MeshFormat::Nifti | MeshFormat::Nrrd | MeshFormat::MetaImage => Err(MeshError::Unsupported {
+            what: "a scan with labels, which has no elements".into(),
+            remedy: "name it in \"mesh\": {\"segmentation\": {\"name\": …, \"size_m\": …}} of the body"
+                .into(),
+        }),
     }
 }

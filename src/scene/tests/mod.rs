@@ -5,6 +5,7 @@ mod cells;
 mod library;
 mod mesh_formats;
 mod rigid;
+mod scans;
 
 use super::*;
 use broken::broken;

@@ -18,6 +18,7 @@ pub mod prony;
 pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
+pub mod segmentation;
 pub mod softening;
 pub mod solver;
 pub mod timing;
@@ -48,6 +49,7 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     accuracy::check(document, &mut out);
     measures::check(document, &mut out);
     refinement::check(document, &mut out);
+    segmentation::check(document, &mut out);
     out
 }
 

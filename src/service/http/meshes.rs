@@ -24,14 +24,16 @@ use utoipa::IntoParams;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct UploadParameters {
-    /// The format, unless the beginning of the file identifies it: `msh`, `inp`, `vtk`, `vtu`, `k`, `feb` or `bdf`.
+    /// The format, unless the beginning of the file identifies it: `msh`, `inp`, `vtk`, `vtu`, `k`, `feb` or `bdf`;
+    /// of a scan with labels `nii` (compressed, too), `nrrd` or `mha`.
     format: Option<MeshFormat>,
 }
 
-/// Upload a mesh.
+/// Upload a mesh, or a scan with labels.
 ///
 /// The body is the file itself (`curl --data-binary @ball.inp`). Its id is the SHA-256 of its bytes: the same file has
-/// the same id, and a scene names it by `{"file": {"name": "<id>"}}`.
+/// the same id, and a scene names it by `{"file": {"name": "<id>"}}`; a scan by `{"segmentation": {"name": "<id>", "size_m": …}}`.
+/// The report on a scan counts its voxels as elements, those of label n as part `label_<n>`.
 #[utoipa::path(
     post, path = "/v1/meshes", tag = "meshes", operation_id = "upload_mesh", params(UploadParameters),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),

@@ -10,6 +10,8 @@ use super::{JobKind, Phase, Progress};
 use crate::mesh::Mesh;
 use crate::mesh::quality::{first_beyond_range, quality};
 use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::segmentation::read::read_labels;
+use crate::mesh::segmentation::{LabelVolume, ScanInspection};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
 use crate::scene::json;
@@ -130,6 +132,11 @@ impl Engine for Simulator {
         let format = format.or_else(|| MeshFormat::sniff(bytes));
         let format =
             format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
+        if let Some(volume) = format.volume() {
+            let labels = read_labels(bytes, volume, self.scenes.budget().mesh_bytes);
+            let labels = labels.map_err(|error| refusal(error.to_string()))?;
+            return Ok((format, scan_report(&labels)));
+        }
         let mesh = read_mesh(bytes, format).map_err(|error| refusal(error.to_string()))?;
         if let Some(element) = first_beyond_range(&mesh) {
             return Err(refusal(format!(
@@ -151,6 +158,36 @@ fn expected_steps(step: u64, fraction: f64, estimate: u64) -> u64 {
 /// Problem of a scene that is only found when its plan is compiled.
 fn not_compilable(error: &dyn std::error::Error) -> Problem {
     Problem::error("not_compilable", &Pointer::root(), error.to_string())
+}
+
+/// Report on an uploaded scan: its voxels count as elements, those of label n as a part `label_<n>`.
+fn scan_report(volume: &LabelVolume) -> MeshReport {
+    let found = ScanInspection::of(volume);
+    let [low, high] = found.bounding_box_m;
+    let labelled = || found.labels.iter().filter(|label| label.label != 0);
+    let lengths = || found.spacing_m.into_iter();
+    let volumes = labelled().map(|label| format!("label {}: {:.4e} m³", label.label, label.volume_m3));
+    MeshReport {
+        nodes: found.voxels.iter().map(|n| *n as u64 + 1).product(),
+        elements: labelled().map(|label| label.voxels).sum(),
+        parts: labelled().map(|label| (format!("label_{}", label.label), label.voxels)).collect(),
+        node_sets: BTreeMap::new(),
+        bounding_box_min: low,
+        bounding_box_max: high,
+        quality: MeshQualityReport {
+            min_scaled_jacobian: 1.0,
+            worst_element: 0,
+            negative_elements: 0,
+            first_negative_elements: Vec::new(),
+            folded_elements: 0,
+            max_aspect_ratio: Some(lengths().fold(0.0, f64::max) / lengths().fold(f64::INFINITY, f64::min)),
+            coincident_nodes: 0,
+            min_edge: lengths().fold(f64::INFINITY, f64::min),
+            max_edge: lengths().fold(0.0, f64::max),
+            volume: labelled().map(|label| label.volume_m3).sum(),
+        },
+        notes: found.notes.iter().cloned().chain(volumes).collect(),
+    }
 }
 
 /// Report on an uploaded mesh; `None` if it is empty.

@@ -96,3 +96,49 @@ fn every_body_whose_mesh_was_not_uploaded_is_reported_with_a_remedy() {
         assert!(error["remedy"].as_str().unwrap().contains("POST /v1/meshes"), "{answer}");
     }
 }
+
+/// A scan of 12 × 12 × 8 voxels of 5 mm as MetaImage: fat (1) on muscle (2), and air above.
+fn scan() -> Vec<u8> {
+    let mut file =
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nElementSpacing = 5 5 5\n\
+                    DimSize = 12 12 8\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n"
+            .to_owned()
+            .into_bytes();
+    for k in 0..8 {
+        let label = [2, 2, 2, 2, 1, 1, 0, 0][k];
+        file.extend([label; 144]);
+    }
+    file
+}
+
+#[test]
+fn a_scan_goes_from_upload_to_summary() {
+    let server = Server::simulating();
+    let client = server.client();
+    let kept = upload(&client, "", &scan());
+    assert_eq!(kept.status, 201, "{kept:?}");
+    let report = kept.json();
+    assert_eq!((&report["format"], &report["elements"]), (&json!("mha"), &json!(6 * 144)));
+    assert_eq!(report["parts"], json!({"label_1": 288, "label_2": 576}));
+    let cut = problem(&upload(&client, "", &scan()[..1000]), 422, "invalid-mesh");
+    assert!(cut["detail"].as_str().unwrap().contains("byte 1000"), "{cut}");
+
+    let tissue = json!({"law": "neo_hookean", "c10_pa": 5e3, "bulk_modulus_pa": 2e7});
+    let scene = json!({
+        "name": "scan", "end_time_s": 2e-4,
+        "bodies": [
+            {"name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -10],
+             "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [-0.0275, -0.0275, 0.0376],
+                       "density_kg_per_m3": 7850}},
+            {"name": "tissue", "role": "tissue", "fixed": [{"set": "z_min"}],
+             "mesh": {"segmentation": {
+                "name": report["id"], "size_m": 0.01,
+                "labels": [{"label": 1, "part": "fat"}, {"label": 2, "part": "muscle"}],
+                "near": [{"point_m": [-0.0275, -0.0275, 0.0275], "size_m": 0.005, "within_m": 0.005}]}},
+             "parts": [{"part": "*", "density_kg_per_m3": 1000, "material": tissue}]}
+        ],
+        "solver": {"error_bars": "none"}
+    });
+    let (_, job) = finished(&client, &scene);
+    assert_eq!(job["state"], "succeeded", "{job}");
+}

@@ -1,0 +1,32 @@
+//! Segmentations: volumes of labels from a scan, and the hexahedra made of them.
+//!
+//! `read` reads a [`LabelVolume`]. [`mesh`] crops it, removes noise (`islands`), fills its box with a balanced `octree`, gives each
+//! leaf the label of most of its volume (`labelling`), and moves the nodes between labels onto their surfaces (`surfaces`,
+//! `smoothing`) while every label keeps the volume of its voxels (`volumes`). Hanging nodes are as those of local refinement.
+//!
+//! The octree lies along the axes of the scan: its ends, and those of a crop, are then flat faces of elements, at whatever angle the
+//! scan was taken.
+
+mod classes;
+mod elements;
+mod erosion;
+mod grid;
+mod indicator;
+mod islands;
+mod labelling;
+mod mesher;
+mod octree;
+mod options;
+pub mod read;
+mod sizes;
+mod skin;
+mod smoothing;
+mod surfaces;
+#[cfg(test)]
+pub(crate) mod tests;
+mod volume;
+mod volumes;
+
+pub use mesher::mesh;
+pub use options::{Crop, LabelUse, Near, Options, SkinLayer};
+pub use volume::{Frame, LabelCount, LabelVolume, MOST_LABELS, ScanInspection};

@@ -1,0 +1,103 @@
+//! Headers of lines `key: value` or `key = value`, before binary data.
+
+use crate::mesh::{MeshError, Place};
+use std::collections::BTreeMap;
+
+/// Largest size of a header [bytes].
+const LONGEST: usize = 1 << 20;
+
+/// Fields of a header: line and value of each, by its key in lower case.
+pub(super) struct TextHeader {
+    fields: BTreeMap<String, (usize, String)>,
+    /// Place of the data, after the last line of the header.
+    pub(super) end: usize,
+}
+
+/// Found text, truncated for a message.
+fn shown(text: &str) -> String {
+    text.chars().take(40).collect()
+}
+
+/// An error in a line.
+pub(super) fn in_line(line: usize, message: impl Into<String>) -> MeshError {
+    MeshError::Malformed { place: Place::Line(line), message: message.into() }
+}
+
+impl TextHeader {
+    /// Reads lines until `is_last` says that one is; `mark` stands between key and value. Comments begin with `#`.
+    ///
+    /// # Errors
+    /// `Malformed` for a line without the mark, and for a header that does not end.
+    pub(super) fn read(bytes: &[u8], mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Self, MeshError> {
+        let (mut fields, mut at) = (BTreeMap::new(), 0);
+        for line in 1.. {
+            let rest = &bytes[at..bytes.len().min(LONGEST)];
+            let length = rest.iter().position(|byte| *byte == b'\n');
+            let length = length.ok_or_else(|| in_line(line, "the header does not end"))?;
+            let text = String::from_utf8_lossy(&rest[..length]);
+            let text = text.trim();
+            at += length + 1;
+            if let Some((key, value)) = text.split_once(mark).filter(|_| !text.starts_with('#')) {
+                // NRRD marks keys of users by `:=`.
+                let value = value.trim_start_matches('=').trim().to_owned();
+                fields.insert(key.trim().to_ascii_lowercase(), (line, value));
+            } else if !(text.is_empty() || text.starts_with('#') || line == 1) {
+                return Err(in_line(line, format!("expected `key{mark} value`, found {:?}", shown(text))));
+            }
+            if is_last(text) {
+                return Ok(Self { fields, end: at });
+            }
+        }
+        Err(in_line(1, "the header does not end"))
+    }
+
+    /// The value of the first of these keys that the header has, with its line.
+    pub(super) fn get(&self, keys: &[&str]) -> Option<(usize, &str)> {
+        keys.iter().find_map(|key| self.fields.get(*key)).map(|(line, value)| (*line, value.as_str()))
+    }
+
+    /// As [`Self::get`], of a field that must be there.
+    ///
+    /// # Errors
+    /// `Malformed` where it is missing.
+    pub(super) fn need(&self, keys: &[&str]) -> Result<(usize, &str), MeshError> {
+        self.get(keys).ok_or_else(|| in_line(1, format!("the header has no {:?}", keys[0])))
+    }
+
+    /// Refuses a field that has another value than one of these (in lower case).
+    ///
+    /// # Errors
+    /// `Unsupported`.
+    pub(super) fn allow(&self, keys: &[&str], values: &[&str], remedy: &str) -> Result<(), MeshError> {
+        match self.get(keys) {
+            Some((line, value)) if !values.contains(&value.to_ascii_lowercase().as_str()) => {
+                Err(MeshError::Unsupported {
+                    what: format!("{} {:?} (line {line})", keys[0], shown(value)),
+                    remedy: remedy.into(),
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// `N` numbers in a value, separated by spaces, commas or brackets.
+///
+/// # Errors
+/// `Malformed` for another number of them.
+pub(super) fn numbers<const N: usize>((line, value): (usize, &str)) -> Result<[f64; N], MeshError> {
+    let words = value.split(|c: char| c.is_whitespace() || "(),".contains(c)).filter(|word| !word.is_empty());
+    let parsed: Option<Vec<f64>> = words.take(N + 1).map(|word| word.parse().ok()).collect();
+    let exact = parsed.and_then(|list| <[f64; N]>::try_from(list).ok());
+    exact.ok_or_else(|| in_line(line, format!("expected {N} numbers, found {:?}", shown(value))))
+}
+
+/// Three numbers of voxels in a value.
+///
+/// # Errors
+/// `Malformed` for anything else.
+pub(super) fn counts((line, value): (usize, &str)) -> Result<[u64; 3], MeshError> {
+    let parsed: Option<Vec<u64>> = value.split_whitespace().take(4).map(|word| word.parse().ok()).collect();
+    let exact = parsed.and_then(|list| <[u64; 3]>::try_from(list).ok());
+    exact.ok_or_else(|| in_line(line, format!("expected three numbers of voxels, found {:?}", shown(value))))
+}

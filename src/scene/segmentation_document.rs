@@ -1,0 +1,130 @@
+//! Meshes made of the labels of a scan, in a scene document.
+
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::segmentation::{Crop, LabelUse, Near, Options, SkinLayer};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Name of the part of a skin of given thickness.
+pub const SKIN: &str = "skin";
+
+/// A volume of labels from a scan, which is filled with hexahedra: parts for its labels, node sets `outer`, `x_min` … `z_max` where
+/// the scan or the crop cuts the body, and one for each hole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SegmentationDocument {
+    /// File name relative to the scene's folder (`.nii`, `.nii.gz`, `.nrrd`, `.mha`), or the id of an uploaded scan.
+    pub name: String,
+    /// What the labels become; label 0 is outside. All others are parts `label_<n>` by default.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<LabelDocument>,
+    /// Largest edge of the elements [m].
+    pub size_m: f64,
+    /// Points around which elements are smaller.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub near: Vec<NearDocument>,
+    /// Size down to which elements are halved in layers thinner than two of them [m]; by default the smallest of `size_m` and `near`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thin_size_m: Option<f64>,
+    /// The box of the scan that is used; by default all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crop: Option<CropDocument>,
+    /// Thickness of a part `skin` under the outer surface, one element thick, for a scan that does not resolve it [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin_thickness_m: Option<f64>,
+    /// Volume below which a group of voxels is noise, and takes the label around it [m³]; by default that of 30 voxels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_m3: Option<f64>,
+    /// Largest number of elements; by default what is left of the limit of all bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_elements: Option<u64>,
+}
+
+/// What a label becomes: a part, a hole, or, with neither, outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LabelDocument {
+    /// The label.
+    pub label: i64,
+    /// Name of its part; labels with the same name form one part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// Name of the node set on the surface of a hole in its place: a bone that does not deform.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hole: Option<String>,
+}
+
+/// Small elements around a point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NearDocument {
+    /// The point, in the space of the scan: before the placement [m].
+    pub point_m: [f64; 3],
+    /// Largest edge of the elements there [m]; reached by halving `size_m`.
+    pub size_m: f64,
+    /// Distance to which that applies [m]; beyond it, edges grow by 0.4 m a metre.
+    #[serde(default)]
+    pub within_m: f64,
+}
+
+/// A box along those axes of the scan that are nearest to x, y, z.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CropDocument {
+    /// Its centre, in the space of the scan [m].
+    pub center_m: [f64; 3],
+    /// Its lengths; rounded up to whole voxels [m].
+    pub size_m: [f64; 3],
+}
+
+impl SegmentationDocument {
+    /// What is asked of the mesh, of at most `elements` elements.
+    pub fn options(&self, elements: u64) -> Options {
+        let usage = |label: &LabelDocument| match (&label.part, &label.hole) {
+            (Some(part), _) => LabelUse::Part(part.clone()),
+            (None, Some(hole)) => LabelUse::Hole(hole.clone()),
+            (None, None) => LabelUse::Outside,
+        };
+        let near = |near: &NearDocument| Near {
+            point: Vec3::from(near.point_m),
+            size_m: near.size_m,
+            within_m: near.within_m,
+        };
+        let crop =
+            |crop: &CropDocument| Crop { center: Vec3::from(crop.center_m), size_m: Vec3::from(crop.size_m) };
+        Options {
+            labels: self.labels.iter().map(|label| (label.label, usage(label))).collect(),
+            size_m: self.size_m,
+            near: self.near.iter().map(near).collect(),
+            thin_size_m: self.thin_size_m,
+            crop: self.crop.as_ref().map(crop),
+            skin: self.skin_thickness_m.map(|thickness_m| SkinLayer { part: SKIN.into(), thickness_m }),
+            noise_m3: self.noise_m3,
+            max_elements: self.max_elements.unwrap_or(elements).min(elements),
+        }
+    }
+
+    /// Whether the numbers can be computed with; if not, the checks of the document say why.
+    pub fn is_sound(&self) -> bool {
+        let is_positive = |x: &f64| *x > 0.0 && x.is_finite();
+        let is_point = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
+        let lengths = [Some(self.size_m), self.thin_size_m, self.skin_thickness_m];
+        lengths.iter().flatten().all(is_positive)
+            && self.noise_m3.is_none_or(|noise| noise >= 0.0)
+            && self
+                .near
+                .iter()
+                .all(|near| is_positive(&near.size_m) && is_point(&near.point_m) && near.within_m >= 0.0)
+            && self
+                .crop
+                .as_ref()
+                .is_none_or(|crop| crop.size_m.iter().all(is_positive) && is_point(&crop.center_m))
+    }
+
+    /// Divides all sizes of elements by `factor`.
+    pub fn divide_sizes(&mut self, factor: f64) {
+        self.size_m /= factor;
+        self.near.iter_mut().for_each(|near| near.size_m /= factor);
+        self.thin_size_m = self.thin_size_m.map(|size| size / factor);
+    }
+}

@@ -1,0 +1,126 @@
+//! Checks of meshes made of the labels of a scan that need the document alone.
+
+use super::Findings;
+use crate::mechanics::contact::Discretisation;
+use crate::mesh::names::fault;
+use crate::scene::document::{BodyDocument, MeshDocument, SceneDocument};
+use crate::scene::problem::{Pointer, Problem};
+use crate::scene::segmentation_document::{LabelDocument, SegmentationDocument};
+
+/// Checks all scans of the document.
+pub fn check(document: &SceneDocument, out: &mut Findings) {
+    for (i, body) in document.bodies.iter().enumerate() {
+        let Some(MeshDocument::Segmentation(scan)) = &body.mesh else { continue };
+        let body_place = Pointer::root().key("bodies").index(i);
+        let here = body_place.key("mesh").key("segmentation");
+        check_sizes(scan, &here, out);
+        check_labels(&scan.labels, &here.key("labels"), out);
+        check_hanging(body, &body_place, out);
+        out.require(document.contact.discretisation.method() != Discretisation::Mortar, || {
+            Problem::error("segmentation_with_mortar", &here, "mortar contact does not support hanging nodes")
+                .value("mortar")
+                .limit("another contact.discretisation with the mesh of a scan")
+                .remedy("remove contact.discretisation")
+        });
+    }
+}
+
+fn check_sizes(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) {
+    let usual = "tissue is resolved by 0.5 to 5 mm; sizes are in metres";
+    out.positive(&here.key("size_m"), "the size of elements", scan.size_m, usual);
+    let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
+    for (i, near) in scan.near.iter().enumerate() {
+        let here = here.key("near").index(i);
+        out.positive(&here.key("size_m"), "the size of elements", near.size_m, usual);
+        out.require(!(near.size_m > scan.size_m), || {
+            Problem::error("out_of_range", &here.key("size_m"), "elements are not larger near a point")
+                .value(near.size_m)
+                .limit(format!("at most size_m = {}", scan.size_m))
+                .remedy("enlarge size_m of the segmentation, which is that of the largest elements")
+        });
+        out.not_negative(
+            &here.key("within_m"),
+            "the distance",
+            near.within_m,
+            "0 refines at the point alone",
+        );
+        out.require(finite(&near.point_m), || not_finite(&here.key("point_m")));
+    }
+    if let Some(size) = scan.thin_size_m {
+        out.positive(&here.key("thin_size_m"), "the size of elements", size, usual);
+    }
+    if let Some(thickness) = scan.skin_thickness_m {
+        let remedy = "skin is 1 to 3 mm thick; without skin_thickness_m there is none";
+        out.positive(&here.key("skin_thickness_m"), "the thickness of the skin", thickness, remedy);
+    }
+    if let Some(noise) = scan.noise_m3 {
+        out.not_negative(&here.key("noise_m3"), "the volume of noise", noise, "0 keeps every voxel as it is");
+    }
+    if let Some(crop) = &scan.crop {
+        let here = here.key("crop");
+        for (k, size) in crop.size_m.into_iter().enumerate() {
+            out.positive(&here.key("size_m").index(k), "a length of the crop", size, "give it in metres");
+        }
+        out.require(finite(&crop.center_m), || not_finite(&here.key("center_m")));
+    }
+}
+
+fn not_finite(here: &Pointer) -> Problem {
+    Problem::error("not_finite", here, "a coordinate is not finite")
+        .limit("three finite numbers")
+        .remedy("give the coordinates in metres")
+}
+
+fn check_labels(labels: &[LabelDocument], here: &Pointer, out: &mut Findings) {
+    for (i, label) in labels.iter().enumerate() {
+        let place = here.index(i);
+        out.require(!(label.part.is_some() && label.hole.is_some()), || {
+            Problem::error("several_variants", &place, "a label is a part or a hole")
+                .value(label.label)
+                .limit("one of part and hole")
+                .remedy("remove one of them")
+        });
+        out.require(labels[..i].iter().all(|other| other.label != label.label), || {
+            Problem::error("repeated_item", &place.key("label"), "this label is listed already")
+                .value(label.label)
+                .limit("each label once")
+                .remedy("remove one of them")
+        });
+        out.require(label.label != 0 || (label.part.is_none() && label.hole.is_none()), || {
+            Problem::error("out_of_range", &place.key("label"), "label 0 is the outside")
+                .value(0)
+                .limit("another label")
+                .remedy("give the tissue another label in the program that segmented the scan")
+        });
+        for (key, name) in [("part", &label.part), ("hole", &label.hole)] {
+            let Some(limit) = name.as_deref().and_then(fault) else { continue };
+            out.push(
+                Problem::error("bad_name", &place.key(key), "this is no name")
+                    .limit(limit)
+                    .remedy("choose another name"),
+            );
+        }
+    }
+}
+
+/// What meshes with hanging nodes do not support.
+fn check_hanging(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
+    out.require(body.refinement.is_empty(), || {
+        Problem::error(
+            "refinement_of_scan",
+            &here.key("refinement"),
+            "the mesh of a scan has small elements of its own",
+        )
+        .limit("no refinement of a body made of a scan")
+        .remedy("give mesh.segmentation.near in its place")
+    });
+    out.require(body.parts.iter().all(|part| part.erosion.is_none()), || {
+        Problem::error(
+            "segmentation_with_erosion",
+            &here.key("parts"),
+            "erosion between coarse and fine elements would expose a surface without faces",
+        )
+        .limit("no erosion of a body made of a scan")
+        .remedy("remove the erosion")
+    });
+}
