@@ -183,7 +183,11 @@ fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
             pair.unknowns_per_contact.to_string(),
         ]
     });
-    write_table(&header, &rows.collect::<Vec<_>>(), out)
+    write_table(&header, &rows.collect::<Vec<_>>(), out)?;
+    match report.pair_count - report.pairs.len() {
+        0 => Ok(()),
+        others => writeln!(out, "and {others} other pairs"),
+    }
 }
 
 fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {

@@ -13,11 +13,8 @@ use super::stress_depth::StressDepth;
 use super::summary::{AskedAccuracy, ErrorBars};
 use super::wave_reach::WaveSpeed;
 use crate::mesh::MeshError;
-use crate::plan::Plan;
+use crate::plan::{MOST_LISTED_PAIRS, Plan};
 use crate::step::{Energy, Frame};
-
-/// Most contact pairs that are listed whether they touch or not: of a thousand bodies there are half a million.
-const MOST_LISTED: usize = 64;
 
 /// Everything measured so far.
 #[derive(Default)]
@@ -92,7 +89,7 @@ impl Measures {
 
     /// Pairs that results and recordings list, with their numbers in the plan: all, or of more than 64 those that have touched.
     pub fn listed_pairs(&self) -> impl Iterator<Item = (usize, &PairMeasures)> {
-        let are_few = self.pairs.len() <= MOST_LISTED;
+        let are_few = self.pairs.len() <= MOST_LISTED_PAIRS;
         let pairs = self.pairs.iter().enumerate();
         pairs.filter(move |(_, pair)| are_few || pair.force.contact_span.is_some())
     }

@@ -32,7 +32,7 @@ pub use named_materials::NamedMaterialReport;
 pub use omitted::Omitted;
 pub use parts::CompileError;
 pub use refinement::RefinementReport;
-pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
+pub use report::{BlockReport, IntegratorReport, MOST_LISTED_PAIRS, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};

@@ -48,8 +48,10 @@ pub struct PlanReport {
     /// Rigid bodies with their mass and inertia.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
-    /// Contact pairs that are computed, with their surfaces and settings.
+    /// Contact pairs that are computed, with their surfaces and settings; of more than 64 the first.
     pub pairs: Vec<PairReport>,
+    /// Number of all contact pairs that are computed.
+    pub pair_count: usize,
     /// Time integration scheme with its parameters and, for implicit steps, the size of the system.
     pub integrator: IntegratorReport,
     /// Integrator, blocks, rigid bodies and pairs in words.
@@ -194,6 +196,10 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let refinements = RefinementReport::of(plan, scene);
     kept.extend(refinements.iter().map(RefinementReport::in_words));
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
+    let pair_count = plan.contact.as_ref().map_or(0, |contact| contact.pairs.len());
+    if pair_count > pairs.len() {
+        kept.push(format!("{pair_count} contact pairs, of which the first {} are listed", pairs.len()));
+    }
     let solver = plan.contact.as_ref().and_then(|contact| contact.solver);
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
     kept.extend(solver.map(|solver| solver_in_words(solver, is_explicit)));
@@ -223,6 +229,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         refinements,
         rigid_bodies,
         pairs,
+        pair_count,
         omitted: omitted(plan, scene),
         restored: scene.document.solver.keep.clone(),
     }
@@ -291,6 +298,10 @@ fn of_block(
     }
 }
 
+/// Most contact pairs that plan reports list, and that results and recordings list whether they touch or not: of a thousand bodies there
+/// are half a million.
+pub const MOST_LISTED_PAIRS: usize = 64;
+
 fn of_pairs(plan: &Plan) -> Vec<PairReport> {
     let Some(contact) = &plan.contact else { return Vec::new() };
     let of_pair = |(index, pair): (usize, &crate::mechanics::contact::ContactPair)| {
@@ -308,7 +319,7 @@ fn of_pairs(plan: &Plan) -> Vec<PairReport> {
             unknowns_per_contact: pair.law.unknowns(),
         }
     };
-    contact.pairs.iter().enumerate().map(of_pair).collect()
+    contact.pairs.iter().enumerate().take(MOST_LISTED_PAIRS).map(of_pair).collect()
 }
 
 impl BlockReport {

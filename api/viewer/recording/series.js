@@ -16,7 +16,10 @@ export class Series {
     this.forceTimes.push(message.time_s);
     for (const pair of message.pairs) {
       if (!this.pairs.has(pair.pair)) {
-        this.pairs.set(pair.pair, { force: [], impulse: [], impulseNorm: [], area: [], longAxis: [], shortAxis: [] });
+        // Of many pairs only those that have touched are recorded: before that everything is zero.
+        const zeros = () => Array(this.forceTimes.length - 1).fill(0);
+        const columns = { force: zeros(), impulse: zeros().map(() => [0, 0, 0]), impulseNorm: zeros(), area: zeros(), longAxis: zeros(), shortAxis: zeros() };
+        this.pairs.set(pair.pair, columns);
       }
       const columns = this.pairs.get(pair.pair);
       columns.force.push(pair.force_norm_n);

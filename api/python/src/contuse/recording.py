@@ -116,9 +116,14 @@ class Recording:
         """Names of the bodies that deform."""
         return list(self._references)
 
-    def forces(self, pair: int = 0) -> dict[str, Array]:
-        """Time [s], force [N], impulse [N s] and area [m²] of a contact pair at every recorded step."""
-        rows = [(m.time_s, m.pairs[pair].force_norm_n, m.pairs[pair].impulse_norm_n_s, m.pairs[pair].patch_area_m2) for _, m in self.messages("/contact/forces")]
+    def forces(self, pair: int | str = 0) -> dict[str, Array]:
+        """Time [s], force [N], impulse [N s] and area [m²] of a contact pair, by its name or its place in the last step, at every step that has it."""
+        messages = [m for _, m in self.messages("/contact/forces")]
+        names = [p.pair for p in messages[-1].pairs] if messages else []
+        if isinstance(pair, str) and pair not in names or isinstance(pair, int) and pair >= len(names) > 0:
+            raise RecordingError(f"{self.path} has no contact pair {pair!r}: it has {', '.join(map(repr, names)) or 'none'}")
+        name = pair if isinstance(pair, str) else names[pair] if names else ""
+        rows = [(m.time_s, p.force_norm_n, p.impulse_norm_n_s, p.patch_area_m2) for m in messages for p in m.pairs if p.pair == name]
         return dict(zip(("time_s", "force_n", "impulse_n_s", "area_m2"), np.array(rows).reshape(-1, 4).T))
 
     def energy(self) -> dict[str, Array]:
