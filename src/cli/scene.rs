@@ -42,7 +42,9 @@ pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliErr
         let (mesh, name) = read_mesh_file(&args.mesh)?;
         (first_scene(&mesh, &name), mesh.notes)
     };
-    notes.iter().for_each(|note| eprintln!("note: {note}"));
+    for note in &notes {
+        eprintln!("note: {note}");
+    }
     match &args.output {
         Some(output) => write_file(output, |file| writeln!(file, "{document:#}"))?,
         None => writeln!(out, "{document:#}")?,

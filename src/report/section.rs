@@ -198,7 +198,9 @@ mod tests {
             vec![([0.0, 0.0], 0.0), ([1.0, 0.0], 0.0), ([1.0, 1.0], 1.0), ([0.0, 1.0], 1.0)];
         let strip = band(&square, 0.25, 0.5);
         assert_eq!(strip.len(), 4);
-        assert!(strip.iter().all(|(at, value)| at[1] == *value && (0.25..=0.5).contains(value)));
+        assert!(
+            strip.iter().all(|(at, value)| (at[1] - value).abs() < 1e-12 && (0.25..=0.5).contains(value))
+        );
         assert_eq!(level(&square, 0.5).map(|line| line.map(|end| end[1])), Some([0.5, 0.5]));
         assert_eq!(level(&square, 2.0), None);
         assert!(band(&square, 2.0, 3.0).is_empty());

@@ -13,7 +13,9 @@ use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
-use crate::measure::{AskedAccuracy, Compared, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink};
+use crate::measure::{
+    AskedAccuracy, Compared, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame, Sink,
+};
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
@@ -50,6 +52,8 @@ struct Meshes<'a> {
     variants: Variants<'a>,
     /// Ratio of the numbers of elements from one level to the next [-].
     ratio: f64,
+    /// Effect of its lowered bulk moduli.
+    lowered: Option<&'a LoweredBulkModulus>,
 }
 
 struct Done {
@@ -74,17 +78,14 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let discards = AtomicBool::new(false);
     let wall = clock.wall();
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
-    let meshes = Meshes::of(scene, threads, &stop);
-    let (mut level, mut mesh) = meshes.first();
+    let own = Meshes::of(scene, threads, &stop);
     let lowered =
-        asked.lower_bulk_modulus.then(|| lower((scene, &mesh), asked, &meshes.variants, &mut clock));
+        asked.lower_bulk_modulus.then(|| lower((scene, &own.first().1), asked, &own.variants, &mut clock));
     let meshes = match &lowered {
-        Some(Ok((_, scene))) => Meshes::of(scene, threads, &stop),
-        _ => meshes,
+        Some(Ok((lowered, scene))) => Meshes { lowered: Some(lowered), ..Meshes::of(scene, threads, &stop) },
+        _ => own,
     };
-    if lowered.is_some() {
-        (level, mesh) = meshes.first();
-    }
+    let (mut level, mut mesh) = meshes.first();
     loop {
         // Error bars of this level, and what it and the next are expected to take.
         let started = clock.elapsed_s();
@@ -96,11 +97,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             (level, mesh) = (0, meshes.scene.clone());
             continue;
         }
-        let mut bars =
-            if is_only { error_bars(&mesh, &[], threads, &stop) } else { meshes.bars(&done, &mesh, level) };
-        if let (ErrorBars::From(runs), Some(Ok((lowered, _)))) = (&mut bars, &lowered) {
-            runs.bulk_modulus = Some(lowered.clone());
-        }
+        let bars = meshes.bars(&done, &mesh, level, is_only);
         let accuracy = AskedAccuracy {
             relative: asked.relative,
             of: asked.of.clone(),
@@ -241,7 +238,7 @@ impl<'a> Meshes<'a> {
         let document = &scene.document;
         let variants =
             Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
-        Self { scene, variants, ratio: ratio(document) }
+        Self { scene, variants, ratio: ratio(document), lowered: None }
     }
 
     /// The first level and its scene: some levels below the scene's own mesh, as long as a few elements are left and the mesh can be
@@ -312,8 +309,20 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Error bars of a level from the coarser ones.
-    fn bars(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
+    /// Error bars of a level: from the coarser ones, or, where it is the only one, those of any run; with the effect of lowered bulk moduli.
+    fn bars(&self, done: &[Done], mesh: &Scene, level: i32, is_only: bool) -> ErrorBars {
+        let mut bars = if is_only {
+            error_bars(mesh, &[], self.variants.threads, self.variants.interrupt)
+        } else {
+            self.bars_of_levels(done, mesh, level)
+        };
+        if let ErrorBars::From(runs) = &mut bars {
+            runs.bulk_modulus = self.lowered.cloned();
+        }
+        bars
+    }
+
+    fn bars_of_levels(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
         let used = &done[done.len().saturating_sub(LEVELS_USED)..];
         let Some(coarsest) = used.first() else {
             return ErrorBars::Unknown("there is no coarser mesh to compare with".into());

@@ -266,7 +266,9 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     // Others are shown only where they are more than rounding.
     let notable = [("bulk modulus", error.bulk_modulus), ("resolution", error.resolution)];
     let notable = notable.into_iter().filter(|(_, part)| *part > 0.01 * error.total);
-    let others: String = notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
+    let others: Vec<String> =
+        notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
+    let others = others.concat();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")

@@ -112,7 +112,7 @@ impl MeshFormat {
     pub fn from_name(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase();
         let ends = |own: &&str| name.strip_suffix(*own).is_some_and(|stem| stem.ends_with('.'));
-        Self::ALL.into_iter().find(|format| format.extensions().iter().any(|own| ends(&own)))
+        Self::ALL.into_iter().find(|format| format.extensions().iter().any(&ends))
     }
 
     /// The format from the first bytes of a file; Nastran's has no certain beginning.

@@ -34,7 +34,9 @@ pub fn remove_islands(grid: &mut ClassGrid, least: usize) -> usize {
         let most = (0..grid.count).max_by_key(|&c| (touched[c], grid.count - c)).unwrap_or(0);
         if touched[most] > 0 {
             changed += island.len();
-            island.iter().for_each(|&voxel| grid.classes[voxel] = most as u8);
+            for voxel in &island {
+                grid.classes[*voxel] = most as u8;
+            }
         }
     }
     changed

@@ -127,7 +127,9 @@ fn fill_behind_coarse(tree: &Octree, classes: &mut [u8], is_part: &[bool]) -> bo
             if finer.len() > 1 && (1..finer.len()).contains(&voids.len()) {
                 has_changed = true;
                 let class = classes[i];
-                voids.into_iter().for_each(|other| classes[other] = class);
+                for other in voids {
+                    classes[other] = class;
+                }
             }
         }
     }
@@ -175,7 +177,9 @@ fn separate(tree: &Octree, classes: &mut [u8], is_part: &[bool]) -> bool {
                 .filter_map(|octant| Some((around[octant]?, next(octant)?)))
                 .collect();
             has_changed |= !filled.is_empty();
-            filled.into_iter().for_each(|(leaf, class)| classes[leaf] = class);
+            for (leaf, class) in filled {
+                classes[leaf] = class;
+            }
         }
     }
     has_changed

@@ -6,6 +6,7 @@
 //!
 //! The octree lies along the axes of the scan: its ends, and those of a crop, are then flat faces of elements, at whatever angle the
 //! scan was taken.
+#![allow(clippy::cast_possible_wrap)] // the voxels of a scan fit into memory
 
 mod classes;
 mod elements;

@@ -82,7 +82,9 @@ impl<'a> Smoothing<'a> {
         }
         let mut followers = vec![Vec::new(); count];
         for (&node, on) in &elements.hanging {
-            on.iter().for_each(|&master| followers[master as usize].push(node));
+            for master in on {
+                followers[*master as usize].push(node);
+            }
         }
         let unique = |mut list: Vec<u32>| {
             list.sort_unstable();

@@ -4,7 +4,6 @@ use super::malformed;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;
 use crate::mesh::segmentation::volume::{LabelVolume, MOST_LABELS};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Largest whole number that a label may be: those up to 2⁵³ are exact in every format.
@@ -108,7 +107,7 @@ impl Layout {
     ///
     /// # Errors
     /// `Malformed` for a number that is not whole; `Unsupported` for too many labels.
-    pub(super) fn labels(self, data: &Cow<[u8]>, offset: usize) -> Result<LabelVolume, MeshError> {
+    pub(super) fn labels(self, data: &[u8], offset: usize) -> Result<LabelVolume, MeshError> {
         let size = self.sample.size();
         let mut seen: BTreeMap<i64, u16> = BTreeMap::from([(0, 0)]);
         let mut labels = Vec::with_capacity(data.len() / size);
@@ -140,7 +139,9 @@ impl Layout {
         // In ascending order.
         let mut rank = vec![0_u16; seen.len()];
         (0..).zip(seen.values()).for_each(|(r, index)| rank[usize::from(*index)] = r);
-        labels.iter_mut().for_each(|index| *index = rank[usize::from(*index)]);
+        for index in &mut labels {
+            *index = rank[usize::from(*index)];
+        }
         Ok(LabelVolume {
             dims: self.dims.map(|n| n as usize),
             labels,

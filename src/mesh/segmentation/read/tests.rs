@@ -114,10 +114,13 @@ fn assert_small(volume: &LabelVolume) {
     assert!((counts[1].volume_m3 / (8.0 * 0.75e-9) - 1.0).abs() < 1e-6);
 }
 
+/// Bytes of a voxel with a label.
+type Encode = fn(u8) -> Vec<u8>;
+
 #[test]
 fn every_type_of_number_is_read() {
     let written = Written::small();
-    let types: [(i16, fn(u8) -> Vec<u8>); 10] = [
+    let types: [(i16, Encode); 10] = [
         (2, |v| vec![v]),
         (256, |v| vec![v]),
         (512, |v| u16::from(v).to_le_bytes().to_vec()),
