@@ -1,6 +1,6 @@
 //! Streams of gzip (RFC 1952) and zlib (RFC 1950), decompressed into as many bytes as are expected.
 
-use super::malformed;
+use super::error::malformed;
 use crate::mesh::MeshError;
 use miniz_oxide::inflate::{TINFLStatus, core};
 

@@ -1,8 +1,8 @@
 //! MetaImage `.mha` (<https://itk.org/Wiki/MetaIO/Documentation>): its data are in the same file, raw or compressed by zlib.
 
+use super::error::malformed;
 use super::gzip::Compressed;
 use super::header::{TextHeader, counts, in_line, numbers};
-use super::malformed;
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;

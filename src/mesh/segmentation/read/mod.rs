@@ -4,6 +4,7 @@
 //! and with the length of the data before anything of that size is allocated. Positions are in the axes of NIfTI (x to the
 //! right, y to the front, z up); files in those of DICOM are turned into them.
 
+mod error;
 mod gzip;
 mod header;
 mod metaimage;
@@ -14,7 +15,7 @@ mod samples;
 pub(super) mod tests;
 
 use super::volume::LabelVolume;
-use crate::mesh::{MeshError, Place};
+use crate::mesh::MeshError;
 
 /// Formats of label volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,9 +57,4 @@ pub fn read_labels(bytes: &[u8], format: VolumeFormat, limit: u64) -> Result<Lab
         VolumeFormat::Nrrd => nrrd::read(bytes, limit),
         VolumeFormat::MetaImage => metaimage::read(bytes, limit),
     }
-}
-
-/// An error at a byte.
-fn malformed(byte: usize, message: impl Into<String>) -> MeshError {
-    MeshError::Malformed { place: Place::Byte(byte), message: message.into() }
 }

@@ -1,7 +1,7 @@
 //! NIfTI-1 and NIfTI-2 in one file (<https://nifti.nimh.nih.gov/nifti-1>, nifti1.h; nifti2.h).
 
+use super::error::malformed;
 use super::gzip::{self, Compressed};
-use super::malformed;
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;

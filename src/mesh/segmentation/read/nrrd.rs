@@ -1,8 +1,8 @@
 //! NRRD (<https://teem.sourceforge.net/nrrd/format.html>) with its data in the same file, raw or compressed by gzip.
 
+use super::error::malformed;
 use super::gzip::Compressed;
 use super::header::{TextHeader, counts, in_line, numbers};
-use super::malformed;
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;

@@ -1,6 +1,6 @@
 //! From the numbers of a file to labels.
 
-use super::malformed;
+use super::error::malformed;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;
 use crate::mesh::segmentation::volume::{LabelVolume, MOST_LABELS};
