@@ -104,6 +104,12 @@ pub enum Command {
     /// Print the OpenAPI document of the service.
     #[cfg(feature = "service")]
     Openapi,
+    /// Delete old jobs and meshes from the data folder of a service that is not running.
+    #[cfg(feature = "service")]
+    Purge(serve::PurgeArgs),
+    /// Make a bearer token for a service.
+    #[cfg(feature = "service")]
+    Token(serve::TokenArgs),
     /// Ask a service whether it is ready.
     #[cfg(feature = "service")]
     Health(serve::HealthArgs),
@@ -133,6 +139,10 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Serve(args) => serve::serve(*args, out),
         #[cfg(feature = "service")]
         Command::Openapi => serve::print_openapi(out),
+        #[cfg(feature = "service")]
+        Command::Purge(args) => serve::purge(&args, out),
+        #[cfg(feature = "service")]
+        Command::Token(args) => serve::token(&args, out),
         #[cfg(feature = "service")]
         Command::Health(args) => serve::health(&args),
     }

@@ -4,12 +4,17 @@
 //! connections; this does.
 
 use super::config::ServiceConfig;
+use super::http::Peer;
 use super::stall::Impatient;
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
@@ -37,8 +42,12 @@ pub async fn serve(
             accepted = accept(&listener, &connections) => accepted,
             _ = closing.wait_for(|closing| *closing) => break,
         };
-        let Some((stream, permit)) = stream else { continue };
-        let service = TowerToHyperService::new(app.clone());
+        let Some((stream, peer, permit)) = stream else { continue };
+        let routes = TowerToHyperService::new(app.clone());
+        let service = service_fn(move |mut request: Request<Incoming>| {
+            request.extensions_mut().insert(Peer(peer));
+            routes.call(request)
+        });
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(config.request_timeout)
@@ -64,13 +73,13 @@ pub async fn serve(
 async fn accept(
     listener: &TcpListener,
     connections: &Arc<Semaphore>,
-) -> Option<(TcpStream, tokio::sync::OwnedSemaphorePermit)> {
+) -> Option<(TcpStream, IpAddr, tokio::sync::OwnedSemaphorePermit)> {
     let permit = Arc::clone(connections).acquire_owned().await.ok()?;
     match listener.accept().await {
-        Ok((stream, _)) => {
+        Ok((stream, peer)) => {
             // Events are small and must not be delayed.
             let _ = stream.set_nodelay(true);
-            Some((stream, permit))
+            Some((stream, peer.ip().to_canonical(), permit))
         }
         Err(error) => {
             tracing::warn!(%error, "cannot accept a connection");

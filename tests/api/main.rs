@@ -3,10 +3,13 @@
 
 #[path = "../property/changes.rs"]
 mod changes;
+mod closed;
 mod edge;
 mod end_to_end;
 mod examples;
+mod fairness;
 mod life;
 mod pages;
+mod privacy;
 mod support;
 mod v1;

@@ -1,6 +1,8 @@
 //! What all handlers share.
 
-use super::validation_slots::ValidationSlots;
+use super::attempts::Attempts;
+use super::slots::{Slots, ValidationSlots};
+use crate::service::audit::Audit;
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::queue::Queue;
 use crate::service::metrics::Metrics;
@@ -14,8 +16,12 @@ pub struct App {
     pub config: Arc<ServiceConfig>,
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
+    /// Log of who did what.
+    pub audit: Audit,
+    /// Wrong tokens of each address.
+    pub attempts: Attempts,
     /// Threads for the validation of scenes and meshes.
     pub validation_slots: ValidationSlots,
     /// Threads for archives, which are made as fast as their clients read: they delay no validation.
-    pub exports: ValidationSlots,
+    pub exports: Slots,
 }

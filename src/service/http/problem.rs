@@ -3,12 +3,16 @@
 use crate::blobs::BlobError;
 use crate::mesh::read::MeshFormat;
 use crate::scene::{self, Problems};
-use crate::service::jobs::{JobState, JobsError};
+use crate::service::fair_queue::Refusal;
+use crate::service::jobs::{JobId, JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
+
+/// Time after which to repeat a validation that could not begin [s].
+const VALIDATION_WAIT_S: u64 = 10;
 
 /// Error of a request.
 #[derive(Clone, Debug)]
@@ -34,7 +38,7 @@ pub struct ProblemBody {
     /// Suggested change of the request.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
-    /// All problems of a scene.
+    /// Problems of a scene. After 100 errors the last entry, `too_many_problems`, has the number of the others as its value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<scene::Problem>,
     /// Line of a JSON text, from 1.
@@ -89,6 +93,13 @@ impl Problem {
     pub fn no_such_mesh() -> Self {
         Self::new(StatusCode::NOT_FOUND, "mesh-not-found", "Mesh not found", "There is no mesh with this id.")
             .remedy("Upload it to /v1/meshes; its id is in the answer.")
+    }
+
+    /// A waiting or running job names the mesh.
+    pub fn mesh_in_use(job: JobId) -> Self {
+        let detail = format!("The job {job}, which has not ended, names this mesh.");
+        Self::new(StatusCode::CONFLICT, "mesh-in-use", "Mesh in use", detail)
+            .remedy("Wait for the job to end, or cancel it, then delete the mesh.")
     }
 
     /// The library has no such set; `nearest` says which there are.
@@ -171,9 +182,28 @@ impl Problem {
             .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
     }
 
-    /// A change requested by a web page of another origin.
+    /// Wrong tokens again and again from one address.
+    pub fn too_many_wrong_tokens(wait_s: u64) -> Self {
+        Self::new(
+            StatusCode::TOO_MANY_REQUESTS,
+            "too-many-wrong-tokens",
+            "Too many wrong tokens",
+            "Too many requests with a wrong token came from this address.",
+        )
+        .remedy("Send the right token; wrong ones are refused until the time in Retry-After is over.")
+        .header(header::RETRY_AFTER, wait_s.into())
+    }
+
+    /// The service is reached under a name that is not its own.
+    pub fn foreign_host() -> Self {
+        let detail = "A service without tokens answers under its own names only.";
+        Self::new(StatusCode::MISDIRECTED_REQUEST, "foreign-host", "Foreign host", detail)
+            .remedy("Use localhost or 127.0.0.1; the operator can add a name with --host, or require tokens.")
+    }
+
+    /// A request of a web page of another origin.
     pub fn cross_origin() -> Self {
-        let detail = "A web page of another origin may not change anything here.";
+        let detail = "A web page of another origin may neither read nor change anything here.";
         Self::new(StatusCode::FORBIDDEN, "cross-origin", "Cross-origin request", detail)
             .remedy("The operator can allow the origin with --cors-origin.")
     }
@@ -181,7 +211,13 @@ impl Problem {
     /// The document cannot run: `what` is a scene, or contains one.
     pub fn invalid_scene(what: &str, errors: Problems) -> Self {
         let count = errors.error_count();
-        let detail = format!("The {what} has {count} error(s); every one is listed with its place.");
+        let detail = match errors.omitted_errors() {
+            0 => format!("The {what} has {count} error(s); every one is listed with its place."),
+            more => format!(
+                "The {what} has {count} error(s); the first {} are listed with their places, {more} more are not.",
+                count - more
+            ),
+        };
         let mut problem =
             Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
         problem.body.errors = errors.0;
@@ -274,6 +310,20 @@ impl Problem {
             .header(header::RETRY_AFTER, HeaderValue::from_static("5"))
     }
 
+    /// Too much work of its kind waits already; `wait_s` is the time after which to try again.
+    fn busy(detail: impl Into<String>, wait_s: u64) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", "Busy", detail)
+            .remedy("Send it again after the time in Retry-After.")
+            .header(header::RETRY_AFTER, wait_s.into())
+    }
+
+    /// The client asks for more than one client may.
+    fn too_many(detail: impl Into<String>, wait_s: u64) -> Self {
+        Self::new(StatusCode::TOO_MANY_REQUESTS, "too-many-requests", "Too many requests", detail)
+            .remedy("Wait for the answers to earlier requests, at least for the time in Retry-After.")
+            .header(header::RETRY_AFTER, wait_s.into())
+    }
+
     /// The disk of the service is full.
     fn storage_full(error: &JobsError) -> Self {
         tracing::error!(%error, "no space is left");
@@ -305,6 +355,24 @@ impl From<JobsError> for Problem {
                 Self::unavailable("The storage of the service does not answer.")
             }
             other => Self::internal(&other),
+        }
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Full { waiting } => {
+                Self::busy(format!("{waiting} validations wait already."), VALIDATION_WAIT_S)
+            }
+            Refusal::OwnerLimit { waiting } => {
+                let detail = format!("{waiting} validations of this token wait already.");
+                Self::too_many(detail, VALIDATION_WAIT_S)
+            }
+            Refusal::TooLong { waited } => {
+                let waited_s = waited.as_secs_f64();
+                Self::busy(format!("No validation could begin within {waited_s} s."), VALIDATION_WAIT_S)
+            }
         }
     }
 }

@@ -24,6 +24,8 @@ impl DataFolder {
     pub fn open(root: &Path) -> Result<Self, JobsError> {
         let folder = root.join("runs");
         std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
+        // Whoever may not enter it reads no file in it, whenever that was written.
+        restrict(root).map_err(|e| JobsError::file(root, e))?;
         let lock_file = root.join("lock");
         let lock = File::create(&lock_file).map_err(|e| JobsError::file(&lock_file, e))?;
         match lock.try_lock() {
@@ -75,6 +77,18 @@ impl DataFolder {
         }
         Ok(())
     }
+}
+
+/// Closes a folder for other users of the machine.
+#[cfg(unix)]
+fn restrict(folder: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt as _;
+    std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))
+}
+
+#[cfg(not(unix))]
+fn restrict(_: &Path) -> std::io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]

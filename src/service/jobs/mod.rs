@@ -16,6 +16,7 @@ pub mod failures;
 mod kind;
 pub mod queue;
 mod scene_loader;
+mod scene_size;
 pub mod simulator;
 pub mod snapshots;
 mod spending;

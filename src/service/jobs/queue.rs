@@ -6,7 +6,8 @@ use super::engine::Engine;
 use super::failures::worker_lost;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, NewJob, Orphan, OwnerWish, Requeued, Submitted,
+    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, MeshDeletion, NewJob, Orphan, OwnerWish,
+    Requeued, Submitted,
 };
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
@@ -14,11 +15,25 @@ use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
-use crate::service::shelves::{MESHES, RECORDINGS, SNAPSHOTS, is_recording, recording_name};
+use crate::service::shelves::{
+    MESHES, RECORDINGS, RESULTS, SNAPSHOTS, is_recording, mesh_name, recording_name,
+};
 use crate::step::Ending;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, broadcast, watch};
+
+/// Number of expired jobs that are read from the store at a time.
+const PURGED_AT_ONCE: u32 = 100;
+
+/// Numbers of what was purged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Purged {
+    /// Jobs with all that they had left.
+    pub jobs: u64,
+    /// Meshes, counted for each owner.
+    pub meshes: u64,
+}
 
 /// Storage of the service.
 #[derive(Debug)]
@@ -96,8 +111,7 @@ impl Queue {
                     continue;
                 }
                 Fate::Erase => {
-                    self.with_files(move |queue| queue.remove_files(id)).await?;
-                    self.store.erase(seq).await?;
+                    self.erase(seq, id).await?;
                     continue;
                 }
                 Fate::Cancel => Ending::Cancelled,
@@ -115,7 +129,7 @@ impl Queue {
         let known = self.store.blobs().await?;
         self.with_files(move |queue| {
             queue.folder.remove_leftovers()?;
-            for shelf in [SNAPSHOTS, MESHES, RECORDINGS] {
+            for shelf in [SNAPSHOTS, MESHES, RECORDINGS, RESULTS] {
                 let unknown =
                     queue.blobs.list(shelf)?.into_iter().filter(|entry| !known.contains(&entry.name));
                 let (recordings, rest): (Vec<_>, Vec<_>) =
@@ -194,7 +208,7 @@ impl Queue {
     pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobsError> {
         let submitted = self.store.submit(new, self.config.max_queued).await?;
         if let Submitted::Created(job) = &submitted {
-            tracing::info!(job = %job.id, name = new.name, "accepted");
+            tracing::info!(job = %job.id, "accepted");
             self.arrivals.notify_one();
             self.ring(job.seq);
         }
@@ -240,12 +254,61 @@ impl Queue {
                 self.ring(seq);
             }
             DeleteAnswer::Idle { seq } => {
-                self.with_files(move |queue| queue.remove_files(id)).await?;
-                self.store.erase(seq).await?;
+                self.erase(seq, id).await?;
                 self.ring(seq);
             }
         }
         Ok(true)
+    }
+
+    /// Erases a hidden job with all that it has left.
+    ///
+    /// # Errors
+    /// If the store or the files fail; the next start of the service tries again.
+    pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId) -> Result<(), JobsError> {
+        let leavings = self.store.leavings(seq).await?;
+        self.with_files(move |queue| {
+            queue.remove_files(id)?;
+            Ok(queue.engine.forget(&leavings, &queue.blobs)?)
+        })
+        .await?;
+        self.store.erase(seq).await
+    }
+
+    /// Deletes a mesh of an owner, unless one of her jobs waits for it or runs on it. Its file goes with its last owner.
+    ///
+    /// # Errors
+    /// If the store or the files fail.
+    pub async fn delete_mesh(self: &Arc<Self>, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
+        let deletion = self.store.delete_mesh(owner, id).await?;
+        if let MeshDeletion::Deleted { unowned: Some(format) } = deletion {
+            let name = mesh_name(id, format);
+            self.with_files(move |queue| Ok(queue.blobs.delete(&name)?)).await?;
+        }
+        Ok(deletion)
+    }
+
+    /// Deletes the jobs that ended, and the meshes that were uploaded, more than some days ago; gives their numbers. A mesh that a
+    /// job waits for or runs on stays.
+    ///
+    /// # Errors
+    /// If the store or the files fail.
+    pub async fn purge(self: &Arc<Self>, older_than_days: u32) -> Result<Purged, JobsError> {
+        let mut purged = Purged::default();
+        loop {
+            let jobs = self.store.expired_jobs(older_than_days, PURGED_AT_ONCE).await?;
+            if jobs.is_empty() {
+                break;
+            }
+            for (owner, id) in jobs {
+                purged.jobs += u64::from(self.delete(&owner, id).await?);
+            }
+        }
+        for (owner, id) in self.store.expired_meshes(older_than_days).await? {
+            let deletion = self.delete_mesh(&owner, &id).await?;
+            purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. }));
+        }
+        Ok(purged)
     }
 
     /// The next job to run; waits for one. `None` if the service shuts down.

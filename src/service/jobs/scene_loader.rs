@@ -79,6 +79,11 @@ impl SceneLoader {
         checked
     }
 
+    /// Drops the scene of a validated document.
+    pub fn forget(&self, content_hash: &str) {
+        while self.checked.take(content_hash).is_some() {}
+    }
+
     /// The scene of a job as validated, if that was recent; otherwise loaded again.
     pub fn scene_of(
         &self,

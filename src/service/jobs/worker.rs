@@ -10,6 +10,7 @@ use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
 use super::{JobState, JobsError, Phase, Progress};
 use crate::step::{Ending, Failure};
+use crate::study::what_if::Note;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -112,6 +113,7 @@ impl Worker {
             progress: &mut progress,
             emit: &mut emit,
             blobs: &self.queue.blobs,
+            note_result: self.note_result(job),
         };
         let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
         called.unwrap_or_else(|payload| {
@@ -130,6 +132,18 @@ impl Worker {
             // The complete result will contain it.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not write a part of its result"),
         }
+    }
+
+    /// Stores which results by content the job uses, so that they are deleted with the last job that does.
+    fn note_result(&self, job: &ClaimedJob) -> Note {
+        let (store, runtime) = (Arc::clone(&self.queue.store), self.runtime.clone());
+        let (seq, id) = (job.seq, job.id);
+        Arc::new(move |key| {
+            if let Err(error) = runtime.block_on(store.add_result(seq, key)) {
+                // The next start of the service removes results that no job has.
+                tracing::warn!(job = %id, %error, "could not write that it uses a result");
+            }
+        })
     }
 
     fn finish(&self, job: &ClaimedJob, result: Result<RunReport, Failure>) -> Result<(), JobsError> {
@@ -184,8 +198,7 @@ impl Worker {
 
     fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
         tracing::info!(job = %job.id, "deleted");
-        self.queue.remove_files(job.id)?;
-        self.runtime.block_on(self.queue.store.erase(job.seq))
+        self.runtime.block_on(self.queue.erase(job.seq, job.id))
     }
 
     fn is_hidden(&self, job: &ClaimedJob) -> bool {

@@ -89,7 +89,8 @@ impl Server {
     pub fn files(&self) -> Vec<PathBuf> {
         let below = |folder: &Path| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         let (folders, files): (Vec<_>, Vec<_>) = below(self.data.path()).partition(|path| path.is_dir());
-        let is_store = |path: &PathBuf| matches!(path.file_stem().unwrap().to_str(), Some("lock" | "jobs"));
+        let is_store =
+            |path: &PathBuf| matches!(path.file_stem().unwrap().to_str(), Some("lock" | "jobs" | "audit"));
         let loose = files.into_iter().filter(|path| !is_store(path));
         loose.chain(folders.iter().flat_map(|folder| below(folder))).collect()
     }

@@ -11,8 +11,8 @@ mod sqlite;
 mod tests;
 
 pub use records::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, NewJob, Orphan, OwnerWish, Page,
-    Requeued, Submitted,
+    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, Leavings, MeshDeletion, NewJob,
+    Orphan, OwnerWish, Page, Requeued, Submitted,
 };
 pub use sqlite::SqliteStore;
 
@@ -60,8 +60,20 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Hides a job permanently: it becomes inaccessible, and its idempotency key is free.
     fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer>;
 
-    /// Erases a hidden job with its events.
+    /// Erases a hidden job with its events: nothing of them is left in the files of the store.
     fn erase(&self, seq: i64) -> Answer<'_, ()>;
+
+    /// Notes that a job uses a result by content.
+    fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()>;
+
+    /// What a job leaves beside its recording, apart from results that other jobs use, too.
+    fn leavings(&self, seq: i64) -> Answer<'_, Leavings>;
+
+    /// Owners and ids of jobs that ended more than some days ago, at most `limit`.
+    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>>;
+
+    /// Owners and ids of meshes uploaded more than some days ago.
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>>;
 
     /// Latest request of the owner of a job.
     fn wish(&self, seq: i64) -> Answer<'_, OwnerWish>;
@@ -100,6 +112,12 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
     /// An uploaded mesh of an owner.
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>>;
+
+    /// Meshes of an owner, by id, after the mesh with id `after`.
+    fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>>;
+
+    /// Deletes a mesh of an owner, unless one of her jobs waits for it or runs on it.
+    fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion>;
 
     /// Names of all blobs that its jobs and meshes have or may have.
     fn blobs(&self) -> Answer<'_, BTreeSet<String>>;

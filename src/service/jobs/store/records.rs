@@ -1,5 +1,6 @@
 //! Records of a job store.
 
+use crate::mesh::read::MeshFormat;
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
 use crate::step::{Ending, Failure};
@@ -150,6 +151,32 @@ pub enum DeleteAnswer {
         seq: i64,
     },
     /// There is no such job.
+    Unknown,
+}
+
+/// What a job leaves beside its recording.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Leavings {
+    /// Digest of its document and meshes.
+    pub content_hash: String,
+    /// Keys of the results that no other job uses.
+    pub results: Vec<String>,
+}
+
+/// Outcome of the deletion of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshDeletion {
+    /// The owner has it no more.
+    Deleted {
+        /// Format of the file, if no one else has it.
+        unowned: Option<MeshFormat>,
+    },
+    /// A waiting or running job of the owner names it.
+    InUse {
+        /// Id of that job.
+        job: JobId,
+    },
+    /// The owner has no such mesh.
     Unknown,
 }
 

@@ -198,7 +198,7 @@ impl SqliteStore {
 
     pub(super) async fn erase(&self, seq: i64) -> Result<(), JobsError> {
         sqlx::query("DELETE FROM jobs WHERE seq = ?1 AND deleted = 1").bind(seq).execute(&self.pool).await?;
-        Ok(())
+        self.empty_the_log().await
     }
 }
 

@@ -4,8 +4,9 @@ use super::SqliteStore;
 use super::read::job_id;
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::JobsError;
+use crate::service::jobs::store::MeshDeletion;
 use crate::service::meshes::{MeshReport, StoredMesh};
-use crate::service::shelves::{mesh_name, recording_name};
+use crate::service::shelves::{mesh_name, recording_name, result_name};
 use std::collections::BTreeSet;
 
 impl SqliteStore {
@@ -39,28 +40,74 @@ impl SqliteStore {
         for (id, format) in meshes {
             names.insert(mesh_name(&id, mesh_format(format)?));
         }
+        let results: Vec<(String,)> =
+            sqlx::query_as("SELECT DISTINCT key FROM results").fetch_all(&self.pool).await?;
+        names.extend(results.into_iter().map(|(key,)| result_name(&key)));
         Ok(names)
     }
 
     pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
-        let row: Option<(String, i64, String, String)> = sqlx::query_as(
-            "SELECT format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
+        let row = sqlx::query_as(
+            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
+        );
+        row.bind(owner).bind(id).fetch_optional(&self.pool).await?.map(mesh_of_row).transpose()
+    }
+
+    pub(super) async fn meshes(
+        &self,
+        owner: &str,
+        after: &str,
+        limit: u32,
+    ) -> Result<Vec<StoredMesh>, JobsError> {
+        let rows = sqlx::query_as(
+            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id > ?2 ORDER BY id LIMIT ?3",
+        );
+        let rows = rows.bind(owner).bind(after).bind(limit).fetch_all(&self.pool).await?;
+        rows.into_iter().map(mesh_of_row).collect()
+    }
+
+    pub(super) async fn delete_mesh(&self, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
+        let mut transaction = self.begin().await?;
+        let user: Option<(String,)> = sqlx::query_as(
+            "SELECT id FROM jobs WHERE state IN ('queued', 'running') AND deleted = 0 AND owner = ?1
+                 AND instr(scene, CAST(?2 AS BLOB)) > 0 LIMIT 1",
         )
         .bind(owner)
         .bind(id)
-        .fetch_optional(&self.pool)
+        .fetch_optional(&mut *transaction)
         .await?;
-        row.map(|(format, bytes, report, created_at)| {
-            Ok(StoredMesh {
-                id: id.to_owned(),
-                format: mesh_format(format)?,
-                bytes: bytes.cast_unsigned(),
-                report: serde_json::from_str(&report)?,
-                created_at,
-            })
-        })
-        .transpose()
+        if let Some((job,)) = user {
+            return Ok(MeshDeletion::InUse { job: job_id(job)? });
+        }
+        let deleted: Option<(String,)> =
+            sqlx::query_as("DELETE FROM meshes WHERE owner = ?1 AND id = ?2 RETURNING format")
+                .bind(owner)
+                .bind(id)
+                .fetch_optional(&mut *transaction)
+                .await?;
+        let Some((format,)) = deleted else { return Ok(MeshDeletion::Unknown) };
+        let (left,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM meshes WHERE id = ?1 AND format = ?2")
+            .bind(id)
+            .bind(&format)
+            .fetch_one(&mut *transaction)
+            .await?;
+        transaction.commit().await?;
+        self.empty_the_log().await?;
+        let unowned = if left == 0 { Some(mesh_format(format)?) } else { None };
+        Ok(MeshDeletion::Deleted { unowned })
     }
+}
+
+fn mesh_of_row(
+    (id, format, bytes, report, created_at): (String, String, i64, String, String),
+) -> Result<StoredMesh, JobsError> {
+    Ok(StoredMesh {
+        id,
+        format: mesh_format(format)?,
+        bytes: bytes.cast_unsigned(),
+        report: serde_json::from_str(&report)?,
+        created_at,
+    })
 }
 
 fn mesh_format(name: String) -> Result<MeshFormat, JobsError> {

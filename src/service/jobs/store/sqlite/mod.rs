@@ -2,12 +2,13 @@
 
 mod lifecycle;
 mod meshes;
+mod purge;
 mod read;
 mod submit;
 
 use super::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, NewJob,
-    Orphan, OwnerWish, Page, Requeued, Submitted,
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, Leavings,
+    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
@@ -40,6 +41,8 @@ impl SqliteStore {
             // FULL: a commit is on the disk when it returns, so that `202` holds even after a power failure.
             .synchronous(SqliteSynchronous::Full)
             .foreign_keys(true)
+            // Erased rows are overwritten.
+            .pragma("secure_delete", "ON")
             .busy_timeout(Duration::from_secs(10));
         let pool = SqlitePoolOptions::new()
             .max_connections(8)
@@ -102,6 +105,18 @@ impl JobStore for SqliteStore {
     fn erase(&self, seq: i64) -> Answer<'_, ()> {
         Box::pin(self.erase(seq))
     }
+    fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
+        Box::pin(self.add_result(seq, key))
+    }
+    fn leavings(&self, seq: i64) -> Answer<'_, Leavings> {
+        Box::pin(self.leavings(seq))
+    }
+    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
+        Box::pin(self.expired_jobs(older_than_days, limit))
+    }
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
+        Box::pin(self.expired_meshes(older_than_days))
+    }
     fn wish(&self, seq: i64) -> Answer<'_, OwnerWish> {
         Box::pin(self.wish(seq))
     }
@@ -138,6 +153,12 @@ impl JobStore for SqliteStore {
     }
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
         Box::pin(self.mesh(owner, id))
+    }
+    fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>> {
+        Box::pin(self.meshes(owner, after, limit))
+    }
+    fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
+        Box::pin(self.delete_mesh(owner, id))
     }
     fn blobs(&self) -> Answer<'_, BTreeSet<String>> {
         Box::pin(self.blobs())
@@ -177,6 +198,7 @@ fn migrations() -> Migrator {
         migration(1, "jobs", include_str!("migrations/0001_jobs.sql")),
         migration(2, "kinds", include_str!("migrations/0002_kinds.sql")),
         migration(3, "phases", include_str!("migrations/0003_phases.sql")),
+        migration(4, "results", include_str!("migrations/0004_results.sql")),
     ])
 }
 
