@@ -2,6 +2,8 @@
 
 pub mod contact_problem;
 pub mod convert;
+#[cfg(feature = "service")]
+pub mod doctor;
 mod exit;
 pub mod export;
 mod input_file;
@@ -107,6 +109,9 @@ pub enum Command {
     /// Delete old jobs and meshes from the data folder of a service that is not running.
     #[cfg(feature = "service")]
     Purge(serve::PurgeArgs),
+    /// Report what is damaged or lost in the data folder of a service, and what can be recovered.
+    #[cfg(feature = "service")]
+    Doctor(doctor::DoctorArgs),
     /// Make a bearer token for a service.
     #[cfg(feature = "service")]
     Token(serve::TokenArgs),
@@ -141,6 +146,8 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Openapi => serve::print_openapi(out),
         #[cfg(feature = "service")]
         Command::Purge(args) => serve::purge(&args, out),
+        #[cfg(feature = "service")]
+        Command::Doctor(args) => doctor::doctor(&args, out),
         #[cfg(feature = "service")]
         Command::Token(args) => serve::token(&args, out),
         #[cfg(feature = "service")]

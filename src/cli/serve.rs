@@ -48,6 +48,9 @@ pub struct ServeArgs {
     /// Maximum memory of a run in bytes.
     #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value_t = Budget::SERVICE.memory_bytes, value_parser = size)]
     max_memory: u64,
+    /// Maximum memory of all running jobs together in bytes, by their estimates [default: three quarters of the machine's]
+    #[arg(long, env = "CONTUSE_MAX_RUNNING_MEMORY", value_parser = size)]
+    max_running_memory: Option<u64>,
     /// Maximum size of the fields of a recording in bytes, before compression.
     #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
     max_recording: u64,
@@ -63,6 +66,9 @@ pub struct ServeArgs {
     /// Wall-clock limit of a job in seconds.
     #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
     deadline_s: u64,
+    /// Free space of the disk in bytes below which no job is accepted or begun.
+    #[arg(long, env = "CONTUSE_LEAST_FREE", default_value = "64M", value_parser = size)]
+    least_free: u64,
     /// Days after which jobs that have ended, with their recordings, and meshes are deleted [default: never]
     #[arg(long, env = "CONTUSE_KEEP_DAYS")]
     keep_days: Option<u32>,
@@ -102,12 +108,14 @@ impl ServeArgs {
             workers,
             threads_per_job: self.threads_per_job,
             threads_per_what_if,
+            max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_queued: self.max_queued,
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
             deadline: Duration::from_secs(self.deadline_s),
             grace: Duration::from_secs(self.grace_s),
             keep_days: self.keep_days,
+            least_free: self.least_free,
             budget: Budget {
                 document_bytes: self.max_body,
                 mesh_bytes: self.max_mesh,
@@ -175,6 +183,8 @@ pub fn token(args: &TokenArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
 pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
     keep_files_private();
+    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     let engine = Arc::new(Simulator::new(&config));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let served = runtime.block_on(async {

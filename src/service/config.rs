@@ -1,5 +1,6 @@
 //! Limits and addresses of the service. Every limit has a default; nothing is unlimited.
 
+use super::memory;
 use crate::blobs::hexadecimal;
 use crate::scene::Budget;
 use sha2::{Digest, Sha256};
@@ -20,6 +21,8 @@ pub struct ServiceConfig {
     pub threads_per_job: usize,
     /// Number of cases of a what-if question running at the same time.
     pub threads_per_what_if: usize,
+    /// Memory of all running jobs together, by their estimates [bytes]; a job waits until its own is free.
+    pub max_running_memory: u64,
     /// Maximum number of waiting jobs.
     pub max_queued: u64,
     /// Maximum number of simultaneous connections; more wait in the listen queue of the system.
@@ -32,6 +35,10 @@ pub struct ServiceConfig {
     pub request_timeout: Duration,
     /// Time allowed to a client for the upload of a mesh.
     pub upload_timeout: Duration,
+    /// Least rate of uploads and downloads [bytes/s]; slower clients are cut off after `request_timeout`.
+    pub least_rate: u64,
+    /// Free space of the disk below which no job is accepted or begun [bytes].
+    pub least_free: u64,
     /// Wall-clock limit of a job.
     pub deadline: Duration,
     /// Grace period of running jobs and open responses after a request to shut down.
@@ -60,12 +67,15 @@ impl Default for ServiceConfig {
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             threads_per_job: 1,
             threads_per_what_if: std::thread::available_parallelism().map_or(1, usize::from),
+            max_running_memory: memory::usable().map_or(u64::MAX, |bytes| bytes / 4 * 3),
             max_queued: 1000,
             max_connections: 512,
             max_validations_waiting: 64,
             validation_patience: Duration::from_secs(30),
             request_timeout: Duration::from_secs(30),
             upload_timeout: Duration::from_secs(600),
+            least_rate: 4096,
+            least_free: 64 << 20,
             deadline: Duration::from_secs(3600),
             grace: Duration::from_secs(20),
             keep_days: None,

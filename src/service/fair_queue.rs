@@ -1,7 +1,7 @@
-//! A queue for a few places, fair to those who wait: small work is not delayed by large work, nor one owner's by another's.
+//! A queue for a few slots, fair to those who wait: small work is not delayed by large work, nor one owner's by another's.
 //!
-//! There are two lanes. Neither takes all places while the other waits, so that each always advances. Of those who wait in a
-//! lane, the next is one whose owner has the fewest places, then one whose owner was served longest ago.
+//! There are two lanes. Neither takes all slots while the other waits, so that each always advances. Of those who wait in a
+//! lane, the next is one whose owner has the fewest slots, then one whose owner was served longest ago.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,7 +20,7 @@ pub enum Lane {
 /// Limits of a queue.
 #[derive(Clone, Copy, Debug)]
 pub struct QueueLimits {
-    /// Number of places, at least 2.
+    /// Number of slots, at least 2.
     pub at_once: usize,
     /// Maximum number of those who wait in each lane.
     pub waiting: usize,
@@ -38,28 +38,28 @@ pub enum Refusal {
         /// Number of those who wait in it.
         waiting: usize,
     },
-    /// The owner waits for as many places as one owner may.
+    /// The owner waits for as many slots as one owner may.
     OwnerLimit {
         /// Number of those who wait for this owner.
         waiting: usize,
     },
-    /// No place became free in time.
+    /// No slot became free in time.
     TooLong {
         /// Time of waiting.
         waited: Duration,
     },
 }
 
-/// A queue for places; copies share them.
+/// A queue for slots; copies share them.
 #[derive(Clone, Debug)]
 pub struct FairQueue {
     limits: QueueLimits,
     state: Arc<Mutex<State>>,
 }
 
-/// A place, free again when it is dropped.
+/// A slot, free again when it is dropped.
 #[derive(Debug)]
-pub struct Place {
+pub struct Slot {
     queue: FairQueue,
     owner: String,
     lane: Lane,
@@ -69,9 +69,9 @@ pub struct Place {
 struct State {
     small: usize,
     large: usize,
-    /// Places of each owner who has one.
-    places_of: BTreeMap<String, usize>,
-    /// When each owner who has or waits for a place got one, as a count of places given.
+    /// Slots of each owner who has one.
+    slots_of: BTreeMap<String, usize>,
+    /// When each owner who has or waits for a slot got one, as a count of slots given.
     served: BTreeMap<String, u64>,
     given: u64,
     waiting: VecDeque<Waiter>,
@@ -81,7 +81,7 @@ struct State {
 struct Waiter {
     owner: String,
     lane: Lane,
-    place: oneshot::Sender<Place>,
+    slot: oneshot::Sender<Slot>,
 }
 
 impl FairQueue {
@@ -90,15 +90,15 @@ impl FairQueue {
         Self { limits, state: Arc::default() }
     }
 
-    /// Waits for a place.
+    /// Waits for a slot.
     ///
     /// # Errors
     /// If too many wait already, or none becomes free in time.
-    pub async fn enter(&self, owner: &str, lane: Lane) -> Result<Place, Refusal> {
+    pub async fn enter(&self, owner: &str, lane: Lane) -> Result<Slot, Refusal> {
         let receiver = self.join(owner, lane)?;
         self.give();
         match tokio::time::timeout(self.limits.patience, receiver).await {
-            Ok(Ok(place)) => Ok(place),
+            Ok(Ok(slot)) => Ok(slot),
             // The sender lives in the queue until it is used.
             Ok(Err(_)) | Err(_) => Err(Refusal::TooLong { waited: self.limits.patience }),
         }
@@ -109,10 +109,10 @@ impl FairQueue {
         self.state().waiting.len()
     }
 
-    fn join(&self, owner: &str, lane: Lane) -> Result<oneshot::Receiver<Place>, Refusal> {
+    fn join(&self, owner: &str, lane: Lane) -> Result<oneshot::Receiver<Slot>, Refusal> {
         let mut state = self.state();
         // Those who left count no more.
-        state.waiting.retain(|waiter| !waiter.place.is_closed());
+        state.waiting.retain(|waiter| !waiter.slot.is_closed());
         let in_lane = || state.waiting.iter().filter(|waiter| waiter.lane == lane);
         let (all, own) = (in_lane().count(), in_lane().filter(|waiter| waiter.owner == owner).count());
         if all >= self.limits.waiting {
@@ -121,25 +121,25 @@ impl FairQueue {
         if own >= self.limits.waiting_of_owner {
             return Err(Refusal::OwnerLimit { waiting: own });
         }
-        let (place, receiver) = oneshot::channel();
-        state.waiting.push_back(Waiter { owner: owner.to_owned(), lane, place });
+        let (slot, receiver) = oneshot::channel();
+        state.waiting.push_back(Waiter { owner: owner.to_owned(), lane, slot });
         Ok(receiver)
     }
 
-    /// Gives all free places to those who wait.
+    /// Gives all free slots to those who wait.
     fn give(&self) {
         loop {
             let mut state = self.state();
             let Some(waiter) = state.next(self.limits.at_once) else { return };
-            let Waiter { owner, lane, place } = waiter;
+            let Waiter { owner, lane, slot } = waiter;
             state.given += 1;
             let given = state.given;
             state.served.insert(owner.clone(), given);
-            *state.places_of.entry(owner.clone()).or_default() += 1;
+            *state.slots_of.entry(owner.clone()).or_default() += 1;
             *state.of_lane(lane) += 1;
             drop(state);
-            // A place that no one takes any more is dropped here, and therefore free again.
-            let _ = place.send(Place { queue: self.clone(), owner, lane });
+            // A slot that no one takes any more is dropped here, and therefore free again.
+            let _ = slot.send(Slot { queue: self.clone(), owner, lane });
         }
     }
 
@@ -156,24 +156,24 @@ impl State {
         }
     }
 
-    /// Takes the next one who may have a place out of the queue.
+    /// Takes the next one who may have a slot out of the queue.
     fn next(&mut self, at_once: usize) -> Option<Waiter> {
         if self.small + self.large >= at_once {
             return None;
         }
         let waits = |lane| self.waiting.iter().any(|waiter| waiter.lane == lane);
-        let last_place = at_once.saturating_sub(1).max(1);
-        // The last place is kept for the lane that has none.
-        let may_small = self.small < last_place || self.large > 0 || !waits(Lane::Large);
-        let may_large = self.large < last_place;
+        let last_slot = at_once.saturating_sub(1).max(1);
+        // The last slot is kept for the lane that has none.
+        let may_small = self.small < last_slot || self.large > 0 || !waits(Lane::Large);
+        let may_large = self.large < last_slot;
         let lane = match (may_small && waits(Lane::Small), may_large && waits(Lane::Large)) {
             (true, _) => Lane::Small,
             (false, true) => Lane::Large,
             (false, false) => return None,
         };
         let rank = |waiter: &Waiter| {
-            let places = self.places_of.get(&waiter.owner).copied().unwrap_or(0);
-            (places, self.served.get(&waiter.owner).copied().unwrap_or(0))
+            let slots = self.slots_of.get(&waiter.owner).copied().unwrap_or(0);
+            (slots, self.served.get(&waiter.owner).copied().unwrap_or(0))
         };
         let in_lane = self.waiting.iter().enumerate().filter(|(_, waiter)| waiter.lane == lane);
         let (index, _) = in_lane.min_by_key(|(index, waiter)| (rank(waiter), *index))?;
@@ -181,16 +181,16 @@ impl State {
     }
 }
 
-impl Drop for Place {
+impl Drop for Slot {
     fn drop(&mut self) {
         {
             let mut state = self.queue.state();
             *state.of_lane(self.lane) -= 1;
-            let places = state.places_of.get(&self.owner).copied().unwrap_or(0);
-            if places > 1 {
-                state.places_of.insert(self.owner.clone(), places - 1);
+            let slots = state.slots_of.get(&self.owner).copied().unwrap_or(0);
+            if slots > 1 {
+                state.slots_of.insert(self.owner.clone(), slots - 1);
             } else {
-                state.places_of.remove(&self.owner);
+                state.slots_of.remove(&self.owner);
                 if !state.waiting.iter().any(|waiter| waiter.owner == self.owner) {
                     state.served.remove(&self.owner);
                 }
@@ -209,7 +209,7 @@ mod tests {
         FairQueue::new(QueueLimits { at_once: 2, waiting: 6, waiting_of_owner: 4, patience })
     }
 
-    /// Joins the queue in the order of the calls, and reports its name when it has a place, for a moment.
+    /// Joins the queue in the order of the calls, and reports its name when it has a slot, for a moment.
     fn join(
         queue: &FairQueue,
         owner: &'static str,
@@ -219,19 +219,19 @@ mod tests {
         let (receiver, log, queue) = (queue.join(owner, lane).unwrap(), Arc::clone(log), queue.clone());
         tokio::spawn(async move {
             queue.give();
-            let place = receiver.await.unwrap();
+            let slot = receiver.await.unwrap();
             log.lock().unwrap().push(owner);
             tokio::task::yield_now().await;
-            drop(place);
+            drop(slot);
         })
     }
 
     #[tokio::test]
-    async fn small_work_has_a_place_however_much_large_work_waits() {
+    async fn small_work_has_a_slot_however_much_large_work_waits() {
         let queue = queue(20);
         let first = queue.enter("anna", Lane::Large).await.unwrap();
         let late = queue.enter("anna", Lane::Large).await.unwrap_err();
-        assert!(matches!(late, Refusal::TooLong { .. }), "the last place is for small work");
+        assert!(matches!(late, Refusal::TooLong { .. }), "the last slot is for small work");
         let small = queue.enter("anna", Lane::Small).await.unwrap();
         drop((first, small));
         // The other way round, too.
@@ -242,7 +242,7 @@ mod tests {
         let large = other.await.unwrap();
         drop(blocked);
         drop((small, large));
-        assert_eq!(queue.state().places_of.len(), 0);
+        assert_eq!(queue.state().slots_of.len(), 0);
     }
 
     #[tokio::test]

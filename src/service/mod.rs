@@ -13,11 +13,14 @@
 
 pub mod audit;
 pub mod config;
+pub mod doctor;
 pub mod fair_queue;
 pub mod http;
 pub mod jobs;
+pub mod memory;
 pub mod meshes;
 pub mod metrics;
+pub mod permits;
 pub mod server;
 pub mod shelves;
 mod stall;
@@ -34,6 +37,7 @@ use jobs::queue::{Purged, Queue, Storage};
 use jobs::store::SqliteStore;
 use jobs::worker;
 use metrics::Metrics;
+use permits::AllPermits;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -171,7 +175,9 @@ impl Service {
         let validation_slots = ValidationSlots::new(validations(&config));
         let exports = Slots::new(ARCHIVES_AT_ONCE);
         let attempts = Attempts::default();
-        let app = Arc::new(App { queue, config, metrics, audit, attempts, validation_slots, exports });
+        let permits = AllPermits::of(config.max_connections);
+        let app =
+            Arc::new(App { queue, config, metrics, audit, attempts, permits, validation_slots, exports });
         Ok(Self { app, listener, address, workers })
     }
 

@@ -99,3 +99,32 @@ fn memory_of_a_document_is_a_multiple_of_its_text() {
     let refused = problem(&server.client().post_text("/v1/jobs/validate", &many), 400, "bad-json");
     assert!(refused["detail"].as_str().unwrap().contains("too much memory"), "{refused}");
 }
+
+#[test]
+fn a_job_waits_until_its_memory_is_free() {
+    let server = Server::with(|c| {
+        c.workers = 3;
+        c.max_running_memory = 1000;
+    });
+    let client = server.client();
+    let of = |mut scene: Value, bytes: u64| {
+        scene["memory_bytes"] = json!(bytes);
+        submit(&client, &scene)
+    };
+    // It takes more than there is, and runs alone.
+    let all = of(endless(), 5000);
+    wait_for(&client, &all, "running");
+    let half = of(endless(), 500);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(client.get(&half).json()["state"], "queued");
+    client.delete(&all);
+    wait_for(&client, &half, "running");
+    let more = of(quick(), 501);
+    let small = of(quick(), 1);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(client.get(&more).json()["queue_position"], 1);
+    assert_eq!(client.get(&small).json()["queue_position"], 2, "no one overtakes");
+    client.delete(&half);
+    wait_for(&client, &more, "succeeded");
+    wait_for(&client, &small, "succeeded");
+}

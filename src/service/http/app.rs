@@ -6,6 +6,7 @@ use crate::service::audit::Audit;
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::queue::Queue;
 use crate::service::metrics::Metrics;
+use crate::service::permits::AllPermits;
 use std::sync::Arc;
 
 /// Shared state of the handlers.
@@ -20,6 +21,8 @@ pub struct App {
     pub audit: Audit,
     /// Wrong tokens of each address.
     pub attempts: Attempts,
+    /// Limits of uploads, downloads and event streams.
+    pub permits: AllPermits,
     /// Threads for the validation of scenes and meshes.
     pub validation_slots: ValidationSlots,
     /// Threads for archives, which are made as fast as their clients read: they delay no validation.

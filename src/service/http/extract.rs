@@ -5,9 +5,10 @@ use super::problem::Problem;
 use crate::service::jobs::JobId;
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
-use axum::http::{HeaderMap, header};
+use axum::http::{Extensions, HeaderMap, header};
 use serde::de::DeserializeOwned;
-use std::net::IpAddr;
+use std::convert::Infallible;
+use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
 
 /// Owner of a request: the name of its bearer token, empty if the service is open to everyone.
@@ -50,6 +51,19 @@ impl FromRequestParts<Arc<App>> for Owner {
             None => Err(Problem::unauthorized()),
         }
     }
+}
+
+impl FromRequestParts<Arc<App>> for Peer {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Arc<App>) -> Result<Self, Infallible> {
+        Ok(peer_of(&parts.extensions))
+    }
+}
+
+/// Address of the client of a request.
+fn peer_of(extensions: &Extensions) -> Peer {
+    extensions.get().copied().unwrap_or(Peer(Ipv4Addr::UNSPECIFIED.into()))
 }
 
 /// Id of a job in the path. An invalid id is answered like a missing job.
@@ -100,6 +114,7 @@ impl FromRequest<Arc<App>> for JsonBody {
         if declared_length(request.headers()).is_some_and(|n| n > limit) {
             return Err(Problem::too_large(limit));
         }
+        let _permit = app.permits.uploads.take(peer_of(request.extensions()).0)?;
         let reading = axum::body::to_bytes(request.into_body(), usize::try_from(limit).unwrap_or(usize::MAX));
         let bytes = match tokio::time::timeout(app.config.request_timeout, reading).await {
             Err(_) => return Err(Problem::too_slow()),

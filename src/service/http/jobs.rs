@@ -137,6 +137,7 @@ pub(super) async fn accept(
         content_hash: checked.content_hash,
         end_time_s: checked.end_time_s,
         warnings: checked.warnings,
+        memory_bytes: checked.memory_bytes,
     };
     submitted(app.queue.submit(&new).await?)
 }

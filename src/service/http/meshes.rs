@@ -1,7 +1,7 @@
 //! `/v1/meshes`: upload, list, get or delete a mesh.
 
 use super::app::App;
-use super::extract::{Owner, Parameters, declared_length, media_type};
+use super::extract::{Owner, Parameters, Peer, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
 use crate::blobs::{BlobDigest, Draft};
 use crate::mesh::read::MeshFormat;
@@ -19,6 +19,7 @@ use axum::response::{IntoResponse, Response};
 use futures::StreamExt;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use utoipa::{IntoParams, ToSchema};
 
 /// Largest mesh that is read in well below a second [bytes].
@@ -54,6 +55,7 @@ pub async fn upload(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     Parameters(parameters): Parameters<UploadParameters>,
+    Peer(address): Peer,
     request: Request,
 ) -> Result<Response, Problem> {
     // Receive the file within the limits on size and time.
@@ -64,10 +66,12 @@ pub async fn upload(
     if declared_length(request.headers()).is_some_and(|n| n > limit) {
         return Err(Problem::too_large(limit));
     }
+    let permit = app.permits.uploads.take(address)?;
     let receiving = receive(&app, request.into_body(), limit);
     let draft = tokio::time::timeout(app.config.upload_timeout, receiving)
         .await
         .map_err(|_| Problem::too_slow())??;
+    drop(permit);
 
     // Limited in number: each holds a mesh in memory.
     let lane = if draft.digest().bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
@@ -186,8 +190,17 @@ async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
     let begin = move |queue: &Queue| Ok(Draft::new(queue.blobs.unnamed()?, limit));
     let mut draft = app.queue.with_files(begin).await?;
     let mut stream = body.into_data_stream();
-    while let Some(piece) = stream.next().await {
+    let (began, patience) = (Instant::now(), app.config.request_timeout);
+    let mut bytes = 0_u64;
+    loop {
+        let next = tokio::time::timeout(patience, stream.next()).await;
+        let Some(piece) = next.map_err(|_| Problem::too_slow())? else { break };
         let piece = piece.map_err(|_| Problem::broken_body())?;
+        bytes += piece.len() as u64;
+        let in_time = Duration::from_secs_f64(bytes as f64 / app.config.least_rate.max(1) as f64);
+        if began.elapsed() > patience + in_time {
+            return Err(Problem::too_slow());
+        }
         let append = move |_: &Queue| draft.append(&piece).map(|()| draft).map_err(JobsError::from);
         draft = app.queue.with_files(append).await?;
     }

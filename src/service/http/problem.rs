@@ -6,6 +6,7 @@ use crate::scene::{self, Problems};
 use crate::service::fair_queue::Refusal;
 use crate::service::jobs::{JobId, JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
+use crate::service::permits::NoPermit;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -13,6 +14,9 @@ use utoipa::ToSchema;
 
 /// Time after which to repeat a validation that could not begin [s].
 const VALIDATION_WAIT_S: u64 = 10;
+
+/// Time after which to repeat an upload, a download or an event stream [s].
+const PERMIT_WAIT_S: u64 = 10;
 
 /// Error of a request.
 #[derive(Clone, Debug)]
@@ -333,6 +337,16 @@ impl Problem {
             .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
     }
 
+    /// The disk has less free space than the service keeps.
+    fn disk_short(free: u64, least: u64) -> Self {
+        tracing::error!(free, least, "too little space is left for jobs");
+        let detail =
+            format!("The disk of the service has {free} free bytes; jobs begin with at least {least}.");
+        Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
+            .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
+            .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
+    }
+
     /// Internal error. Details are in the log, under the identifier in the answer.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         let instance = uuid::Uuid::new_v4().urn().to_string();
@@ -350,6 +364,11 @@ impl From<JobsError> for Problem {
             JobsError::Blob(BlobError::TooLarge { most }) => Self::too_large(most),
             JobsError::QueueFull { waiting } => Self::unavailable(&format!("{waiting} jobs wait already.")),
             full if full.is_storage_full() => Self::storage_full(&full),
+            JobsError::DiskShort { free, least } => Self::disk_short(free, least),
+            scarce if scarce.is_out_of_descriptors() => {
+                tracing::error!(error = %scarce, "no descriptor is left");
+                Self::busy("The service has as many open files as it may.", PERMIT_WAIT_S)
+            }
             passing if passing.is_passing() => {
                 tracing::error!(error = %passing, "the store does not answer");
                 Self::unavailable("The storage of the service does not answer.")
@@ -374,6 +393,25 @@ impl From<Refusal> for Problem {
                 Self::busy(format!("No validation could begin within {waited_s} s."), VALIDATION_WAIT_S)
             }
         }
+    }
+}
+
+impl From<NoPermit> for Problem {
+    fn from(no_permit: NoPermit) -> Self {
+        let problem = match no_permit {
+            NoPermit::Taken { most } => Self::busy(
+                format!("{most} requests of this kind are in progress, which is all there may be."),
+                PERMIT_WAIT_S,
+            ),
+            NoPermit::OfAddress { most } => {
+                let detail = format!(
+                    "{most} requests of this kind from your address are in progress, which is all it may have."
+                );
+                Self::too_many(detail, PERMIT_WAIT_S)
+            }
+        };
+        // The body of the request is not read, so the connection cannot be reused.
+        problem.header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 }
 

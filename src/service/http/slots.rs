@@ -49,19 +49,19 @@ impl ValidationSlots {
         lane: Lane,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let place = self.0.enter(owner, lane).await?;
-        holding(place, work).await
+        let slot = self.0.enter(owner, lane).await?;
+        holding(slot, work).await
     }
 }
 
-/// Performs work that holds a place, which the work releases, not the request: a client that disconnects ends only the
+/// Performs work that holds a slot, which the work releases, not the request: a client that disconnects ends only the
 /// latter.
 async fn holding<P: Send + 'static, T: Send + 'static>(
-    place: P,
+    slot: P,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Problem> {
     let working = tokio::task::spawn_blocking(move || {
-        let _place = place;
+        let _slot = slot;
         work()
     });
     working.await.map_err(|e| Problem::internal(&e))

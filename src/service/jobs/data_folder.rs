@@ -50,6 +50,14 @@ impl DataFolder {
         self.root.join("runs").join(format!("{id}.snapshot.mcap"))
     }
 
+    /// Free space of the disk that this process may use [bytes].
+    ///
+    /// # Errors
+    /// If the system does not say.
+    pub fn free_space(&self) -> Result<u64, JobsError> {
+        free_space(&self.root).map_err(|error| JobsError::file(&self.root, error))
+    }
+
     /// Removes all files of a run.
     ///
     /// # Errors
@@ -84,6 +92,17 @@ impl DataFolder {
 fn restrict(folder: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt as _;
     std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))
+}
+
+#[cfg(unix)]
+fn free_space(folder: &Path) -> std::io::Result<u64> {
+    let disk = rustix::fs::statvfs(folder)?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+#[cfg(not(unix))]
+fn free_space(_: &Path) -> std::io::Result<u64> {
+    Ok(u64::MAX)
 }
 
 #[cfg(not(unix))]

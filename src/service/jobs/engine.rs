@@ -4,7 +4,7 @@
 //! production engine is [`super::simulator::Simulator`].
 
 use super::control::RunControl;
-use super::store::{Event, Leavings};
+use super::store::{Event, Remnants};
 use super::{JobKind, Progress};
 use crate::blobs::{BlobError, BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
@@ -61,6 +61,8 @@ pub struct CheckedScene {
     pub end_time_s: f64,
     /// Warnings that do not prevent a run.
     pub warnings: Vec<Problem>,
+    /// Memory that its run is expected to take [bytes].
+    pub memory_bytes: u64,
 }
 
 /// Preview of a scene without running it.
@@ -145,7 +147,7 @@ pub trait Engine: Send + Sync + 'static {
     ///
     /// # Errors
     /// If a result cannot be deleted.
-    fn forget(&self, leavings: &Leavings, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError>;
+    fn forget(&self, remnants: &Remnants, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError>;
 
     /// Turns the partial recording of a lost writer into a complete file marked as incomplete.
     ///

@@ -13,6 +13,7 @@ pub mod data_folder;
 pub mod engine;
 mod error;
 pub mod failures;
+pub mod found;
 mod kind;
 pub mod queue;
 mod scene_loader;

@@ -147,5 +147,6 @@ pub(super) fn checked(loaded: &Loaded) -> CheckedScene {
         content_hash: loaded.scene.content_hash.clone(),
         end_time_s: loaded.scene.document.end_time_s,
         warnings: loaded.warnings.clone(),
+        memory_bytes: loaded.estimate.memory_bytes,
     }
 }

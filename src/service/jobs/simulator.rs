@@ -5,7 +5,7 @@ use super::failures::{for_the_world, internal, invalid_scene};
 use super::scene_loader::{SceneLoader, checked};
 use super::scene_size;
 use super::spending::Spending;
-use super::store::Leavings;
+use super::store::Remnants;
 use super::study_job;
 use super::what_if_job::{self, SharedResults};
 use super::{JobKind, Phase, Progress};
@@ -121,9 +121,9 @@ impl Engine for Simulator {
         }
     }
 
-    fn forget(&self, leavings: &Leavings, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
-        self.scenes.forget(&leavings.content_hash);
-        if leavings.results.is_empty() { Ok(()) } else { self.results.of(blobs).forget(&leavings.results) }
+    fn forget(&self, remnants: &Remnants, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
+        self.scenes.forget(&remnants.content_hash);
+        if remnants.results.is_empty() { Ok(()) } else { self.results.of(blobs).forget(&remnants.results) }
     }
 
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {

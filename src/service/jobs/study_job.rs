@@ -124,6 +124,7 @@ pub(super) fn check(
             content_hash: document.digest(),
             end_time_s: 1.0,
             warnings: Vec::new(),
+            memory_bytes: 0,
         })),
     }
 }
@@ -172,7 +173,11 @@ fn check_error(
     let loaded = scenes.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
     let loaded = Problems::from(problems).then(loaded)?;
     let checked = checked(&loaded);
-    Ok(scenes.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
+    // Each level has eight times the elements of the one before it, within the budget of a run.
+    let finest = 8_u64.saturating_pow(u32::try_from(study.finest).unwrap_or(0));
+    let memory_bytes = checked.memory_bytes.saturating_mul(finest).min(scenes.budget().memory_bytes);
+    let name = format!("error of {}", checked.name);
+    Ok(scenes.keep(CheckedScene { name, memory_bytes, ..checked }, loaded))
 }
 
 /// Location of the scene in the document of a study or a question.

@@ -53,6 +53,8 @@ pub(super) fn check(
         content_hash: document.digest(),
         end_time_s: base.scene.document.end_time_s,
         warnings: base.warnings.clone(),
+        // Each thread has a run of its own.
+        memory_bytes: base.estimate.memory_bytes.saturating_mul(runs.min(scenes.what_if_threads() as u64)),
     };
     Ok(scenes.keep(checked, base))
 }

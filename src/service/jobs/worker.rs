@@ -9,7 +9,7 @@ use super::failures::{internal, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
 use super::{JobState, JobsError, Phase, Progress};
-use crate::step::{Ending, Failure};
+use crate::step::{Ending, Failure, FailureCause};
 use crate::study::what_if::Note;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -70,7 +70,7 @@ impl Worker {
                 tracing::error!(job = %job.id, %error, "could not write how the job ended");
             }
         }
-        self.queue.release(job);
+        self.runtime.block_on(self.queue.release(job));
     }
 
     /// Runs one job and records how it ended.
@@ -81,7 +81,11 @@ impl Worker {
             // Deleted: no longer accessible.
             Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
             Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
-                self.requeue(job)
+                self.requeue(job, Requeued::Shutdown)
+            }
+            // The job is not to blame, and waits for room.
+            _ if is_unrecorded(&result) && self.queue.is_disk_short() => {
+                self.requeue(job, Requeued::DiskFull)
             }
             _ => self.finish(job, result),
         };
@@ -190,10 +194,10 @@ impl Worker {
         if self.is_hidden(job) { self.erase(job) } else { Ok(()) }
     }
 
-    fn requeue(&self, job: &ClaimedJob) -> Result<(), JobsError> {
-        tracing::info!(job = %job.id, "returned to the queue");
+    fn requeue(&self, job: &ClaimedJob, why: Requeued) -> Result<(), JobsError> {
+        tracing::info!(job = %job.id, ?why, "returned to the queue");
         self.queue.remove_files(job.id)?;
-        self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, Requeued::Shutdown))
+        self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, why))
     }
 
     fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
@@ -210,6 +214,15 @@ impl Worker {
             }
         }
     }
+}
+
+/// Whether the recording of a run could not be written.
+fn is_unrecorded(result: &Result<RunReport, Failure>) -> bool {
+    let failure = match result {
+        Ok(report) => report.ending.failure(),
+        Err(failure) => Some(failure),
+    };
+    failure.is_some_and(|failure| failure.cause == FailureCause::RecordingFailed)
 }
 
 /// Persists the progress of a run at a limited rate.

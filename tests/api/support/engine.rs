@@ -7,7 +7,7 @@ use contuse::record::partial_path;
 use contuse::scene::summary::BodySummary;
 use contuse::scene::{Problem, Problems, problem::Pointer};
 use contuse::service::jobs::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
-use contuse::service::jobs::store::Leavings;
+use contuse::service::jobs::store::Remnants;
 use contuse::service::jobs::{JobKind, Phase, Progress};
 use contuse::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
 use contuse::step::{Ending, Failure, FailureCause, Interrupt};
@@ -132,6 +132,7 @@ impl Engine for ScriptedEngine {
             content_hash: "0".repeat(64),
             end_time_s: document["end_time_s"].as_f64().unwrap(),
             warnings: vec![],
+            memory_bytes: document["memory_bytes"].as_u64().unwrap_or(0),
         })
     }
 
@@ -197,7 +198,7 @@ impl Engine for ScriptedEngine {
         Ok(RunReport { ending, summary, progress })
     }
 
-    fn forget(&self, _: &Leavings, _: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
+    fn forget(&self, _: &Remnants, _: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
         Ok(())
     }
 

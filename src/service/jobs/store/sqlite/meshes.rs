@@ -4,10 +4,9 @@ use super::SqliteStore;
 use super::read::job_id;
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::JobsError;
-use crate::service::jobs::store::MeshDeletion;
+use crate::service::jobs::store::{KnownBlobs, MeshDeletion};
 use crate::service::meshes::{MeshReport, StoredMesh};
 use crate::service::shelves::{mesh_name, recording_name, result_name};
-use std::collections::BTreeSet;
 
 impl SqliteStore {
     pub(super) async fn add_mesh(
@@ -31,19 +30,35 @@ impl SqliteStore {
         Ok(result.rows_affected() > 0)
     }
 
-    pub(super) async fn blobs(&self) -> Result<BTreeSet<String>, JobsError> {
-        let ids: Vec<(String,)> = sqlx::query_as("SELECT id FROM jobs").fetch_all(&self.pool).await?;
-        let ids = ids.into_iter().map(|(id,)| job_id(id).map(recording_name));
-        let mut names = ids.collect::<Result<BTreeSet<_>, _>>()?;
+    pub(super) async fn blobs(&self) -> Result<KnownBlobs, JobsError> {
+        let mut known = KnownBlobs::default();
+        let ids: Vec<(String, bool)> =
+            sqlx::query_as("SELECT id, recording_sha256 IS NOT NULL AND deleted = 0 FROM jobs")
+                .fetch_all(&self.pool)
+                .await?;
+        for (id, is_recorded) in ids {
+            match job_id(id) {
+                Ok(id) => {
+                    known.names.insert(recording_name(id));
+                    known.recorded.extend(is_recorded.then_some(id));
+                }
+                Err(error) => known.doubt(&error),
+            }
+        }
         let meshes: Vec<(String, String)> =
             sqlx::query_as("SELECT DISTINCT id, format FROM meshes").fetch_all(&self.pool).await?;
         for (id, format) in meshes {
-            names.insert(mesh_name(&id, mesh_format(format)?));
+            match mesh_format(format) {
+                Ok(format) => {
+                    known.names.insert(mesh_name(&id, format));
+                }
+                Err(error) => known.doubt(&error),
+            }
         }
         let results: Vec<(String,)> =
             sqlx::query_as("SELECT DISTINCT key FROM results").fetch_all(&self.pool).await?;
-        names.extend(results.into_iter().map(|(key,)| result_name(&key)));
-        Ok(names)
+        known.names.extend(results.into_iter().map(|(key,)| result_name(&key)));
+        Ok(known)
     }
 
     pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {

@@ -7,8 +7,8 @@ mod read;
 mod submit;
 
 use super::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, Leavings,
-    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, KnownBlobs,
+    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Remnants, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
@@ -17,7 +17,6 @@ use futures::future::BoxFuture;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Connection as _, SqlStr, Sqlite, SqlitePool, Transaction};
-use std::collections::BTreeSet;
 use std::future::ready;
 use std::path::Path;
 use std::time::Duration;
@@ -81,8 +80,8 @@ impl JobStore for SqliteStore {
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
         Box::pin(self.submit(new, max_queued))
     }
-    fn claim(&self) -> Answer<'_, Option<ClaimedJob>> {
-        Box::pin(self.claim())
+    fn claim(&self, free_bytes: u64) -> Answer<'_, Option<ClaimedJob>> {
+        Box::pin(self.claim(free_bytes))
     }
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
         Box::pin(self.record_progress(seq, attempt, progress))
@@ -108,8 +107,8 @@ impl JobStore for SqliteStore {
     fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
         Box::pin(self.add_result(seq, key))
     }
-    fn leavings(&self, seq: i64) -> Answer<'_, Leavings> {
-        Box::pin(self.leavings(seq))
+    fn remnants(&self, seq: i64) -> Answer<'_, Remnants> {
+        Box::pin(self.remnants(seq))
     }
     fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
         Box::pin(self.expired_jobs(older_than_days, limit))
@@ -160,8 +159,11 @@ impl JobStore for SqliteStore {
     fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
         Box::pin(self.delete_mesh(owner, id))
     }
-    fn blobs(&self) -> Answer<'_, BTreeSet<String>> {
+    fn blobs(&self) -> Answer<'_, KnownBlobs> {
         Box::pin(self.blobs())
+    }
+    fn faults(&self) -> Answer<'_, (Vec<String>, Vec<i64>)> {
+        Box::pin(self.faults())
     }
     fn try_write(&self) -> Answer<'_, ()> {
         Box::pin(self.try_write())
@@ -176,13 +178,19 @@ impl JobStore for SqliteStore {
 const SQLITE_FULL: u32 = 13;
 /// SQLite's code for a disk error (SQLITE_IOERR).
 const SQLITE_IOERR: u32 = 10;
+/// SQLite's code for a disk that accepts no writes (SQLITE_READONLY).
+const SQLITE_READONLY: u32 = 8;
+/// SQLite's code for a file that cannot be opened, such as when no descriptor is left (SQLITE_CANTOPEN).
+const SQLITE_CANTOPEN: u32 = 14;
 
 impl From<sqlx::Error> for JobsError {
     fn from(error: sqlx::Error) -> Self {
         let code = error.as_database_error().and_then(|e| e.code()?.parse::<u32>().ok());
         let fault = match (&error, code.map(|code| code & 0xff)) {
             (_, Some(SQLITE_FULL)) => StoreFault::Full,
-            (sqlx::Error::PoolTimedOut, _) | (_, Some(SQLITE_IOERR)) => StoreFault::Passing,
+            (sqlx::Error::PoolTimedOut, _) | (_, Some(SQLITE_IOERR | SQLITE_READONLY | SQLITE_CANTOPEN)) => {
+                StoreFault::Passing
+            }
             _ => StoreFault::Other,
         };
         Self::Store { fault, source: error.into() }
@@ -199,6 +207,7 @@ fn migrations() -> Migrator {
         migration(2, "kinds", include_str!("migrations/0002_kinds.sql")),
         migration(3, "phases", include_str!("migrations/0003_phases.sql")),
         migration(4, "results", include_str!("migrations/0004_results.sql")),
+        migration(5, "scale", include_str!("migrations/0005_scale.sql")),
     ])
 }
 

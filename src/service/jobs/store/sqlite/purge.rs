@@ -2,7 +2,7 @@
 
 use super::SqliteStore;
 use super::read::job_id;
-use crate::service::jobs::store::Leavings;
+use crate::service::jobs::store::Remnants;
 use crate::service::jobs::{JobId, JobsError};
 
 impl SqliteStore {
@@ -15,7 +15,7 @@ impl SqliteStore {
         Ok(())
     }
 
-    pub(super) async fn leavings(&self, seq: i64) -> Result<Leavings, JobsError> {
+    pub(super) async fn remnants(&self, seq: i64) -> Result<Remnants, JobsError> {
         let hash: Option<(String,)> = sqlx::query_as("SELECT content_hash FROM jobs WHERE seq = ?1")
             .bind(seq)
             .fetch_optional(&self.pool)
@@ -28,7 +28,7 @@ impl SqliteStore {
         .fetch_all(&self.pool)
         .await?;
         let results = keys.into_iter().map(|(key,)| key).collect();
-        Ok(Leavings { content_hash: hash.map(|(hash,)| hash).unwrap_or_default(), results })
+        Ok(Remnants { content_hash: hash.map(|(hash,)| hash).unwrap_or_default(), results })
     }
 
     pub(super) async fn expired_jobs(
