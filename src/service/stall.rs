@@ -17,7 +17,9 @@ pub struct Impatient<S> {
     limit: Pin<Box<Sleep>>,
     /// Bytes accepted in this interval; `None` if no write waits.
     accepted: Option<u64>,
-    /// When a write had to wait last.
+    /// Whether a write waits.
+    is_waiting: bool,
+    /// When the last one that had to wait was accepted.
     waited: Instant,
 }
 
@@ -32,6 +34,7 @@ impl<S> Impatient<S> {
             least_bytes: least_bytes.max(1),
             limit,
             accepted: None,
+            is_waiting: false,
             waited: Instant::now(),
         }
     }
@@ -47,13 +50,16 @@ impl<S> Impatient<S> {
             if let (Ok(value), Some(accepted)) = (&ended, &mut self.accepted) {
                 *accepted += bytes(value);
             }
+            if std::mem::take(&mut self.is_waiting) {
+                self.waited = Instant::now();
+            }
             return Poll::Ready(ended);
         }
         let now = Instant::now();
+        let was_waiting = std::mem::replace(&mut self.is_waiting, true);
         // What waited long ago says nothing of the client now.
-        let is_new = self.accepted.is_none() || now.duration_since(self.waited) >= self.patience;
-        self.waited = now;
-        if is_new {
+        let is_long_ago = !was_waiting && now.duration_since(self.waited) >= self.patience;
+        if self.accepted.is_none() || is_long_ago {
             self.begin(now);
         }
         ready!(self.limit.as_mut().poll(cx));
