@@ -3,7 +3,7 @@
 use super::ServiceError;
 use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
-use super::jobs::store::{JobStore as _, SqliteStore};
+use super::jobs::store::{JobStore as _, KnownBlobs, SqliteStore};
 use super::jobs::{JobId, JobsError};
 use crate::blobs::{BlobStore as _, FolderBlobs};
 use crate::report::RecordedRun;
@@ -68,7 +68,7 @@ pub async fn examine(root: &Path) -> Result<Diagnosis, ServiceError> {
         }
         Err(reason) => {
             diagnosis.store.push(reason);
-            Default::default()
+            KnownBlobs::default()
         }
     };
     let found = Found::among(&blobs, &known).map_err(JobsError::from)?;

@@ -40,7 +40,7 @@ impl Attempts {
             (*began, *count) = (now, 0);
         }
         *count = count.saturating_add(1);
-        (*count > MOST).then(|| (WINDOW - now.duration_since(*began)).as_secs() + 1)
+        (*count > MOST).then(|| WINDOW.saturating_sub(now.duration_since(*began)).as_secs() + 1)
     }
 }
 
