@@ -2,7 +2,8 @@
 # The service as a container: built with a toolchain, run on a small Debian without one.
 #
 #   docker build -t contuse .
-#   docker run -p 8080:8080 -v contuse-data:/data contuse
+#   docker run --rm contuse token anna    # the line for the file tokens
+#   docker run -p 8080:8080 -v contuse-data:/data -v ./tokens:/tokens:ro -e CONTUSE_TOKENS_FILE=/tokens contuse
 
 FROM rust:1.95-slim-trixie AS build
 RUN apt-get update \

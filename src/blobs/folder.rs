@@ -1,4 +1,7 @@
 //! Blobs as files of a folder, with their names as paths.
+//!
+//! A blob whose name ends with two hexadecimal digits, its extension apart, is in a folder of these digits: `recordings/1f/…1f.mcap`.
+//! So no folder of ids or digests has very many files. Files that an earlier version left beside these folders are blobs, too.
 
 use super::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, Unnamed};
 use std::fs::{self, File, TryLockError};
@@ -8,6 +11,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// File extension of drafts, which are not blobs yet.
 const PARTIAL: &str = "partial";
+
+/// Shortest name that is an id or a digest: others are not spread over folders.
+const SHORTEST_ID: usize = 16;
 
 /// A folder with one subfolder per shelf. Several processes may use it.
 #[derive(Debug)]
@@ -26,6 +32,13 @@ impl FolderBlobs {
         forget_lost_drafts(root).map_err(of_root())?;
         Ok(Self { root: root.to_owned() })
     }
+
+    /// File of a blob, whether it exists or not.
+    pub fn path(&self, name: &str) -> PathBuf {
+        let mut places = places(&self.root, name).into_iter();
+        let last = self.root.join(name);
+        places.find(|path| path.exists()).unwrap_or(last)
+    }
 }
 
 impl BlobStore for FolderBlobs {
@@ -35,15 +48,18 @@ impl BlobStore for FolderBlobs {
     }
 
     fn open(&self, name: &str) -> Result<Option<Box<dyn Blob>>, BlobError> {
-        match File::open(self.root.join(name)) {
-            Ok(file) => Ok(Some(Box::new(file))),
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(BlobError::of(name)(error)),
+        for path in places(&self.root, name) {
+            match File::open(path) {
+                Ok(file) => return Ok(Some(Box::new(file))),
+                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                Err(error) => return Err(BlobError::of(name)(error)),
+            }
         }
+        Ok(None)
     }
 
     fn delete(&self, name: &str) -> Result<(), BlobError> {
-        remove(&self.root.join(name)).map_err(BlobError::of(name))
+        places(&self.root, name).iter().try_for_each(|path| remove(path)).map_err(BlobError::of(name))
     }
 
     fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError> {
@@ -101,21 +117,67 @@ impl Drop for UnnamedFile {
 /// Gives a file its name, durably: first its bytes are synced, then it is renamed, then the folder is synced.
 fn name_file(file: &Path, root: &Path, name: &str) -> io::Result<()> {
     File::open(file)?.sync_all()?;
-    let path = root.join(name);
+    let places = places(root, name);
+    let Some((path, former)) = places.split_first() else { return Err(ErrorKind::InvalidInput.into()) };
     let folder = path.parent().unwrap_or(root);
-    if !folder.is_dir() {
-        fs::create_dir_all(folder)?;
-        File::open(root)?.sync_all()?;
+    create_durably(folder)?;
+    fs::rename(file, path)?;
+    File::open(folder)?.sync_all()?;
+    former.iter().try_for_each(|path| remove(path))
+}
+
+/// Creates a folder with those above it; each is synced in the one that contains it.
+fn create_durably(folder: &Path) -> io::Result<()> {
+    if folder.is_dir() {
+        return Ok(());
     }
-    fs::rename(file, &path)?;
-    File::open(folder)?.sync_all()
+    let Some(above) = folder.parent() else { return Ok(()) };
+    create_durably(above)?;
+    match fs::create_dir(folder) {
+        Err(error) if error.kind() != ErrorKind::AlreadyExists => Err(error),
+        _ => File::open(above)?.sync_all(),
+    }
+}
+
+/// Where a blob may be: its place, and that of earlier versions.
+fn places(root: &Path, name: &str) -> Vec<PathBuf> {
+    let flat = root.join(name);
+    let digits = Path::new(name).file_name().and_then(|file| digits_of(file.to_str()?));
+    match (name.rsplit_once('/'), digits) {
+        (Some((shelf, file)), Some(digits)) => vec![root.join(shelf).join(digits).join(file), flat],
+        _ => vec![flat],
+    }
+}
+
+/// The last two characters of a file name before its first dot, if they are hexadecimal digits of an id or a digest.
+fn digits_of(file: &str) -> Option<&str> {
+    let stem = file.split('.').next()?;
+    let digits = stem.get(stem.len().checked_sub(2)?..)?;
+    (stem.len() >= SHORTEST_ID && is_digits(digits)).then_some(digits)
+}
+
+fn is_digits(text: &str) -> bool {
+    text.len() == 2 && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
 }
 
 fn list(root: &Path, shelf: &str) -> io::Result<Vec<BlobEntry>> {
-    let folder = root.join(shelf);
     let mut entries = Vec::new();
-    for entry in if folder.is_dir() { Some(fs::read_dir(folder)?) } else { None }.into_iter().flatten() {
+    list_folder(&root.join(shelf), shelf, &mut entries)?;
+    Ok(entries)
+}
+
+/// Adds the blobs of a folder, and those of its folders of two digits.
+fn list_folder(folder: &Path, shelf: &str, entries: &mut Vec<BlobEntry>) -> io::Result<()> {
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    for entry in fs::read_dir(folder)? {
         let entry = entry?;
+        let is_shard = !shelf.is_empty() && entry.file_name().to_str().is_some_and(is_digits);
+        if is_shard && entry.file_type()?.is_dir() {
+            list_folder(&entry.path(), shelf, entries)?;
+            continue;
+        }
         // Drafts are in the root folder, next to the shelves.
         let is_draft = shelf.is_empty() && is_partial(&entry.path());
         let is_blob = entry.file_type()?.is_file() && !is_draft;
@@ -125,7 +187,7 @@ fn list(root: &Path, shelf: &str) -> io::Result<Vec<BlobEntry>> {
             entries.push(BlobEntry { name, kept: entry.metadata()?.modified()? });
         }
     }
-    Ok(entries)
+    Ok(())
 }
 
 /// Removes drafts that no process holds: the system releases the lock of a process however it ends.
@@ -166,6 +228,37 @@ mod tests {
         check(&FolderBlobs::open(dir.path()).unwrap());
         // Nothing but blobs is left.
         assert!(fs::read_dir(dir.path()).unwrap().all(|entry| entry.unwrap().path().is_dir()));
+    }
+
+    #[test]
+    fn ids_are_spread_over_folders_and_those_of_before_are_found() {
+        let dir = tempfile::tempdir().unwrap();
+        let blobs = FolderBlobs::open(dir.path()).unwrap();
+        let [new, old] = [
+            "recordings/00000000-0000-7000-8000-00000000001f.mcap",
+            "recordings/00000000-0000-7000-8000-0000000000ab.mcap",
+        ];
+        let keep = |name: &str| {
+            let mut draft = Draft::new(blobs.unnamed().unwrap(), 10);
+            draft.append(b"abc").unwrap();
+            draft.keep(name).unwrap();
+        };
+        keep(new);
+        assert!(dir.path().join("recordings/1f/00000000-0000-7000-8000-00000000001f.mcap").exists());
+        fs::write(dir.path().join(old), b"old").unwrap();
+        let mut names: Vec<String> = blobs.list("recordings").unwrap().into_iter().map(|e| e.name).collect();
+        names.sort();
+        assert_eq!(names, [new, old]);
+        assert!(blobs.open(old).unwrap().is_some());
+        // The last one of a name counts, wherever the one before it was.
+        keep(old);
+        assert_eq!(BlobDigest::of(blobs.open(old).unwrap().unwrap()).unwrap().bytes, 3);
+        assert!(!dir.path().join(old).exists());
+        for name in [new, old] {
+            blobs.delete(name).unwrap();
+            assert!(blobs.open(name).unwrap().is_none());
+        }
+        assert!(blobs.list("recordings").unwrap().is_empty());
     }
 
     #[test]

@@ -98,7 +98,7 @@ fn read_all(files: &[PathBuf]) -> Result<Vec<NamedContactProblem>, CliError> {
             Err(Problems(problems)) => wrong.extend(problems),
         }
     }
-    if wrong.is_empty() { Ok(read) } else { Err(Problems(wrong).into()) }
+    if wrong.is_empty() { Ok(read) } else { Err(wrong.into_iter().collect::<Problems>().into()) }
 }
 
 fn solve_one(named: &NamedContactProblem, method: Method, args: &ContactProblemArgs) -> Row {

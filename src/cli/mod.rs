@@ -2,6 +2,8 @@
 
 pub mod contact_problem;
 pub mod convert;
+#[cfg(feature = "service")]
+pub mod doctor;
 mod exit;
 pub mod export;
 mod input_file;
@@ -104,6 +106,15 @@ pub enum Command {
     /// Print the OpenAPI document of the service.
     #[cfg(feature = "service")]
     Openapi,
+    /// Delete old jobs and meshes from the data folder of a service that is not running.
+    #[cfg(feature = "service")]
+    Purge(serve::PurgeArgs),
+    /// Report what is damaged or lost in the data folder of a service, and what can be recovered.
+    #[cfg(feature = "service")]
+    Doctor(doctor::DoctorArgs),
+    /// Make a bearer token for a service.
+    #[cfg(feature = "service")]
+    Token(serve::TokenArgs),
     /// Ask a service whether it is ready.
     #[cfg(feature = "service")]
     Health(serve::HealthArgs),
@@ -133,6 +144,12 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Serve(args) => serve::serve(*args, out),
         #[cfg(feature = "service")]
         Command::Openapi => serve::print_openapi(out),
+        #[cfg(feature = "service")]
+        Command::Purge(args) => serve::purge(&args, out),
+        #[cfg(feature = "service")]
+        Command::Doctor(args) => doctor::doctor(&args, out),
+        #[cfg(feature = "service")]
+        Command::Token(args) => serve::token(&args, out),
         #[cfg(feature = "service")]
         Command::Health(args) => serve::health(&args),
     }

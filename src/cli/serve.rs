@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
+use uuid::Uuid;
 
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
@@ -47,6 +48,9 @@ pub struct ServeArgs {
     /// Maximum memory of a run in bytes.
     #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value_t = Budget::SERVICE.memory_bytes, value_parser = size)]
     max_memory: u64,
+    /// Maximum memory of all running jobs together in bytes, by their estimates [default: three quarters of the machine's]
+    #[arg(long, env = "CONTUSE_MAX_RUNNING_MEMORY", value_parser = size)]
+    max_running_memory: Option<u64>,
     /// Maximum size of the fields of a recording in bytes, before compression.
     #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
     max_recording: u64,
@@ -56,16 +60,29 @@ pub struct ServeArgs {
     /// Maximum number of simultaneous connections.
     #[arg(long, env = "CONTUSE_MAX_CONNECTIONS", default_value_t = 512)]
     max_connections: usize,
+    /// Maximum number of waiting validations of small scenes, and of large ones.
+    #[arg(long, env = "CONTUSE_MAX_VALIDATIONS_WAITING", default_value_t = 64)]
+    max_validations_waiting: usize,
     /// Wall-clock limit of a job in seconds.
     #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
     deadline_s: u64,
+    /// Free space of the disk in bytes below which no job is accepted or begun.
+    #[arg(long, env = "CONTUSE_LEAST_FREE", default_value = "64M", value_parser = size)]
+    least_free: u64,
+    /// Days after which jobs that have ended, with their recordings, and meshes are deleted [default: never]
+    #[arg(long, env = "CONTUSE_KEEP_DAYS")]
+    keep_days: Option<u32>,
     /// Grace period for running jobs and open responses after SIGTERM, in seconds; then jobs return to the queue.
     #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
     grace_s: u64,
-    /// File of bearer tokens, `name token` on each line; without it, access is open to everyone.
+    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them); without it, everyone on this machine
+    /// has access, and no one else.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
-    /// Origin of web pages allowed to start and stop jobs; may be given several times.
+    /// Name under which a service without tokens is reached, beside localhost; may be given several times.
+    #[arg(long = "host", env = "CONTUSE_HOSTS", value_delimiter = ',')]
+    hosts: Vec<String>,
+    /// Origin of web pages elsewhere that may use the service; may be given several times.
     #[arg(long = "cors-origin", env = "CONTUSE_CORS_ORIGINS", value_delimiter = ',')]
     cors_origins: Vec<String>,
 }
@@ -91,10 +108,14 @@ impl ServeArgs {
             workers,
             threads_per_job: self.threads_per_job,
             threads_per_what_if,
+            max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_queued: self.max_queued,
             max_connections: self.max_connections,
+            max_validations_waiting: self.max_validations_waiting.max(1),
             deadline: Duration::from_secs(self.deadline_s),
             grace: Duration::from_secs(self.grace_s),
+            keep_days: self.keep_days,
+            least_free: self.least_free,
             budget: Budget {
                 document_bytes: self.max_body,
                 mesh_bytes: self.max_mesh,
@@ -106,6 +127,7 @@ impl ServeArgs {
             },
             tokens,
             cors_origins: self.cors_origins,
+            hosts: self.hosts,
             ..defaults
         })
     }
@@ -122,7 +144,36 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
             file.display()
         )));
     }
+    if tokens.in_clear() > 0 {
+        let count = tokens.in_clear();
+        tracing::warn!(
+            file = %file.display(), count,
+            "tokens stand in the file themselves: replace them by digests, which `contuse token NAME` prints"
+        );
+    }
     Ok(tokens)
+}
+
+/// Arguments of `contuse token`.
+#[derive(Args, Clone, Debug)]
+pub struct TokenArgs {
+    /// Name of the owner of the token, without spaces.
+    name: String,
+}
+
+/// Makes a token, and the line that admits it in a file of tokens.
+///
+/// # Errors
+/// If the name has spaces, or the output cannot be written.
+pub fn token(args: &TokenArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    if args.name.is_empty() || args.name.starts_with('#') || args.name.contains(char::is_whitespace) {
+        return Err(CliError::Usage(format!("{:?} is no name: give a word without spaces", args.name)));
+    }
+    // 244 random bits.
+    let token = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());
+    writeln!(out, "token, for {} alone: {token}", args.name)?;
+    writeln!(out, "line for the file of --tokens-file: {}", Tokens::line(&args.name, &token))?;
+    Ok(Exit::Success)
 }
 
 /// Serves until SIGTERM or SIGINT; a second signal shortens the shutdown.
@@ -131,6 +182,9 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
 /// If the service cannot start.
 pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
+    keep_files_private();
+    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     let engine = Arc::new(Simulator::new(&config));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let served = runtime.block_on(async {
@@ -145,6 +199,51 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Threads still running end with the process.
     runtime.shutdown_background();
     served
+}
+
+/// Files and folders made from now on are for the user of this process alone.
+fn keep_files_private() {
+    #[cfg(unix)]
+    rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
+}
+
+/// Flags of `contuse purge`.
+#[derive(Args, Clone, Debug)]
+pub struct PurgeArgs {
+    /// Data folder of a service that is not running.
+    #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Age of what is deleted, in days: jobs since their end, meshes since their upload; 0 for all.
+    #[arg(long)]
+    older_than_days: u32,
+}
+
+/// Deletes old jobs, with all that they left, and old meshes.
+///
+/// # Errors
+/// If the folder does not exist, is in use or cannot be used.
+pub fn purge(args: &PurgeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    if !args.data.join("jobs.sqlite").is_file() {
+        let message =
+            format!("{} is no data folder of a service: it has no file jobs.sqlite", args.data.display());
+        return Err(CliError::Usage(message));
+    }
+    keep_files_private();
+    let config = ServiceConfig { data: args.data.clone(), ..ServiceConfig::default() };
+    let engine = Arc::new(Simulator::new(&config));
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let purged = runtime.block_on(crate::service::purge(config, engine, args.older_than_days));
+    let purged = purged.map_err(|error| {
+        let text = CliError::Other(Box::new(error)).in_full();
+        let remedy = if text.contains("in use") {
+            "; the service that uses it deletes what is old by itself with --keep-days"
+        } else {
+            ""
+        };
+        CliError::Other(format!("{text}{remedy}").into())
+    })?;
+    writeln!(out, "deleted {} job(s) and {} mesh(es)", purged.jobs, purged.meshes)?;
+    Ok(Exit::Success)
 }
 
 /// Why the service did not start, with a remedy if the address is the cause.

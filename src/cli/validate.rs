@@ -60,8 +60,8 @@ pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliErr
         }
         Err(problems) => {
             write_problems(&problems.0, out)?;
-            let (errors, all) = (problems.error_count(), problems.0.len());
-            writeln!(out, "the scene is not valid: {errors} error(s), {} warning(s)", all - errors)?;
+            let (errors, warnings) = (problems.error_count(), problems.warning_count());
+            writeln!(out, "the scene is not valid: {errors} error(s), {warnings} warning(s)")?;
         }
     }
     Ok(exit)

@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// # Errors
 /// Inverted elements and massless nodes, which validation reports earlier and in full; invalid followers.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
-    let _span = tracing::debug_span!("compile", scene = scene.document.name).entered();
+    let _span = tracing::debug_span!("compile").entered();
     let document = &scene.document;
     let mut parts = Parts::default();
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {

@@ -4,6 +4,7 @@
 //! stated.
 
 pub mod csv;
+pub mod date;
 pub mod fhir;
 pub mod fields;
 pub mod html;

@@ -1,9 +1,9 @@
 //! Bytes → JSON value, with checks that `serde_json` alone lacks: repeated keys, and the place of a number out of range.
 
-use super::problem::{Pointer, Problem, Problems};
+use super::problem::{Pointer, Problem, ProblemList, Problems, Severity};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fmt;
 
 /// A JSON document, and the keys that occur twice (the last one counts in `value`).
@@ -11,7 +11,7 @@ use std::fmt;
 pub struct Parsed {
     /// The document as a JSON value.
     pub value: Value,
-    /// One problem for each repeated key.
+    /// One problem for each repeated key, or for the first ones with the number of the others.
     pub problems: Vec<Problem>,
 }
 
@@ -36,17 +36,18 @@ pub fn parse(bytes: &[u8]) -> Result<Parsed, Problems> {
             .remedy("correct the document at this line and column")
             .alone()
     })?;
-    Ok(Parsed { value, problems: trace.repeated.into_inner() })
+    Ok(Parsed { value, problems: trace.repeated.into_inner().into_vec() })
 }
 
-/// As [`parse`], with the error of `serde_json` where the bytes are not JSON; a byte order mark is refused.
+/// As [`parse`], with the error of `serde_json` where the bytes are not JSON; a byte order mark is refused, and so are values
+/// that take about `most_bytes` of memory or more.
 ///
 /// # Errors
 /// As `serde_json`, with line and column.
-pub fn read(bytes: &[u8]) -> Result<Parsed, serde_json::Error> {
-    let trace = Trace::default();
+pub fn read(bytes: &[u8], most_bytes: u64) -> Result<Parsed, serde_json::Error> {
+    let trace = Trace { memory_left: Cell::new(most_bytes), ..Trace::default() };
     let value = trace.value(serde_json::Deserializer::from_slice(bytes))?;
-    Ok(Parsed { value, problems: trace.repeated.into_inner() })
+    Ok(Parsed { value, problems: trace.repeated.into_inner().into_vec() })
 }
 
 impl From<Value> for Parsed {
@@ -57,14 +58,37 @@ impl From<Value> for Parsed {
 }
 
 /// Position of the reader, and the problems found so far.
-#[derive(Default)]
 struct Trace {
+    /// Memory that further values may take [bytes].
+    memory_left: Cell<u64>,
     /// Keys and indices from the root; kept as they are when an error ends the reading.
     path: RefCell<Vec<String>>,
-    repeated: RefCell<Vec<Problem>>,
+    repeated: RefCell<ProblemList>,
 }
 
+impl Default for Trace {
+    fn default() -> Self {
+        Self { memory_left: Cell::new(u64::MAX), path: RefCell::default(), repeated: RefCell::default() }
+    }
+}
+
+/// Memory of a value in a list or as a member, with the room that its container has in reserve [bytes].
+const OF_VALUE: u64 = 64;
+/// Memory of the first item of a list [bytes].
+const OF_LIST: u64 = 128;
+/// Memory of the first member of an object: the node of a tree [bytes].
+const OF_OBJECT: u64 = 640;
+
 impl Trace {
+    /// Takes memory for a value.
+    fn take<E: serde::de::Error>(&self, bytes: u64) -> Result<(), E> {
+        let left = self.memory_left.get().checked_sub(bytes);
+        let left =
+            left.ok_or_else(|| E::custom("the values take too much memory for a text of this length"))?;
+        self.memory_left.set(left);
+        Ok(())
+    }
+
     /// Reads the value, which must be the only one.
     fn value<'de, R: serde_json::de::Read<'de>>(
         &self,
@@ -86,6 +110,7 @@ struct Node<'a>(&'a Trace);
 impl<'de> DeserializeSeed<'de> for Node<'_> {
     type Value = Value;
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        self.0.take(OF_VALUE)?;
         deserializer.deserialize_any(self)
     }
 }
@@ -111,7 +136,8 @@ impl<'de> Visitor<'de> for Node<'_> {
     fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Value, E> {
         Number::from_f64(value).map(Value::Number).ok_or_else(|| E::custom("number out of range"))
     }
-    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
+    fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<Value, E> {
+        self.0.take(value.len() as u64)?;
         Ok(Value::String(value.to_owned()))
     }
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
@@ -121,7 +147,12 @@ impl<'de> Visitor<'de> for Node<'_> {
             let item = items.next_element_seed(Node(self.0))?;
             self.0.path.borrow_mut().pop();
             match item {
-                Some(item) => list.push(item),
+                Some(item) => {
+                    if list.is_empty() {
+                        self.0.take(OF_LIST)?;
+                    }
+                    list.push(item);
+                }
                 None => return Ok(Value::Array(list)),
             }
         }
@@ -129,15 +160,16 @@ impl<'de> Visitor<'de> for Node<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<Value, A::Error> {
         let mut object = Map::new();
         while let Some(key) = members.next_key::<String>()? {
+            self.0.take(key.len() as u64 + if object.is_empty() { OF_OBJECT } else { OF_VALUE })?;
             self.0.path.borrow_mut().push(key.clone());
             let value = members.next_value_seed(Node(self.0))?;
             if object.contains_key(&key) {
-                self.0.repeated.borrow_mut().push(
+                self.0.repeated.borrow_mut().push_with(Severity::Error, || {
                     Problem::error("repeated_key", &self.0.pointer(), format!("{key:?} is written twice"))
                         .value(value.clone())
                         .limit("written once")
-                        .remedy("keep one of them"),
-                );
+                        .remedy("keep one of them")
+                });
             }
             self.0.path.borrow_mut().pop();
             object.insert(key, value);
@@ -173,6 +205,16 @@ mod tests {
         let parsed = parse(br#"{"a": 1, "b": [{"c": 1, "c": 2}], "a": 3}"#).unwrap();
         let pointers: Vec<&str> = parsed.problems.iter().map(|p| p.pointer.as_str()).collect();
         assert_eq!(pointers, ["/b/0/c", "/a"]);
+    }
+
+    #[test]
+    fn memory_is_limited() {
+        let nested = format!("[{}]", vec!["{\"\":0}"; 1000].join(","));
+        let most = 32 * nested.len() as u64;
+        assert!(read(nested.as_bytes(), most).unwrap_err().to_string().contains("too much memory"));
+        let numbers = format!("[{}]", vec!["0.125"; 1000].join(","));
+        assert!(read(numbers.as_bytes(), 32 * numbers.len() as u64).is_ok());
+        assert!(read(nested.as_bytes(), u64::MAX).is_ok());
     }
 
     #[test]

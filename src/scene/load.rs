@@ -80,7 +80,7 @@ pub fn load_document(
         return load_parsed(&written.into(), source, budget);
     }
     let (found, parts) = examine(&document, true, source, budget);
-    complete(document, found.0, parts)
+    complete(document, found.0.into_vec(), parts)
 }
 
 fn holds_null(value: &Value) -> bool {
@@ -150,8 +150,8 @@ pub fn with_motion(
         return None;
     }
     let found = check_document(document, budget);
-    if found.0.iter().any(Problem::is_error) {
-        return Some(Err(Problems(found.0)));
+    if found.0.has_errors() {
+        return Some(Err(found.0.into()));
     }
     Some(Ok(with_bodies(scene, document, scene.bodies.clone())))
 }
@@ -190,16 +190,16 @@ pub fn on_meshes_of(
     }
     // Other laws and settings: the document's own checks, the laws, and the cost again.
     let mut out = check_document(document, budget);
-    if out.0.iter().any(Problem::is_error) {
-        return Some(Err(Problems(out.0)));
+    if out.0.has_errors() {
+        return Some(Err(out.0.into()));
     }
     let mut bodies = scene.bodies.clone();
     for (body, written) in bodies.iter_mut().zip(&document.bodies) {
         body.materials = written.parts.iter().map(PartDocument::law).collect::<Option<_>>()?;
     }
     estimate::check(document, &document.integrator, &bodies, budget, &mut out);
-    if out.0.iter().any(Problem::is_error) {
-        return Some(Err(Problems(out.0)));
+    if out.0.has_errors() {
+        return Some(Err(out.0.into()));
     }
     Some(Ok(with_bodies(scene, document, bodies)))
 }
@@ -236,18 +236,18 @@ fn examine(
     source: &dyn MeshSource,
     budget: &Budget,
 ) -> (Findings, Option<Parts>) {
-    let _span = tracing::debug_span!("load", scene = document.name).entered();
+    let _span = tracing::debug_span!("load").entered();
     let mut out = check_document(document, budget);
     let mut builder = Builder::new(source, budget);
     let meshes = make_meshes(document, &mut builder);
     let mut made: Vec<Option<(SceneBody, BodySummary)>> = Vec::new();
     for (i, (mesh, found)) in meshes.into_iter().enumerate() {
-        out.0.extend(found.0);
+        out.0.extend(found.0.into_vec());
         made.push(make_body(i, document, mesh, &mut out));
     }
     let Some(made) = made.into_iter().collect::<Option<Vec<_>>>() else { return (out, None) };
     // What follows computes with these numbers, so they must be valid.
-    if !whole || out.0.iter().any(Problem::is_error) {
+    if !whole || out.0.has_errors() {
         return (out, None);
     }
     // Checks of the whole scene.

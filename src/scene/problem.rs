@@ -82,9 +82,19 @@ impl Problem {
         self.pointer.insert_str(0, &place.0);
         self
     }
+    /// The problem with texts of bounded length: names of members may be as long as the document.
+    fn in_short(mut self) -> Self {
+        for text in [&mut self.pointer, &mut self.message, &mut self.limit, &mut self.remedy] {
+            if let Some((end, _)) = text.char_indices().nth(LONGEST_TEXT) {
+                text.truncate(end);
+                text.push('…');
+            }
+        }
+        self
+    }
     /// A list with this problem only.
     pub fn alone(self) -> Problems {
-        Problems(vec![self])
+        Problems(vec![self.in_short()])
     }
     /// Whether it prevents the scene from running.
     pub fn is_error(&self) -> bool {
@@ -124,16 +134,140 @@ fn shortened(value: Value) -> Value {
     Value::String(text.chars().take(LONGEST).chain("…".chars()).collect())
 }
 
+/// Largest number of errors, and of warnings, in a list: whoever reads it corrects the first ones first.
+pub const MOST_LISTED: usize = 100;
+/// Code of the last problem of a list that ends early; its value is the number of those that are not listed.
+const MORE: &str = "too_many_problems";
+/// Problems of one severity that are kept while a list is made, from which checks may remove some.
+const MOST_KEPT: usize = 10 * MOST_LISTED;
+/// Longest text of a problem [characters].
+const LONGEST_TEXT: usize = 2000;
+
+/// Problems in the order in which they are found. Those beyond a limit are counted, so that the list is short whatever the
+/// document is.
+#[derive(Clone, Debug, Default)]
+pub struct ProblemList {
+    kept: Vec<Problem>,
+    /// Numbers of errors and warnings found, kept or not.
+    found: [u64; 2],
+}
+
+impl ProblemList {
+    /// Adds a problem.
+    pub fn push(&mut self, problem: Problem) {
+        let index = usize::from(!problem.is_error());
+        // The end of another list stands for all that it omits.
+        if problem.code == MORE {
+            self.found[index] += problem.value.as_u64().unwrap_or(0);
+            return;
+        }
+        self.push_with(problem.severity, || problem);
+    }
+    /// Adds a problem, which is made only if it is kept.
+    pub fn push_with(&mut self, severity: Severity, problem: impl FnOnce() -> Problem) {
+        let found = &mut self.found[usize::from(severity == Severity::Warning)];
+        *found += 1;
+        if *found <= MOST_KEPT as u64 {
+            self.kept.push(problem().in_short());
+        }
+    }
+    /// Counts a problem that is not kept.
+    pub fn count(&mut self, severity: Severity) {
+        self.found[usize::from(severity == Severity::Warning)] += 1;
+    }
+    /// Whether further errors would not be listed.
+    pub fn is_full(&self) -> bool {
+        self.found[0] >= MOST_LISTED as u64
+    }
+    /// Whether there is an error.
+    pub fn has_errors(&self) -> bool {
+        self.found[0] > 0
+    }
+    /// Number of errors.
+    pub fn error_count(&self) -> u64 {
+        self.found[0]
+    }
+    /// Whether there is no problem.
+    pub fn is_empty(&self) -> bool {
+        self.found == [0, 0]
+    }
+    /// The problems that are kept.
+    pub fn iter(&self) -> impl Iterator<Item = &Problem> {
+        self.kept.iter()
+    }
+    /// Removes the problems that do not satisfy a condition.
+    pub fn retain(&mut self, holds: impl Fn(&Problem) -> bool) {
+        let found = &mut self.found;
+        self.kept.retain(|problem| {
+            let stays = holds(problem);
+            found[usize::from(!problem.is_error())] -= u64::from(!stays);
+            stays
+        });
+    }
+    /// The first problems of each severity; if there are more, the last entry of that severity says how many.
+    pub fn into_vec(self) -> Vec<Problem> {
+        let mut listed = [0_u64; 2];
+        let mut all = self.kept;
+        all.retain(|problem| {
+            let count = &mut listed[usize::from(!problem.is_error())];
+            *count += u64::from(*count < MOST_LISTED as u64 + 1);
+            *count <= MOST_LISTED as u64
+        });
+        for (index, severity) in [(0, Severity::Error), (1, Severity::Warning)] {
+            let shown = listed[index].min(MOST_LISTED as u64);
+            let more = self.found[index] - shown.min(self.found[index]);
+            if more > 0 {
+                let name = if index == 0 { "error" } else { "warning" };
+                let message = format!("there are {more} more {name}s; only the first {shown} are listed");
+                all.push(
+                    Problem::new(severity, MORE, &Pointer::root(), message)
+                        .value(more)
+                        .limit(format!("a list of at most {MOST_LISTED}"))
+                        .remedy("correct those that are listed, and check again"),
+                );
+            }
+        }
+        all
+    }
+}
+
+impl Extend<Problem> for ProblemList {
+    fn extend<T: IntoIterator<Item = Problem>>(&mut self, problems: T) {
+        problems.into_iter().for_each(|problem| self.push(problem));
+    }
+}
+
+impl FromIterator<Problem> for ProblemList {
+    fn from_iter<T: IntoIterator<Item = Problem>>(problems: T) -> Self {
+        let mut list = Self::default();
+        list.extend(problems);
+        list
+    }
+}
+
 /// All problems of a scene that cannot run: at least one error, and the warnings found on the way, in the order in which
-/// they were found.
+/// they were found. The list ends after [`MOST_LISTED`] errors, with the number of further ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Problems(pub Vec<Problem>);
 
 impl Problems {
-    /// Number of problems that prevent the scene from running.
-    pub fn error_count(&self) -> usize {
-        self.0.iter().filter(|p| p.is_error()).count()
+    /// Number of problems that prevent the scene from running, those included that are not listed.
+    pub fn error_count(&self) -> u64 {
+        self.count(Severity::Error)
+    }
+    /// Number of warnings, those included that are not listed.
+    pub fn warning_count(&self) -> u64 {
+        self.count(Severity::Warning)
+    }
+    fn count(&self, severity: Severity) -> u64 {
+        let of_entry = |p: &Problem| if p.code == MORE { p.value.as_u64().unwrap_or(1) } else { 1 };
+        self.0.iter().filter(|p| p.severity == severity).map(of_entry).sum()
+    }
+    /// Number of errors that are not listed.
+    pub fn omitted_errors(&self) -> u64 {
+        let ends = self.0.iter().filter(|p| p.is_error() && p.code == MORE);
+        ends.filter_map(|p| p.value.as_u64()).sum()
     }
     /// The problems of a document that is embedded at `place` in another one.
     #[must_use]
@@ -144,17 +278,28 @@ impl Problems {
     ///
     /// # Errors
     /// These problems, followed by those of `found`.
-    pub fn then<T>(mut self, found: Result<T, Self>) -> Result<T, Self> {
+    pub fn then<T>(self, found: Result<T, Self>) -> Result<T, Self> {
         match found {
-            Ok(good) if self.0.is_empty() => return Ok(good),
-            Ok(_) => {}
-            Err(Self(others)) => self.0.extend(others),
+            Ok(good) if self.0.is_empty() => Ok(good),
+            Ok(_) => Err(self),
+            Err(Self(others)) => Err(self.0.into_iter().chain(others).collect()),
         }
-        Err(self)
     }
     /// The first problem that prevents the scene from running.
     pub fn first_error(&self) -> Option<&Problem> {
         self.0.iter().find(|p| p.is_error())
+    }
+}
+
+impl From<ProblemList> for Problems {
+    fn from(list: ProblemList) -> Self {
+        Self(list.into_vec())
+    }
+}
+
+impl FromIterator<Problem> for Problems {
+    fn from_iter<T: IntoIterator<Item = Problem>>(problems: T) -> Self {
+        problems.into_iter().collect::<ProblemList>().into()
     }
 }
 
@@ -280,5 +425,29 @@ mod tests {
     fn long_values_are_shortened() {
         let problem = Problem::error("x", &Pointer::root(), "m").value("é".repeat(1000));
         assert_eq!(problem.value.as_str().unwrap().chars().count(), 121);
+        let long = Problem::error("x", &Pointer::root().key(&"é".repeat(10_000)), "m").alone();
+        assert_eq!(long.0[0].pointer.chars().count(), LONGEST_TEXT + 1);
+    }
+
+    #[test]
+    fn a_list_ends_with_the_number_of_those_that_it_omits() {
+        let mut list = ProblemList::default();
+        for i in 0..5000 {
+            list.push_with(Severity::Warning, || Problem::warning("w", &Pointer::root().index(i), "m"));
+        }
+        assert!(!list.has_errors(), "warnings refuse nothing, however many there are");
+        list.push(Problem::error("e", &Pointer::root(), "m"));
+        list.retain(|problem| problem.pointer != "/7");
+        let problems = Problems::from(list);
+        assert_eq!((problems.error_count(), problems.warning_count()), (1, 4999));
+        assert_eq!(problems.0.len(), MOST_LISTED + 2);
+        assert_eq!(problems.0[MOST_LISTED].code, "e", "errors are listed beside warnings");
+        let last = problems.0.last().unwrap();
+        assert_eq!((&*last.code, last.severity, last.value.as_u64()), (MORE, Severity::Warning, Some(4899)));
+        let errors = |count| -> Problems {
+            (0..count).map(|i| Problem::error("e", &Pointer::root().index(i), "m")).collect()
+        };
+        let both = errors(150).then::<()>(Err(errors(70))).unwrap_err();
+        assert_eq!((both.error_count(), both.omitted_errors(), both.0.len()), (220, 120, MOST_LISTED + 1));
     }
 }

@@ -1,7 +1,7 @@
 //! What the readers of all documents have in common: structure by the schema, named materials, deserialisation.
 
 use super::json::Parsed;
-use super::problem::{Problem, Problems};
+use super::problem::{Problem, ProblemList, Problems};
 use super::structure::{self, Checked};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -16,16 +16,19 @@ pub(super) fn read<T: DeserializeOwned>(
     resolve: fn(&mut Checked),
 ) -> Result<(T, Checked), Problems> {
     let mut checked = structure::check(&parsed.value, schema);
-    checked.problems.splice(0..0, parsed.problems.iter().cloned());
+    // Repeated keys come first.
+    let mut problems: ProblemList = parsed.problems.iter().cloned().collect();
+    problems.extend(std::mem::take(&mut checked.problems).into_vec());
+    checked.problems = problems;
     if checked.is_cut_short {
-        return Err(Problems(checked.problems));
+        return Err(checked.problems.into());
     }
     resolve(&mut checked);
     match serde_path_to_error::deserialize(&checked.mended) {
         Ok(document) => Ok((document, checked)),
         Err(error) => {
             checked.problems.push(Problem::refused_by_serde(&error, &checked.mended));
-            Err(Problems(checked.problems))
+            Err(checked.problems.into())
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::choice::{Choice, choices, only, resolve, variants};
 use super::misfit::misfits;
-use super::problem::{Pointer, Problem, suggest};
+use super::problem::{Pointer, Problem, ProblemList, Severity, suggest};
 use super::validate::Findings;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
@@ -15,52 +15,57 @@ use std::collections::BTreeSet;
 #[derive(Debug)]
 pub struct Checked {
     /// Problems of structure, in document order.
-    pub problems: Vec<Problem>,
+    pub problems: ProblemList,
     /// The document with its invalid members repaired.
     pub mended: Value,
     /// Pointers to the placeholders in `mended`.
     pub placeholders: Vec<String>,
-    /// There are more problems than are listed; `mended` must not be used.
+    /// The list of problems is full, and the others are only counted; `mended` must not be used.
     pub is_cut_short: bool,
 }
 
-/// Largest number of structural problems listed: a document with more is not a scene with mistakes, and the work would grow
-/// with the square of their number.
-const MOST_PROBLEMS: usize = 200;
 /// Largest number of items in a list of the document.
 const MOST_ITEMS: usize = 10_000;
 
-/// Reports a list that is too long for any scene.
-fn longer_than_any_scene(value: &Value, at: &Pointer) -> Option<Problem> {
-    match value {
-        Value::Array(items) if items.len() > MOST_ITEMS => Some(
-            Problem::error("list_too_long", at, "this list is too long")
-                .value(items.len())
-                .limit(format!("at most {MOST_ITEMS} items"))
-                .remedy("put meshes into files of their own; remove what is not needed"),
-        ),
+/// The first list that is too long for any scene: its length, and the keys and indices that lead to it, the last one first.
+fn longer_than_any_scene(value: &Value) -> Option<(usize, Vec<String>)> {
+    // Names are copied on the way back only: they may be long, and the document large.
+    let (name, (length, mut path)) = match value {
+        Value::Array(items) if items.len() > MOST_ITEMS => return Some((items.len(), Vec::new())),
         Value::Array(items) => {
-            items.iter().enumerate().find_map(|(i, item)| longer_than_any_scene(item, &at.index(i)))
+            let found = |(i, item)| longer_than_any_scene(item).map(|found| (i, found));
+            let (i, found) = items.iter().enumerate().find_map(found)?;
+            (i.to_string(), found)
         }
         Value::Object(members) => {
-            members.iter().find_map(|(name, member)| longer_than_any_scene(member, &at.key(name)))
+            let found = |(name, member)| longer_than_any_scene(member).map(|found| (name, found));
+            let (name, found): (&String, _) = members.iter().find_map(found)?;
+            (name.clone(), found)
         }
-        _ => None,
-    }
+        _ => return None,
+    };
+    path.push(name);
+    Some((length, path))
 }
 
 /// Checks `document` against a schema.
 pub(super) fn check(document: &Value, schema: &Value) -> Checked {
     let checked = Checked {
-        problems: Vec::new(),
+        problems: ProblemList::default(),
         mended: document.clone(),
         placeholders: Vec::new(),
         is_cut_short: false,
     };
     let mut walk = Walk { root: schema, checked };
-    match longer_than_any_scene(document, &Pointer::root()) {
-        Some(problem) => {
-            walk.report(problem);
+    match longer_than_any_scene(document) {
+        Some((length, path)) => {
+            let at = path.iter().rev().fold(Pointer::root(), |at, name| at.key(name));
+            walk.report(|| {
+                Problem::error("list_too_long", &at, "this list is too long")
+                    .value(length)
+                    .limit(format!("at most {MOST_ITEMS} items"))
+                    .remedy("put meshes into files of their own; remove what is not needed")
+            });
             walk.checked.is_cut_short = true;
         }
         None => walk.compare(document, &Pointer::root(), schema),
@@ -78,14 +83,15 @@ impl Checked {
     }
 
     /// All problems: those of the structure, and the semantic ones that do not concern a placeholder.
-    pub fn merged_with(self, found: Findings) -> Vec<Problem> {
+    pub fn merged_with(mut self, found: Findings) -> Vec<Problem> {
         let nameless = self.placeholders.iter().any(|p| p.ends_with("/name"));
         let speaks_of_the_document = |problem: &Problem| {
             // A missing name makes every reference to it unknown.
             !(self.touches_placeholder(&problem.pointer) || nameless && problem.code == "unknown_body")
         };
-        let kept: Vec<Problem> = found.0.into_iter().filter(speaks_of_the_document).collect();
-        self.problems.into_iter().chain(kept).collect()
+        let kept: Vec<Problem> = found.0.into_vec().into_iter().filter(speaks_of_the_document).collect();
+        self.problems.extend(kept);
+        self.problems.into_vec()
     }
 }
 
@@ -101,12 +107,11 @@ struct Walk<'a> {
 impl Walk<'_> {
     /// Compares the value at `at`, and everything in it, with its schema.
     fn compare(&mut self, found: &Value, at: &Pointer, schema: &Value) {
-        if self.checked.is_cut_short {
-            return;
-        }
         for (code, message, limit) in misfits(found, schema) {
-            let remedy = description(schema).unwrap_or_else(|| "change the value".into());
-            self.report(Problem::error(code, at, message).value(found.clone()).limit(limit).remedy(remedy));
+            self.report(|| {
+                let remedy = description(schema).unwrap_or_else(|| "change the value".into());
+                Problem::error(code, at, message).value(found.clone()).limit(limit).remedy(remedy)
+            });
             self.mend(at, Some(schema));
         }
         if let Value::Object(members) = found {
@@ -131,11 +136,11 @@ impl Walk<'_> {
         let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();
         for name in required.filter_map(Value::as_str).filter(|name| !members.contains_key(*name)) {
             let member = known.get(name);
-            self.report(
+            self.report(|| {
                 Problem::error("missing_field", &at.key(name), format!("{name:?} is missing"))
                     .limit(member.map_or_else(String::new, describe))
-                    .remedy(member.map_or_else(|| format!("add {name:?}"), |m| remedy_for(name, m))),
-            );
+                    .remedy(member.map_or_else(|| format!("add {name:?}"), |m| remedy_for(name, m)))
+            });
             self.mend(&at.key(name), member);
         }
         for (name, value) in members {
@@ -154,7 +159,7 @@ impl Walk<'_> {
         let choices = choices(variants, self.root);
         let makers: BTreeSet<&str> = choices.iter().filter_map(|choice| choice.maker(found)).collect();
         if makers.len() > 1 {
-            self.report(several_variants(found, at, &makers));
+            self.report(|| several_variants(found, at, &makers));
             return self.mend(at, Some(schema));
         }
         let chosen = only(&choices, |c| c.is_made_by(found))
@@ -163,64 +168,44 @@ impl Walk<'_> {
         if let Some(variant) = chosen.and_then(|i| variants.get(i)) {
             return self.compare(found, at, variant);
         }
-        // Nothing is selected: say what is wrong with the selection, and list the options.
-        let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
-        let tag = choices.iter().find_map(Choice::tag).filter(|_| found.is_object());
-        let place = tag.map_or_else(|| at.clone(), |tag| at.key(tag));
-        let written = tag.map_or(Some(found), |tag| found.get(tag));
-        let problem = match (written, tag) {
-            (None, _) => {
-                Problem::error("missing_field", &place, "the field that selects the variant is missing")
-            }
-            (Some(word), Some(_)) => Problem::error("unknown_variant", &place, format!("there is no {word}")),
-            (Some(Value::String(word)), None) => {
-                Problem::error("unknown_variant", &place, format!("there is no {word:?}"))
-            }
-            _ => Problem::error("wrong_type", &place, "this is none of the variants"),
-        };
-        let hint = match written {
-            Some(Value::String(word)) => suggest(word, options.iter().map(String::as_str)),
-            _ => description(schema).unwrap_or_else(|| "choose one of them".into()),
-        };
-        self.report(
-            problem
-                .value(written.cloned().unwrap_or_default())
-                .limit(format!("one of {}", options.join(", ")))
-                .remedy(hint),
-        );
+        self.report(|| no_variant(found, at, schema, &choices));
         self.mend(at, Some(schema));
     }
 
     fn report_unknown_member(&mut self, name: &str, value: &Value, at: &Pointer, known: &Map<String, Value>) {
-        let known: Vec<&str> = known.keys().map(String::as_str).collect();
-        self.report(
+        self.report(|| {
+            let known: Vec<&str> = known.keys().map(String::as_str).collect();
             Problem::error("unknown_field", &at.key(name), format!("{name:?} is not a field here"))
                 .value(value.clone())
                 .limit(format!("one of {}", known.join(", ")))
-                .remedy(suggest(name, known)),
-        );
+                .remedy(suggest(name, known))
+        });
+        if self.checked.is_cut_short {
+            return;
+        }
         if let Some(Value::Object(object)) = self.checked.mended.pointer_mut(at.as_str()) {
             object.remove(name);
         }
     }
 
-    /// Adds a problem to the list, unless the list is full.
-    fn report(&mut self, problem: Problem) {
-        let Checked { problems, is_cut_short, .. } = &mut self.checked;
-        if *is_cut_short {
+    /// Adds a problem to the list. Once the list is full nothing is repaired any more: that work would grow with the square
+    /// of the number of problems.
+    fn report(&mut self, problem: impl FnOnce() -> Problem) {
+        if self.checked.is_cut_short {
+            // Only counted; a full list never lists it.
+            self.checked.problems.count(Severity::Error);
             return;
         }
-        problems.push(problem);
-        if problems.len() >= MOST_PROBLEMS {
-            let more = format!("there are more problems; only the first {MOST_PROBLEMS} are listed");
-            problems.push(Problem::error("too_many_problems", &Pointer::root(), more));
-            *is_cut_short = true;
-        }
+        self.checked.problems.push(problem());
+        self.checked.is_cut_short = self.checked.problems.is_full();
     }
 
     /// Puts a placeholder of the right type at `pointer`.
     fn mend(&mut self, pointer: &Pointer, schema: Option<&Value>) {
-        let Checked { mended, placeholders, .. } = &mut self.checked;
+        let Checked { mended, placeholders, is_cut_short, .. } = &mut self.checked;
+        if *is_cut_short {
+            return;
+        }
         let value = schema.map_or(Value::Null, |s| placeholder(s, self.root));
         if let Some(place) = mended.pointer_mut(pointer.as_str()) {
             *place = value;
@@ -231,6 +216,30 @@ impl Walk<'_> {
         }
         placeholders.push(pointer.as_str().to_owned());
     }
+}
+
+/// A value that selects no variant: what is wrong with the selection, and the options.
+fn no_variant(found: &Value, at: &Pointer, schema: &Value, choices: &[Choice]) -> Problem {
+    let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
+    let tag = choices.iter().find_map(Choice::tag).filter(|_| found.is_object());
+    let place = tag.map_or_else(|| at.clone(), |tag| at.key(tag));
+    let written = tag.map_or(Some(found), |tag| found.get(tag));
+    let problem = match (written, tag) {
+        (None, _) => Problem::error("missing_field", &place, "the field that selects the variant is missing"),
+        (Some(word), Some(_)) => Problem::error("unknown_variant", &place, format!("there is no {word}")),
+        (Some(Value::String(word)), None) => {
+            Problem::error("unknown_variant", &place, format!("there is no {word:?}"))
+        }
+        _ => Problem::error("wrong_type", &place, "this is none of the variants"),
+    };
+    let hint = match written {
+        Some(Value::String(word)) => suggest(word, options.iter().map(String::as_str)),
+        _ => description(schema).unwrap_or_else(|| "choose one of them".into()),
+    };
+    problem
+        .value(written.cloned().unwrap_or_default())
+        .limit(format!("one of {}", options.join(", ")))
+        .remedy(hint)
 }
 
 /// A value whose members select more than one variant.

@@ -9,26 +9,35 @@
 //! - [`http`]: the calls; `http/problem.rs` is the only file that assigns error statuses.
 //! - [`shelves`]: names of recordings, meshes, snapshots and results in the [store of blobs](crate::blobs).
 //! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
+//! - [`fair_queue`]: who validates next.
 
+pub mod audit;
 pub mod config;
+pub mod doctor;
+pub mod fair_queue;
 pub mod http;
 pub mod jobs;
+pub mod memory;
 pub mod meshes;
 pub mod metrics;
+pub mod permits;
 pub mod server;
 pub mod shelves;
 mod stall;
 
 use crate::blobs::FolderBlobs;
+use audit::Audit;
 use config::ServiceConfig;
-use http::{App, ValidationSlots};
+use fair_queue::QueueLimits;
+use http::{App, Attempts, Slots, ValidationSlots};
 use jobs::JobsError;
 use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
-use jobs::queue::{Queue, Storage};
+use jobs::queue::{Purged, Queue, Storage};
 use jobs::store::SqliteStore;
 use jobs::worker;
 use metrics::Metrics;
+use permits::AllPermits;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -38,6 +47,10 @@ use tokio::net::TcpListener;
 
 /// Simultaneous validations of scenes and meshes per worker; each may hold a mesh in memory.
 const VALIDATIONS_PER_WORKER: usize = 2;
+/// Time between two looks for what is too old.
+const PURGE_INTERVAL: Duration = Duration::from_secs(3600);
+/// Number of owners who fill the queue of validations together.
+const OWNERS_PER_QUEUE: usize = 4;
 /// Archives of fields that are sent at once; more wait.
 const ARCHIVES_AT_ONCE: usize = 4;
 
@@ -55,9 +68,76 @@ pub enum ServiceError {
         /// Error of the operating system.
         source: std::io::Error,
     },
+    /// Without tokens, whoever reaches the address could use the service.
+    #[error(
+        "without tokens the service listens on this machine only, not on {address}: give tokens with --tokens-file \
+         (`contuse token NAME` makes them), or listen on 127.0.0.1:{}", address.port()
+    )]
+    Exposed {
+        /// Address in the configuration.
+        address: SocketAddr,
+    },
     /// The workers could not be started.
     #[error("cannot start the workers: {0}")]
     Workers(std::io::Error),
+}
+
+/// Opens the data folder, and recovers the jobs of the previous process.
+async fn open_queue(
+    config: &Arc<ServiceConfig>,
+    engine: Arc<dyn Engine>,
+    metrics: &Arc<Metrics>,
+) -> Result<Arc<Queue>, JobsError> {
+    let folder = DataFolder::open(&config.data)?;
+    let storage = Storage {
+        jobs: Arc::new(SqliteStore::open(&folder.store_file()).await?),
+        blobs: Arc::new(FolderBlobs::open(&config.data)?),
+        folder,
+    };
+    Queue::open(storage, Arc::clone(config), engine, Arc::clone(metrics)).await
+}
+
+/// Deletes what is older than some days, now and then, until the service shuts down.
+async fn keep_for_days(queue: Arc<Queue>, days: u32) {
+    let mut closing = queue.closing();
+    loop {
+        match queue.purge(days).await {
+            Ok(Purged { jobs: 0, meshes: 0 }) => {}
+            Ok(Purged { jobs, meshes }) => tracing::info!(jobs, meshes, days, "purged what is too old"),
+            Err(error) => tracing::error!(%error, "could not purge what is too old"),
+        }
+        tokio::select! {
+            () = tokio::time::sleep(PURGE_INTERVAL) => {}
+            _ = closing.wait_for(|closing| *closing) => return,
+        }
+    }
+}
+
+/// Deletes the jobs that ended, and the meshes that were uploaded, more than some days ago, from a data folder that no service uses.
+///
+/// # Errors
+/// If the folder is in use or cannot be used.
+pub async fn purge(
+    config: ServiceConfig,
+    engine: Arc<dyn Engine>,
+    older_than_days: u32,
+) -> Result<Purged, ServiceError> {
+    let queue = open_queue(&Arc::new(config), engine, &Arc::default()).await?;
+    let purged = queue.purge(older_than_days).await?;
+    queue.store.close().await;
+    Ok(purged)
+}
+
+/// Limits of validations: the queue is for all owners, of whom each has a part.
+fn validations(config: &ServiceConfig) -> QueueLimits {
+    let waiting = config.max_validations_waiting;
+    QueueLimits {
+        at_once: VALIDATIONS_PER_WORKER * config.workers.max(1),
+        waiting,
+        // Without tokens, everyone is one owner.
+        waiting_of_owner: if config.tokens.is_open() { waiting } else { waiting.div_ceil(OWNERS_PER_QUEUE) },
+        patience: config.validation_patience,
+    }
 }
 
 /// Time allowed to runs for stopping; a step that takes longer is abandoned.
@@ -75,24 +155,29 @@ impl Service {
     /// Opens the data folder, starts the workers and listens.
     ///
     /// # Errors
-    /// If the folder is in use or cannot be used, or if the address is not available.
+    /// If the folder is in use or cannot be used, or if the address is not available, or other machines reach it and there are no
+    /// tokens.
     pub async fn start(config: ServiceConfig, engine: Arc<dyn Engine>) -> Result<Self, ServiceError> {
+        if config.tokens.is_open() && !config.listen.ip().is_loopback() {
+            return Err(ServiceError::Exposed { address: config.listen });
+        }
         let config = Arc::new(config);
         let listen = |source| ServiceError::Listen { address: config.listen, source };
         let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
         let metrics = Arc::new(Metrics::default());
-        let folder = DataFolder::open(&config.data)?;
-        let storage = Storage {
-            jobs: Arc::new(SqliteStore::open(&folder.store_file()).await?),
-            blobs: Arc::new(FolderBlobs::open(&config.data).map_err(JobsError::from)?),
-            folder,
-        };
-        let queue = Queue::open(storage, Arc::clone(&config), engine, Arc::clone(&metrics)).await?;
+        let queue = open_queue(&config, engine, &metrics).await?;
+        let audit = Audit::open(&config.data)?;
+        if let Some(days) = config.keep_days {
+            tokio::spawn(keep_for_days(Arc::clone(&queue), days));
+        }
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
-        let validation_slots = ValidationSlots::new(VALIDATIONS_PER_WORKER * config.workers.max(1));
-        let exports = ValidationSlots::new(ARCHIVES_AT_ONCE);
-        let app = Arc::new(App { queue, config, metrics, validation_slots, exports });
+        let validation_slots = ValidationSlots::new(validations(&config));
+        let exports = Slots::new(ARCHIVES_AT_ONCE);
+        let attempts = Attempts::default();
+        let permits = AllPermits::of(config.max_connections);
+        let app =
+            Arc::new(App { queue, config, metrics, audit, attempts, permits, validation_slots, exports });
         Ok(Self { app, listener, address, workers })
     }
 

@@ -28,6 +28,11 @@ pub fn mesh_name(id: &str, format: MeshFormat) -> String {
     format!("{MESHES}/{id}.{}", format.extension())
 }
 
+/// Name of a result of a what-if run.
+pub fn result_name(key: &str) -> String {
+    format!("{RESULTS}/{key}.json")
+}
+
 /// Name of a snapshot of the recording of a running job.
 pub fn snapshot_name(id: JobId, number: u32) -> String {
     format!("{SNAPSHOTS}/{id}-{number}.mcap")

@@ -30,7 +30,7 @@ impl Program {
     /// With a limit on the size of files, in blocks of 512 bytes: a write beyond it fails as on a full disk.
     fn limited(data: &Path, blocks: u32) -> Self {
         let mut command = Command::new("sh");
-        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
         command.args(["-c", &script, env!("CARGO_BIN_EXE_contuse")]).args(SERVE).arg(data);
         Self::spawn(command)
     }
@@ -312,4 +312,52 @@ fn health_command_reports_whether_the_service_is_ready() {
     assert!(ask(&address));
     program.kill();
     assert!(!ask(&address));
+}
+
+#[test]
+fn data_is_for_its_user_alone_and_names_are_not_logged() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let data = tempfile::tempdir().unwrap();
+    let (folder, log) = (data.path().join("data"), data.path().join("log"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+    command.args(SERVE).arg(&folder).env("RUST_LOG", "debug").stdout(Stdio::piped());
+    let mut child = command.stderr(std::fs::File::create(&log).unwrap()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let client = Client::new(line.trim().strip_prefix("listening on http://").unwrap().parse().unwrap());
+    let program = Program { child, client: client.clone() };
+    let mut scene = example("job.request.json");
+    scene["name"] = json!("patient-4711-left-thigh");
+    finished(&client, &scene);
+    let cube = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("api/examples/cube.msh")).unwrap();
+    let octets = [("Content-Type", "application/octet-stream")];
+    assert_eq!(client.send("POST", "/v1/meshes", &octets, &cube).status, 201);
+    let mut folders = vec![folder.clone()];
+    let mut count = 0;
+    while let Some(folder) = folders.pop() {
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode(&folder), 0o700, "{}", folder.display());
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                assert_eq!(mode(&path), 0o600, "{}", path.display());
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 5, "{count}");
+    assert!(program.terminate().success());
+    let text = std::fs::read_to_string(&log).unwrap();
+    assert!(text.contains("accepted") && !text.contains("patient-4711"), "{text}");
+
+    let purge = |days: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+        let output =
+            command.args(["purge", "--older-than-days", days, "--data"]).arg(&folder).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(purge("1"), "deleted 0 job(s) and 0 mesh(es)\n");
+    assert_eq!(purge("0"), "deleted 1 job(s) and 1 mesh(es)\n");
 }

@@ -3,10 +3,16 @@
 
 #[path = "../property/changes.rs"]
 mod changes;
+mod closed;
+mod connections;
 mod edge;
 mod end_to_end;
 mod examples;
+mod fairness;
+mod found;
 mod life;
 mod pages;
+mod privacy;
+mod scale;
 mod support;
 mod v1;

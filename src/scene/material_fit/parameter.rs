@@ -47,7 +47,7 @@ impl Constants {
             prony::check(&self.material, series, &root.key("prony_series"), &mut found);
         }
         found.0.retain(|problem| problem.code != "stiff_volume");
-        found.0
+        found.0.into_vec()
     }
 
     /// Whether another value at a pointer gives no further error, stability of the law apart.

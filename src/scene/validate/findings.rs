@@ -1,10 +1,10 @@
 //! The problems found so far, and checks of a single number.
 
-use crate::scene::problem::{Pointer, Problem};
+use crate::scene::problem::{Pointer, Problem, ProblemList};
 
 /// List of problems, in the order in which they were found.
 #[derive(Debug, Default)]
-pub struct Findings(pub Vec<Problem>);
+pub struct Findings(pub ProblemList);
 
 impl Findings {
     /// Appends a problem to those found so far.

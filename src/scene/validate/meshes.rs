@@ -118,7 +118,7 @@ pub fn check_sets(
 /// Checks the elements; returns their quality when they are valid.
 pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
     let here = Pointer::root().key("bodies").index(index).key("mesh");
-    let before = out.0.iter().filter(|p| p.is_error()).count();
+    let before = out.0.error_count();
     for problem in topology_problems(&mesh.cells).iter().take(LISTED) {
         out.push(
             Problem::error("bad_topology", &here, problem.to_string())
@@ -149,8 +149,7 @@ pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Q
     let remedy = "give lengths in metres; a placement with scale 0.001 turns millimetres into metres";
     out.usual(&here, "the size of the body", size, USUAL_SIZE, remedy);
     report_quality(&quality, &here, out);
-    let after = out.0.iter().filter(|p| p.is_error()).count();
-    (after == before).then_some(quality)
+    (out.0.error_count() == before).then_some(quality)
 }
 
 fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {

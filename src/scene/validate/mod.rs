@@ -57,12 +57,8 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
 fn stiff_volumes_that_matter(document: &SceneDocument, out: &mut Findings) {
     const CODE: &str = "stiff_volume";
     let place_of = |pointer: &str| pointer.rsplit_once('/').map_or("", |(place, _)| place).to_owned();
-    let stiff: BTreeSet<String> = out
-        .0
-        .iter()
-        .filter(|problem| problem.code == CODE)
-        .map(|problem| place_of(&problem.pointer))
-        .collect();
+    let stiff = out.0.iter().filter(|problem| problem.code == CODE);
+    let stiff: BTreeSet<String> = stiff.map(|problem| place_of(&problem.pointer)).collect();
     let (mut known, mut kept) = (Vec::<&MaterialDocument>::new(), BTreeSet::new());
     for (i, body) in document.bodies.iter().enumerate().filter(|_| !document.integrator.is_implicit()) {
         let parts = Pointer::root().key("bodies").index(i).key("parts");

@@ -1,9 +1,12 @@
 //! What all handlers share.
 
-use super::validation_slots::ValidationSlots;
+use super::attempts::Attempts;
+use super::slots::{Slots, ValidationSlots};
+use crate::service::audit::Audit;
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::queue::Queue;
 use crate::service::metrics::Metrics;
+use crate::service::permits::AllPermits;
 use std::sync::Arc;
 
 /// Shared state of the handlers.
@@ -14,8 +17,14 @@ pub struct App {
     pub config: Arc<ServiceConfig>,
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
+    /// Log of who did what.
+    pub audit: Audit,
+    /// Wrong tokens of each address.
+    pub attempts: Attempts,
+    /// Limits of uploads, downloads and event streams.
+    pub permits: AllPermits,
     /// Threads for the validation of scenes and meshes.
     pub validation_slots: ValidationSlots,
     /// Threads for archives, which are made as fast as their clients read: they delay no validation.
-    pub exports: ValidationSlots,
+    pub exports: Slots,
 }

@@ -1,22 +1,31 @@
 //! Middleware around every request: access control, metrics, common headers, and panics as error responses.
 
 use super::app::App;
+use super::extract::{Peer, Who};
+use super::origin::{is_own_host, is_own_page};
 use super::problem::Problem;
 use super::recording::REPR_DIGEST;
 use super::wire::NOTICE;
+use crate::service::audit::Entry;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, header};
+use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
 use std::sync::Arc;
 use std::time::Instant;
 use tower_http::catch_panic::CatchPanicLayer;
-use tower_http::cors::{Any as AnyOrigin, CorsLayer};
+use tower_http::cors::CorsLayer;
 
 /// Header with the disclaimer in every answer.
 const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
+
+/// Longest path in the audit log [bytes]: ids are shorter.
+const LONGEST_PATH: usize = 200;
+const CROSS_ORIGIN_RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
+/// Policy of whatever is not a page with a policy of its own: a browser that shows it loads and runs nothing.
+const NO_CONTENT: &str = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// Adds all layers to the router; the last one is the first to see a request.
 pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
@@ -24,7 +33,7 @@ pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
         // Handlers that read a body have their own limits; all others get none.
         .layer(DefaultBodyLimit::max(64 << 10))
         .layer(CatchPanicLayer::custom(panicked))
-        .layer(from_fn_with_state(Arc::clone(app), same_origin))
+        .layer(from_fn_with_state(Arc::clone(app), own_pages))
         .layer(cors(&app.config.cors_origins))
         .layer(from_fn_with_state(Arc::clone(app), observed))
 }
@@ -37,8 +46,7 @@ fn panicked(payload: Box<dyn Any + Send>) -> Response {
     Problem::internal(&words.as_deref().unwrap_or("a handler panicked without words")).into_response()
 }
 
-/// Origins of web pages that may read and change. By default pages of any origin may read (a viewer of recordings is
-/// one) and none may change: an unrelated page must not start or stop jobs.
+/// Origins of other web pages that may read and change: those listed. A viewer of recordings elsewhere is one.
 fn cors(origins: &[String]) -> CorsLayer {
     let allowed_headers = [
         header::AUTHORIZATION,
@@ -63,38 +71,37 @@ fn cors(origins: &[String]) -> CorsLayer {
         CONTUSE_NOTICE,
         HeaderName::from_static("idempotent-replayed"),
     ];
-    let layer = CorsLayer::new().allow_headers(allowed_headers).expose_headers(exposed_headers);
-    // Without listed origins, pages of any origin may only read.
     let listed: Vec<HeaderValue> = origins.iter().filter_map(|o| HeaderValue::try_from(o).ok()).collect();
     if listed.is_empty() {
-        layer.allow_origin(AnyOrigin).allow_methods([Method::GET, Method::HEAD])
-    } else {
-        layer.allow_origin(listed).allow_methods([Method::GET, Method::HEAD, Method::POST, Method::DELETE])
+        return CorsLayer::new();
     }
+    CorsLayer::new()
+        .allow_headers(allowed_headers)
+        .expose_headers(exposed_headers)
+        .allow_origin(listed)
+        .allow_methods([Method::GET, Method::HEAD, Method::POST, Method::DELETE])
 }
 
-/// Rejects changes requested by a page of another origin. Browsers send some of them without a preflight request.
-async fn same_origin(State(app): State<Arc<App>>, request: Request, next: Next) -> Result<Response, Problem> {
-    let is_safe = matches!(*request.method(), Method::GET | Method::HEAD | Method::OPTIONS);
-    if !is_safe && !may_change(request.headers(), &app.config.cors_origins) {
+/// Rejects requests under foreign names, and those of pages of other origins. Browsers send some of them without a preflight
+/// request.
+async fn own_pages(State(app): State<Arc<App>>, request: Request, next: Next) -> Result<Response, Problem> {
+    let config = &app.config;
+    if config.tokens.is_open() && !is_own_host(request.headers(), &config.hosts) {
+        return Err(Problem::foreign_host());
+    }
+    if !is_own_page(request.headers(), &config.cors_origins) {
         return Err(Problem::cross_origin());
     }
     Ok(next.run(request).await)
 }
 
-/// Whether a request comes from no page, from a page of this service, or from one of an allowed origin.
-fn may_change(headers: &HeaderMap, origins: &[String]) -> bool {
-    let Some(origin) = headers.get(header::ORIGIN) else { return true };
-    let Ok(origin) = origin.to_str() else { return false };
-    let host = headers.get(header::HOST).and_then(|h| h.to_str().ok());
-    let is_same = origin.split_once("://").is_some_and(|(_, authority)| Some(authority) == host);
-    is_same || origins.iter().any(|o| o == origin)
-}
-
 /// Counts and logs a request, and adds the disclaimer to every answer.
-async fn observed(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next) -> Response {
     let started = Instant::now();
     let method = request.method().clone();
+    let (who, path) = (Who::default(), request.uri().path().to_owned());
+    let peer = request.extensions().get::<Peer>().map(|Peer(address)| *address);
+    request.extensions_mut().insert(who.clone());
     let route = request.extensions().get::<MatchedPath>().map_or("other", MatchedPath::as_str).to_owned();
     let mut response = next.run(request).await;
     let (status, duration) = (response.status().as_u16(), started.elapsed());
@@ -102,33 +109,26 @@ async fn observed(State(app): State<Arc<App>>, request: Request, next: Next) -> 
     let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
     let label = if known.contains(&method) { method.as_str() } else { "other" };
     app.metrics.answered(label, &route, status, duration);
+    // Whatever concerns jobs and meshes; the path has their ids.
+    if route.starts_with("/v1/") && !route.starts_with("/v1/materials") {
+        let created = response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok());
+        app.audit.record(&Entry {
+            owner: who.0.get().map(String::as_str),
+            address: peer,
+            method: label,
+            path: path.get(..LONGEST_PATH).unwrap_or(&path),
+            created,
+            status,
+        });
+    }
     tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered");
     let headers = response.headers_mut();
     headers.insert(CONTUSE_NOTICE, HeaderValue::from_static(NOTICE));
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(HeaderValue::from_static(NO_CONTENT));
+    if app.config.cors_origins.is_empty() {
+        headers.insert(CROSS_ORIGIN_RESOURCE_POLICY, HeaderValue::from_static("same-origin"));
+    }
     response
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn headers(origin: Option<&str>) -> HeaderMap {
-        let mut headers = HeaderMap::new();
-        headers.insert(header::HOST, "127.0.0.1:8080".parse().unwrap());
-        if let Some(origin) = origin {
-            headers.insert(header::ORIGIN, origin.parse().unwrap());
-        }
-        headers
-    }
-
-    #[test]
-    fn pages_of_other_origins_change_nothing() {
-        let listed = ["https://viewer.example".to_owned()];
-        assert!(may_change(&headers(None), &[]));
-        assert!(may_change(&headers(Some("http://127.0.0.1:8080")), &[]));
-        assert!(!may_change(&headers(Some("https://evil.example")), &listed));
-        assert!(!may_change(&headers(Some("null")), &[]));
-        assert!(may_change(&headers(Some("https://viewer.example")), &listed));
-    }
 }

@@ -4,9 +4,10 @@
 //! another process. The channel only signals when to query the store again.
 
 use super::app::App;
-use super::extract::{JobPath, Owner};
+use super::extract::{JobPath, Owner, Peer};
 use super::problem::{Problem, ProblemBody};
 use crate::service::jobs::store::EventRow;
+use crate::service::permits::Permit;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -39,12 +40,15 @@ const BATCH: u32 = 100;
         (status = 204, description = "The job has ended and no event is left"),
         (status = 400, description = "Last-Event-ID is not a number", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No job of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many event streams to one address", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many event streams", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn follow(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     JobPath(id): JobPath,
+    Peer(address): Peer,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     // Subscribed before the first query, so that nothing is missed in between.
@@ -55,11 +59,21 @@ pub async fn follow(
     if events.is_empty() && ended {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
+    let permit = app.permits.streams.take(address)?;
     let closing = app.queue.closing();
     let heartbeat = KeepAlive::new().interval(app.config.heartbeat).text("still here");
     let has_more = events.len() == BATCH as usize;
-    let listener =
-        Listener { app, seq: row.seq, last, unsent: events.into(), has_more, ended, bell, closing };
+    let listener = Listener {
+        app,
+        seq: row.seq,
+        last,
+        unsent: events.into(),
+        has_more,
+        ended,
+        bell,
+        closing,
+        _permit: permit,
+    };
     let stream = Sse::new(listener.into_stream()).keep_alive(heartbeat);
     // Proxies would buffer the stream until it ends.
     Ok(([(header::CACHE_CONTROL, "no-store"), (X_ACCEL_BUFFERING, "no")], stream).into_response())
@@ -78,6 +92,7 @@ struct Listener {
     ended: bool,
     bell: Receiver<i64>,
     closing: watch::Receiver<bool>,
+    _permit: Permit,
 }
 
 impl Listener {

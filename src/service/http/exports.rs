@@ -4,14 +4,21 @@ use super::app::App;
 use super::extract::{JobPath, Owner};
 use super::problem::{Problem, ProblemBody};
 use crate::report::{ReadError, RecordedRun, csv, fhir, html};
+use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobId;
 use crate::service::jobs::store::JobRow;
 use crate::service::shelves::recording_name;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::Arc;
+
+/// Largest recording that is read in well below a second [bytes].
+const SMALL_RECORDING: u64 = 8 << 20;
 
 /// Get the report of a job: one self-contained page with pictures, for reading or printing.
 #[utoipa::path(
@@ -30,7 +37,22 @@ pub async fn report(
 ) -> Result<Response, Problem> {
     let (run, _) = recorded(&app, &owner, id, "report").await?;
     let page = html::page(&run).map_err(|error| Problem::internal(&error))?;
-    Ok(([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response())
+    let policy = content_security_policy(&page);
+    let headers = [
+        (header::CONTENT_TYPE, "text/html; charset=utf-8".to_owned()),
+        (header::CONTENT_SECURITY_POLICY, policy),
+    ];
+    Ok((headers, page).into_response())
+}
+
+/// Policy of a report: its own style sheet, by digest, and nothing else.
+fn content_security_policy(page: &str) -> String {
+    let style = page.split_once("<style>").and_then(|(_, rest)| rest.split_once("</style>"));
+    let digest = BASE64_STANDARD.encode(Sha256::digest(style.map_or("", |(style, _)| style)));
+    format!(
+        "default-src 'none'; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'; \
+         frame-ancestors 'none'"
+    )
 }
 
 /// Get a job as a FHIR R4 Bundle: Observations with their numerical errors, the Device that made them, their
@@ -87,7 +109,11 @@ async fn recorded(
     let row = recorded_row(app, owner, id, what).await?;
     let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
     let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
-    let read = app.validation_slots.call(read).await?;
+    let lane = match &row.recording {
+        Some(recording) if recording.bytes <= SMALL_RECORDING => Lane::Small,
+        _ => Lane::Large,
+    };
+    let read = app.validation_slots.call(owner, lane, read).await?;
     match read {
         Ok(Some(Ok(run))) => Ok((run, row)),
         // From a run that lost its worker, or from another engine.

@@ -3,31 +3,67 @@
 use super::app::App;
 use super::problem::Problem;
 use crate::service::jobs::JobId;
-use crate::service::jobs::engine::JsonDocument;
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
-use axum::http::{HeaderMap, header};
+use axum::http::{Extensions, HeaderMap, header};
 use serde::de::DeserializeOwned;
-use std::sync::Arc;
+use std::convert::Infallible;
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::{Arc, OnceLock};
 
 /// Owner of a request: the name of its bearer token, empty if the service is open to everyone.
 #[derive(Clone, Debug)]
 pub struct Owner(pub String);
+
+/// Owner of a request for the audit log, once known.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Who(pub Arc<OnceLock<String>>);
+
+/// Address of the client, or of the proxy before it.
+#[derive(Clone, Copy, Debug)]
+pub struct Peer(pub IpAddr);
 
 impl FromRequestParts<Arc<App>> for Owner {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
         let tokens = &app.config.tokens;
+        let known = |name: &str| {
+            if let Some(who) = parts.extensions.get::<Who>() {
+                // Set once: a request has one owner.
+                let _ = who.0.set(name.to_owned());
+            }
+            Ok(Self(name.to_owned()))
+        };
         if tokens.is_open() {
-            return Ok(Self(String::new()));
+            return known("");
         }
         let value = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
         let token =
             value.and_then(|v| v.split_once(' ')).filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
-        let owner = token.and_then(|(_, token)| tokens.owner(token.trim()));
-        owner.map(|name| Self(name.to_owned())).ok_or_else(Problem::unauthorized)
+        if let Some(name) = token.and_then(|(_, token)| tokens.owner(token.trim())) {
+            return known(name);
+        }
+        // A request without a token tries none.
+        let peer = parts.extensions.get::<Peer>().filter(|_| value.is_some());
+        match peer.and_then(|Peer(address)| app.attempts.wrong(*address)) {
+            Some(wait_s) => Err(Problem::too_many_wrong_tokens(wait_s)),
+            None => Err(Problem::unauthorized()),
+        }
     }
+}
+
+impl FromRequestParts<Arc<App>> for Peer {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Arc<App>) -> Result<Self, Infallible> {
+        Ok(peer_of(&parts.extensions))
+    }
+}
+
+/// Address of the client of a request.
+fn peer_of(extensions: &Extensions) -> Peer {
+    extensions.get().copied().unwrap_or(Peer(Ipv4Addr::UNSPECIFIED.into()))
 }
 
 /// Id of a job in the path. An invalid id is answered like a missing job.
@@ -63,9 +99,9 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
     }
 }
 
-/// A JSON body. Its content is validated by the engine, which locates every problem.
+/// The text of a JSON body, not yet parsed: that takes a slot, since it takes more memory than the text.
 #[derive(Debug)]
-pub struct JsonBody(pub JsonDocument);
+pub struct JsonBody(pub Vec<u8>);
 
 impl FromRequest<Arc<App>> for JsonBody {
     type Rejection = Problem;
@@ -78,6 +114,7 @@ impl FromRequest<Arc<App>> for JsonBody {
         if declared_length(request.headers()).is_some_and(|n| n > limit) {
             return Err(Problem::too_large(limit));
         }
+        let _permit = app.permits.uploads.take(peer_of(request.extensions()).0)?;
         let reading = axum::body::to_bytes(request.into_body(), usize::try_from(limit).unwrap_or(usize::MAX));
         let bytes = match tokio::time::timeout(app.config.request_timeout, reading).await {
             Err(_) => return Err(Problem::too_slow()),
@@ -85,7 +122,7 @@ impl FromRequest<Arc<App>> for JsonBody {
             Ok(Err(_)) => return Err(Problem::broken_body()),
             Ok(Ok(bytes)) => bytes,
         };
-        JsonDocument::read(bytes.into()).map(Self).map_err(|e| Problem::bad_json(&e))
+        Ok(Self(bytes.into()))
     }
 }
 

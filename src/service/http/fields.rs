@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::exports::recorded_row;
-use super::extract::{JobPath, Owner};
+use super::extract::{JobPath, Owner, Peer};
 use super::problem::{Problem, ProblemBody};
 use super::recording::file_name;
 use crate::blobs::Blob;
@@ -45,7 +45,9 @@ pub async fn archive(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     JobPath(id): JobPath,
+    Peer(address): Peer,
 ) -> Result<Response, Problem> {
+    let permit = app.permits.downloads.take(address)?;
     let row = recorded_row(&app, &owner, id, "fields").await?;
     let (blob, name) = (recording_name(id), file_name(&row.name));
     let opened = app.queue.with_files({
@@ -64,7 +66,11 @@ pub async fn archive(
     let first = first.map_err(|error| problem(&error))?;
     let headers =
         [(header::CONTENT_TYPE, "application/x-tar".to_owned()), (header::CONTENT_DISPOSITION, disposition)];
-    Ok((headers, Body::from_stream(pieces(first, receiver))).into_response())
+    let pieces = pieces(first, receiver).map(move |piece| {
+        let _permit = &permit;
+        piece
+    });
+    Ok((headers, Body::from_stream(pieces)).into_response())
 }
 
 /// Writes the archive to a client.

@@ -7,6 +7,7 @@ use super::wire::{Job, JobList, SceneBody, Validation};
 use crate::blobs::hexadecimal;
 use crate::plan::PlanReport;
 use crate::scene::Problems;
+use crate::service::fair_queue::Lane;
 use crate::service::jobs::engine::JsonDocument;
 use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
 use crate::service::jobs::{JobKind, JobState};
@@ -20,6 +21,8 @@ use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use utoipa::{IntoParams, IntoResponses};
 
+/// Largest number of elements of a scene that is validated in well below a second.
+const SMALL_SCENE: u64 = 20_000;
 /// Marks the answer to a repeated request.
 const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
 
@@ -56,6 +59,9 @@ pub enum SubmitAnswer {
     /// All errors of the document, including its scene
     #[response(status = 422, content_type = "application/problem+json")]
     Invalid(ProblemBody),
+    /// Too many validations of this token wait
+    #[response(status = 429, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
+    TooMany(ProblemBody),
     /// Queue full or shutting down
     #[response(status = 503, content_type = "application/problem+json")]
     Unavailable(ProblemBody),
@@ -97,14 +103,14 @@ pub(super) async fn accept(
     owner: &str,
     kind: JobKind,
     headers: &HeaderMap,
-    body: JsonDocument,
+    text: Vec<u8>,
     completed: impl AsyncFnOnce(JsonDocument) -> Result<JsonDocument, Problem>,
 ) -> Result<Response, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
     let idempotency_key = idempotency_key(headers)?;
-    let body_sha256 = request_sha256(kind, &body.text);
+    let body_sha256 = request_sha256(kind, &text);
     // A repeated request needs no second validation of the scene.
     if let Some(key) = &idempotency_key
         && let Some(earlier) = app.queue.store.replay(owner, key, &body_sha256).await?
@@ -112,9 +118,9 @@ pub(super) async fn accept(
         return submitted(earlier);
     }
     // Validate the document and store the job.
-    let document = completed(body).await?;
+    let document = completed(parsed(app, owner, text).await?).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let (checked, document) = validated(app, owner, kind, move |shelf| {
+    let (checked, document) = validated(app, owner, kind, document, move |document, shelf| {
         let checked = engine.check(kind, &document, shelf);
         // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
         let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
@@ -131,6 +137,7 @@ pub(super) async fn accept(
         content_hash: checked.content_hash,
         end_time_s: checked.end_time_s,
         warnings: checked.warnings,
+        memory_bytes: checked.memory_bytes,
     };
     submitted(app.queue.submit(&new).await?)
 }
@@ -148,6 +155,8 @@ pub(super) async fn accept(
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn validate(
@@ -155,9 +164,10 @@ pub async fn validate(
     Owner(owner): Owner,
     JsonBody(body): JsonBody,
 ) -> Result<Json<Validation>, Problem> {
+    let scene = parsed(&app, &owner, body).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let check = move |shelf: &MeshShelf| engine.preview(&body, shelf);
-    let preview = validated(&app, &owner, JobKind::Simulation, check).await?;
+    let check = move |scene: JsonDocument, shelf: &MeshShelf| engine.preview(&scene, shelf);
+    let preview = validated(&app, &owner, JobKind::Simulation, scene, check).await?;
     Ok(Json(Validation::of(preview)))
 }
 
@@ -302,20 +312,38 @@ pub async fn plan(
         return Err(Problem::no_plan(purpose));
     }
     let engine = Arc::clone(&app.queue.engine);
-    let scene = JsonDocument::read(text).map_err(|e| Problem::internal(&e))?;
-    let preview = validated(&app, &owner, kind, move |shelf| engine.preview(&scene, shelf)).await?;
+    let scene = parsed(&app, &owner, text).await?;
+    let check = move |scene: JsonDocument, shelf: &MeshShelf| engine.preview(&scene, shelf);
+    let preview = validated(&app, &owner, kind, scene, check).await?;
     Ok(Json(preview.plan))
 }
 
-/// Validates a document with its scene, given the meshes of its owner.
+/// Parses a document.
+async fn parsed(app: &App, owner: &str, text: Vec<u8>) -> Result<JsonDocument, Problem> {
+    let read = app.validation_slots.call(owner, Lane::Small, move || JsonDocument::read(text)).await?;
+    read.map_err(|e| Problem::bad_json(&e))
+}
+
+/// Validates a document with its scene, given the meshes of its owner. Large scenes have a queue of their own.
 async fn validated<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     kind: JobKind,
-    check: impl FnOnce(&MeshShelf) -> Result<T, Problems> + Send + 'static,
+    document: JsonDocument,
+    check: impl FnOnce(JsonDocument, &MeshShelf) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
-    let shelf = app.queue.shelf(owner);
-    let checked = app.validation_slots.call(move || check(&shelf)).await?;
+    let (shelf, engine) = (app.queue.shelf(owner), Arc::clone(&app.queue.engine));
+    let if_small = move || {
+        if engine.elements(kind, &document, &shelf) <= SMALL_SCENE {
+            Ok(check(document, &shelf))
+        } else {
+            Err(move || check(document, &shelf))
+        }
+    };
+    let checked = match app.validation_slots.call(owner, Lane::Small, if_small).await? {
+        Ok(checked) => checked,
+        Err(large) => app.validation_slots.call(owner, Lane::Large, large).await?,
+    };
     checked.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
 }
 

@@ -1,12 +1,14 @@
-//! `/v1/meshes`: upload or get a mesh.
+//! `/v1/meshes`: upload, list, get or delete a mesh.
 
 use super::app::App;
-use super::extract::{Owner, Parameters, declared_length, media_type};
+use super::extract::{Owner, Parameters, Peer, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
 use crate::blobs::{BlobDigest, Draft};
 use crate::mesh::read::MeshFormat;
+use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobsError;
 use crate::service::jobs::queue::Queue;
+use crate::service::jobs::store::MeshDeletion;
 use crate::service::meshes::{StoredMesh, is_id};
 use crate::service::shelves::mesh_name;
 use axum::Json;
@@ -15,9 +17,13 @@ use axum::extract::{Path, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures::StreamExt;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use utoipa::IntoParams;
+use std::time::{Duration, Instant};
+use utoipa::{IntoParams, ToSchema};
+
+/// Largest mesh that is read in well below a second [bytes].
+const SMALL_MESH: u64 = 2 << 20;
 
 /// Options of an upload.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -43,12 +49,15 @@ pub struct UploadParameters {
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The file is not a mesh that can be used", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn upload(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     Parameters(parameters): Parameters<UploadParameters>,
+    Peer(address): Peer,
     request: Request,
 ) -> Result<Response, Problem> {
     // Receive the file within the limits on size and time.
@@ -59,18 +68,21 @@ pub async fn upload(
     if declared_length(request.headers()).is_some_and(|n| n > limit) {
         return Err(Problem::too_large(limit));
     }
+    let permit = app.permits.uploads.take(address)?;
     let receiving = receive(&app, request.into_body(), limit);
     let draft = tokio::time::timeout(app.config.upload_timeout, receiving)
         .await
         .map_err(|_| Problem::too_slow())??;
+    drop(permit);
 
     // Limited in number: each holds a mesh in memory.
+    let lane = if draft.digest().bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
     let engine = Arc::clone(&app.queue.engine);
     let inspect = move || {
         let inspected = draft.read().map(|bytes| engine.inspect_mesh(&bytes, parameters.format));
         (inspected, draft)
     };
-    let (inspected, draft) = app.validation_slots.call(inspect).await?;
+    let (inspected, draft) = app.validation_slots.call(&owner, lane, inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
@@ -102,13 +114,95 @@ pub async fn get(
     Ok(Json(mesh))
 }
 
+/// Page of a list of meshes.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct MeshListParameters {
+    /// Maximum number of meshes, 1 to 200; 50 by default.
+    limit: Option<u32>,
+    /// `next_cursor` of the previous page.
+    cursor: Option<String>,
+}
+
+/// A page of meshes.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct MeshList {
+    /// The meshes, by their ids.
+    pub meshes: Vec<StoredMesh>,
+    /// `cursor` of the next page; null on the last one.
+    pub next_cursor: Option<String>,
+}
+
+/// List the uploaded meshes.
+#[utoipa::path(
+    get, path = "/v1/meshes", tag = "meshes", operation_id = "list_meshes", params(MeshListParameters),
+    responses(
+        (status = 200, description = "A page of meshes", body = MeshList),
+        (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn list(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    Parameters(MeshListParameters { limit, cursor }): Parameters<MeshListParameters>,
+) -> Result<Json<MeshList>, Problem> {
+    let limit = limit.unwrap_or(50);
+    if !(1..=200).contains(&limit) {
+        return Err(Problem::bad_parameter("`limit` has to be between 1 and 200."));
+    }
+    let after = cursor.unwrap_or_default();
+    if !after.is_empty() && !is_id(&after) {
+        return Err(Problem::bad_parameter("`cursor` has to be the `next_cursor` of a page."));
+    }
+    // One more than requested shows whether there is another page.
+    let mut meshes = app.queue.store.meshes(&owner, &after, limit + 1).await?;
+    let has_more = meshes.len() > limit as usize;
+    meshes.truncate(limit as usize);
+    let next_cursor = meshes.last().filter(|_| has_more).map(|mesh| mesh.id.clone());
+    Ok(Json(MeshList { meshes, next_cursor }))
+}
+
+/// Delete an uploaded mesh.
+///
+/// Jobs that have ended keep their results; scenes that name the mesh cannot run any more.
+#[utoipa::path(
+    delete, path = "/v1/meshes/{id}", tag = "meshes", operation_id = "delete_mesh", params(("id" = String, Path, description = "SHA-256 of the file")),
+    responses(
+        (status = 204, description = "The mesh is deleted"),
+        (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "A waiting or running job names it", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn delete(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    path: Result<Path<String>, axum::extract::rejection::PathRejection>,
+) -> Result<StatusCode, Problem> {
+    let id = path.ok().map(|Path(id)| id).filter(|id| is_id(id)).ok_or_else(Problem::no_such_mesh)?;
+    match app.queue.delete_mesh(&owner, &id).await? {
+        MeshDeletion::Deleted { .. } => Ok(StatusCode::NO_CONTENT),
+        MeshDeletion::InUse { job } => Err(Problem::mesh_in_use(job)),
+        MeshDeletion::Unknown => Err(Problem::no_such_mesh()),
+    }
+}
+
 /// Receives a body into a draft.
 async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
     let begin = move |queue: &Queue| Ok(Draft::new(queue.blobs.unnamed()?, limit));
     let mut draft = app.queue.with_files(begin).await?;
     let mut stream = body.into_data_stream();
-    while let Some(piece) = stream.next().await {
+    let (began, patience) = (Instant::now(), app.config.request_timeout);
+    let mut bytes = 0_u64;
+    loop {
+        let next = tokio::time::timeout(patience, stream.next()).await;
+        let Some(piece) = next.map_err(|_| Problem::too_slow())? else { break };
         let piece = piece.map_err(|_| Problem::broken_body())?;
+        bytes += piece.len() as u64;
+        let in_time = Duration::from_secs_f64(bytes as f64 / app.config.least_rate.max(1) as f64);
+        if began.elapsed() > patience + in_time {
+            return Err(Problem::too_slow());
+        }
         let append = move |_: &Queue| draft.append(&piece).map(|()| draft).map_err(JobsError::from);
         draft = app.queue.with_files(append).await?;
     }

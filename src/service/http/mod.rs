@@ -1,6 +1,7 @@
 //! The HTTP interface: the list of all calls.
 
 mod app;
+mod attempts;
 mod calls;
 mod contract;
 mod edge;
@@ -12,19 +13,22 @@ mod jobs;
 mod materials;
 mod meshes;
 mod openapi;
+mod origin;
 mod pages;
 mod problem;
 mod range;
 mod recording;
+mod slots;
 mod studies;
-mod validation_slots;
 mod viewer;
 mod what_if;
 mod wire;
 
 pub use app::App;
+pub use attempts::Attempts;
+pub use extract::Peer;
 pub use openapi::text as openapi_text;
-pub use validation_slots::ValidationSlots;
+pub use slots::{Slots, ValidationSlots};
 
 use axum::Router;
 use axum::response::Redirect;

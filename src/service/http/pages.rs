@@ -28,7 +28,7 @@ pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
-    let written = match app.queue.with_files(Queue::try_write).await {
+    let written = match app.queue.with_files(Queue::check_disk).await {
         Ok(()) => app.queue.store.try_write().await,
         Err(error) => Err(error),
     };

@@ -3,12 +3,20 @@
 use crate::blobs::BlobError;
 use crate::mesh::read::MeshFormat;
 use crate::scene::{self, Problems};
-use crate::service::jobs::{JobState, JobsError};
+use crate::service::fair_queue::Refusal;
+use crate::service::jobs::{JobId, JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
+use crate::service::permits::NoPermit;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
+
+/// Time after which to repeat a validation that could not begin [s].
+const VALIDATION_WAIT_S: u64 = 10;
+
+/// Time after which to repeat an upload, a download or an event stream [s].
+const PERMIT_WAIT_S: u64 = 10;
 
 /// Error of a request.
 #[derive(Clone, Debug)]
@@ -34,7 +42,7 @@ pub struct ProblemBody {
     /// Suggested change of the request.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
-    /// All problems of a scene.
+    /// Problems of a scene. After 100 errors the last entry, `too_many_problems`, has the number of the others as its value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<scene::Problem>,
     /// Line of a JSON text, from 1.
@@ -89,6 +97,13 @@ impl Problem {
     pub fn no_such_mesh() -> Self {
         Self::new(StatusCode::NOT_FOUND, "mesh-not-found", "Mesh not found", "There is no mesh with this id.")
             .remedy("Upload it to /v1/meshes; its id is in the answer.")
+    }
+
+    /// A waiting or running job names the mesh.
+    pub fn mesh_in_use(job: JobId) -> Self {
+        let detail = format!("The job {job}, which has not ended, names this mesh.");
+        Self::new(StatusCode::CONFLICT, "mesh-in-use", "Mesh in use", detail)
+            .remedy("Wait for the job to end, or cancel it, then delete the mesh.")
     }
 
     /// The library has no such set; `nearest` says which there are.
@@ -171,9 +186,28 @@ impl Problem {
             .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
     }
 
-    /// A change requested by a web page of another origin.
+    /// Wrong tokens again and again from one address.
+    pub fn too_many_wrong_tokens(wait_s: u64) -> Self {
+        Self::new(
+            StatusCode::TOO_MANY_REQUESTS,
+            "too-many-wrong-tokens",
+            "Too many wrong tokens",
+            "Too many requests with a wrong token came from this address.",
+        )
+        .remedy("Send the right token; wrong ones are refused until the time in Retry-After is over.")
+        .header(header::RETRY_AFTER, wait_s.into())
+    }
+
+    /// The service is reached under a name that is not its own.
+    pub fn foreign_host() -> Self {
+        let detail = "A service without tokens answers under its own names only.";
+        Self::new(StatusCode::MISDIRECTED_REQUEST, "foreign-host", "Foreign host", detail)
+            .remedy("Use localhost or 127.0.0.1; the operator can add a name with --host, or require tokens.")
+    }
+
+    /// A request of a web page of another origin.
     pub fn cross_origin() -> Self {
-        let detail = "A web page of another origin may not change anything here.";
+        let detail = "A web page of another origin may neither read nor change anything here.";
         Self::new(StatusCode::FORBIDDEN, "cross-origin", "Cross-origin request", detail)
             .remedy("The operator can allow the origin with --cors-origin.")
     }
@@ -181,7 +215,13 @@ impl Problem {
     /// The document cannot run: `what` is a scene, or contains one.
     pub fn invalid_scene(what: &str, errors: Problems) -> Self {
         let count = errors.error_count();
-        let detail = format!("The {what} has {count} error(s); every one is listed with its place.");
+        let detail = match errors.omitted_errors() {
+            0 => format!("The {what} has {count} error(s); every one is listed with its place."),
+            more => format!(
+                "The {what} has {count} error(s); the first {} are listed with their places, {more} more are not.",
+                count - more
+            ),
+        };
         let mut problem =
             Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
         problem.body.errors = errors.0;
@@ -274,10 +314,34 @@ impl Problem {
             .header(header::RETRY_AFTER, HeaderValue::from_static("5"))
     }
 
+    /// Too much work of its kind waits already; `wait_s` is the time after which to try again.
+    fn busy(detail: impl Into<String>, wait_s: u64) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", "Busy", detail)
+            .remedy("Send it again after the time in Retry-After.")
+            .header(header::RETRY_AFTER, wait_s.into())
+    }
+
+    /// The client asks for more than one client may.
+    fn too_many(detail: impl Into<String>, wait_s: u64) -> Self {
+        Self::new(StatusCode::TOO_MANY_REQUESTS, "too-many-requests", "Too many requests", detail)
+            .remedy("Wait for the answers to earlier requests, at least for the time in Retry-After.")
+            .header(header::RETRY_AFTER, wait_s.into())
+    }
+
     /// The disk of the service is full.
     fn storage_full(error: &JobsError) -> Self {
         tracing::error!(%error, "no space is left");
         let detail = "The service has no space left to store this.";
+        Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
+            .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
+            .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
+    }
+
+    /// The disk has less free space than the service keeps.
+    fn disk_short(free: u64, least: u64) -> Self {
+        tracing::error!(free, least, "too little space is left for jobs");
+        let detail =
+            format!("The disk of the service has {free} free bytes; jobs begin with at least {least}.");
         Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
             .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
             .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
@@ -300,12 +364,54 @@ impl From<JobsError> for Problem {
             JobsError::Blob(BlobError::TooLarge { most }) => Self::too_large(most),
             JobsError::QueueFull { waiting } => Self::unavailable(&format!("{waiting} jobs wait already.")),
             full if full.is_storage_full() => Self::storage_full(&full),
+            JobsError::DiskShort { free, least } => Self::disk_short(free, least),
+            scarce if scarce.is_out_of_descriptors() => {
+                tracing::error!(error = %scarce, "no descriptor is left");
+                Self::busy("The service has as many open files as it may.", PERMIT_WAIT_S)
+            }
             passing if passing.is_passing() => {
                 tracing::error!(error = %passing, "the store does not answer");
                 Self::unavailable("The storage of the service does not answer.")
             }
             other => Self::internal(&other),
         }
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Full { waiting } => {
+                Self::busy(format!("{waiting} validations wait already."), VALIDATION_WAIT_S)
+            }
+            Refusal::OwnerLimit { waiting } => {
+                let detail = format!("{waiting} validations of this token wait already.");
+                Self::too_many(detail, VALIDATION_WAIT_S)
+            }
+            Refusal::TooLong { waited } => {
+                let waited_s = waited.as_secs_f64();
+                Self::busy(format!("No validation could begin within {waited_s} s."), VALIDATION_WAIT_S)
+            }
+        }
+    }
+}
+
+impl From<NoPermit> for Problem {
+    fn from(no_permit: NoPermit) -> Self {
+        let problem = match no_permit {
+            NoPermit::Taken { most } => Self::busy(
+                format!("{most} requests of this kind are in progress, which is all there may be."),
+                PERMIT_WAIT_S,
+            ),
+            NoPermit::OfAddress { most } => {
+                let detail = format!(
+                    "{most} requests of this kind from your address are in progress, which is all it may have."
+                );
+                Self::too_many(detail, PERMIT_WAIT_S)
+            }
+        };
+        // The body of the request is not read, so the connection cannot be reused.
+        problem.header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 }
 

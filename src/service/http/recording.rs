@@ -1,7 +1,7 @@
 //! `/v1/jobs/{id}/recording`: the MCAP file, in full or in part.
 
 use super::app::App;
-use super::extract::{JobPath, Owner, Parameters};
+use super::extract::{JobPath, Owner, Parameters, Peer};
 use super::problem::{Problem, ProblemBody};
 use super::range::{Wanted, wanted};
 use crate::blobs::{Blob, BlobDigest};
@@ -9,6 +9,7 @@ use crate::service::jobs::JobsError;
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::snapshots::Which;
 use crate::service::jobs::store::JobRow;
+use crate::service::permits::Permit;
 use crate::service::shelves::{recording_name, snapshot_name};
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -16,7 +17,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header}
 use axum::response::{IntoResponse, Response};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use futures::Stream;
+use futures::{Stream, StreamExt as _};
 use serde::Deserialize;
 use std::io::{self, SeekFrom};
 use std::sync::Arc;
@@ -67,9 +68,11 @@ pub async fn download(
     Owner(owner): Owner,
     JobPath(id): JobPath,
     Parameters(parameters): Parameters<RecordingParameters>,
+    Peer(address): Peer,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
+    let permit = app.permits.downloads.take(address)?;
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
     let file = match (parameters.snapshot, row.state.is_final()) {
         (None, true) => final_file(&row)?,
@@ -82,7 +85,7 @@ pub async fn download(
             None => ended_meanwhile(&app, &owner, &row).await?,
         },
     };
-    send(&app, &file, &method, &headers).await
+    send(&app, &file, permit, &method, &headers).await
 }
 
 /// A file to send: immutable under this digest.
@@ -134,7 +137,13 @@ async fn ended_meanwhile(app: &App, owner: &str, row: &JobRow) -> Result<Sendabl
 }
 
 /// Sends the whole file, a part of it, or only its headers.
-async fn send(app: &App, file: &Sendable, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
+async fn send(
+    app: &App,
+    file: &Sendable,
+    permit: Permit,
+    method: &Method,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
     let bytes = file.digest.bytes;
     let etag = format!("\"{}\"", file.digest.sha256);
     let mut response = match wanted(method, headers, &etag, bytes) {
@@ -142,12 +151,12 @@ async fn send(app: &App, file: &Sendable, method: &Method, headers: &HeaderMap) 
         Wanted::PreconditionFailed => return Err(Problem::precondition_failed()),
         Wanted::Unsatisfiable => return Err(Problem::range_not_satisfiable(bytes)),
         Wanted::Whole => {
-            let body = body(app, file, 0, bytes, method).await?;
+            let body = body(app, file, [0, bytes], method, permit).await?;
             (StatusCode::OK, [(header::CONTENT_LENGTH, bytes)], body).into_response()
         }
         Wanted::Part { first, last } => {
             let length = last - first + 1;
-            let body = body(app, file, first, length, method).await?;
+            let body = body(app, file, [first, length], method, permit).await?;
             let content_range = format!("bytes {first}-{last}/{bytes}");
             let part = [(header::CONTENT_LENGTH, length.to_string()), (header::CONTENT_RANGE, content_range)];
             (StatusCode::PARTIAL_CONTENT, part, body).into_response()
@@ -195,15 +204,27 @@ pub(super) fn file_name(scene: &str) -> String {
     if trimmed.is_empty() { "contuse".to_owned() } else { trimmed.to_owned() }
 }
 
-/// `length` bytes of a file starting at `first`; empty for a HEAD request.
-async fn body(app: &App, file: &Sendable, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
+/// `length` bytes of a file starting at `first`, which hold the permit until they are sent; empty for a HEAD request.
+async fn body(
+    app: &App,
+    file: &Sendable,
+    [first, length]: [u64; 2],
+    method: &Method,
+    permit: Permit,
+) -> Result<Body, Problem> {
     let name = file.blob.clone();
     let open = move |queue: &Queue| at(queue.blobs.open(&name)?, first);
     let opened = app.queue.with_files(open).await?;
     match opened {
         Some(opened) if opened.bytes != file.digest.bytes => Err(lost(file)),
         Some(_) if *method == Method::HEAD => Ok(Body::empty()),
-        Some(opened) => Ok(Body::from_stream(pieces(opened.blob, length))),
+        Some(opened) => {
+            let pieces = pieces(opened.blob, length).map(move |piece| {
+                let _permit = &permit;
+                piece
+            });
+            Ok(Body::from_stream(pieces))
+        }
         None => Err(lost(file)),
     }
 }

@@ -44,8 +44,8 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
     let refuse = |code: &'static str, message: &str, limit: &str, remedy: &str| {
         let problem = scene::Problem::error(code, &Pointer::root().key("job"), message);
         let problem = problem.value(job.clone()).limit(limit).remedy(remedy);
-        let all = body.parsed.problems.iter().cloned().chain([problem]).collect();
-        Problem::invalid_scene("question", Problems(all))
+        let all: Problems = body.parsed.problems.iter().cloned().chain([problem]).collect();
+        Problem::invalid_scene("question", all)
     };
     // The base must be a job that runs a scene.
     if question.contains_key("scene") {

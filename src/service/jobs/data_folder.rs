@@ -24,6 +24,8 @@ impl DataFolder {
     pub fn open(root: &Path) -> Result<Self, JobsError> {
         let folder = root.join("runs");
         std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
+        // Whoever may not enter it reads no file in it, whenever that was written.
+        restrict(root).map_err(|e| JobsError::file(root, e))?;
         let lock_file = root.join("lock");
         let lock = File::create(&lock_file).map_err(|e| JobsError::file(&lock_file, e))?;
         match lock.try_lock() {
@@ -46,6 +48,14 @@ impl DataFolder {
     /// Snapshot of the recording of a job until it becomes a blob.
     pub fn snapshot(&self, id: JobId) -> PathBuf {
         self.root.join("runs").join(format!("{id}.snapshot.mcap"))
+    }
+
+    /// Free space of the disk that this process may use [bytes].
+    ///
+    /// # Errors
+    /// If the system does not say.
+    pub fn free_space(&self) -> Result<u64, JobsError> {
+        free_space(&self.root).map_err(|error| JobsError::file(&self.root, error))
     }
 
     /// Removes all files of a run.
@@ -75,6 +85,29 @@ impl DataFolder {
         }
         Ok(())
     }
+}
+
+/// Closes a folder for other users of the machine.
+#[cfg(unix)]
+fn restrict(folder: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt as _;
+    std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))
+}
+
+#[cfg(unix)]
+fn free_space(folder: &Path) -> std::io::Result<u64> {
+    let disk = rustix::fs::statvfs(folder)?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+#[cfg(not(unix))]
+fn free_space(_: &Path) -> std::io::Result<u64> {
+    Ok(u64::MAX)
+}
+
+#[cfg(not(unix))]
+fn restrict(_: &Path) -> std::io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]

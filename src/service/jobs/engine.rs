@@ -4,9 +4,9 @@
 //! production engine is [`super::simulator::Simulator`].
 
 use super::control::RunControl;
-use super::store::Event;
+use super::store::{Event, Remnants};
 use super::{JobKind, Progress};
-use crate::blobs::{BlobStore, hexadecimal};
+use crate::blobs::{BlobError, BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
 use crate::plan::PlanReport;
 use crate::scene::json::{Parsed, read};
@@ -14,9 +14,15 @@ use crate::scene::summary::BodySummary;
 use crate::scene::{Problem, Problems};
 use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf};
 use crate::step::{Ending, Failure};
+use crate::study::what_if::Note;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::Arc;
+
+/// Memory that the values of any document may take [bytes].
+const LEAST_MEMORY: u64 = 16 << 20;
+/// Memory beyond that for each byte of its text [bytes]: a list of numbers takes less, a list of empty objects more.
+const MEMORY_PER_BYTE: u64 = 32;
 
 /// A received document: its text, which is stored, and its content, parsed once.
 #[derive(Clone, Debug)]
@@ -31,9 +37,10 @@ impl JsonDocument {
     /// Parses a text.
     ///
     /// # Errors
-    /// If it is not JSON.
+    /// If it is not JSON, or takes many times more memory than its text.
     pub fn read(text: Vec<u8>) -> Result<Self, serde_json::Error> {
-        let parsed = read(&text)?;
+        let most = LEAST_MEMORY + MEMORY_PER_BYTE * text.len() as u64;
+        let parsed = read(&text, most)?;
         Ok(Self { text, parsed })
     }
 
@@ -54,6 +61,8 @@ pub struct CheckedScene {
     pub end_time_s: f64,
     /// Warnings that do not prevent a run.
     pub warnings: Vec<Problem>,
+    /// Memory that its run is expected to take [bytes].
+    pub memory_bytes: u64,
 }
 
 /// Preview of a scene without running it.
@@ -89,6 +98,8 @@ pub struct RunOrder<'a> {
     pub emit: &'a mut dyn FnMut(Event<'static>),
     /// Store of results by content, for all jobs.
     pub blobs: &'a Arc<dyn BlobStore>,
+    /// Receives the key of every result by content, before the job reads or stores it.
+    pub note_result: Note,
 }
 
 /// How a started run ended.
@@ -104,6 +115,10 @@ pub struct RunReport {
 
 /// Interface of a simulator.
 pub trait Engine: Send + Sync + 'static {
+    /// Approximate number of elements that the validation of a document makes or reads, without making any; 0 where the
+    /// document does not say. Blocks on the store: not for threads of the runtime.
+    fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64;
+
     /// Validates the document of a job without compiling its scene. The scene of a study or of a what-if question is
     /// part of its document.
     ///
@@ -127,6 +142,12 @@ pub trait Engine: Send + Sync + 'static {
     /// # Errors
     /// The diagnosis of a run that could not begin.
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, Failure>;
+
+    /// Removes what it keeps of a job beside its recording: the loaded scene, and results by content. Blocks on files.
+    ///
+    /// # Errors
+    /// If a result cannot be deleted.
+    fn forget(&self, remnants: &Remnants, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError>;
 
     /// Turns the partial recording of a lost writer into a complete file marked as incomplete.
     ///

@@ -47,6 +47,14 @@ pub enum JobsError {
     /// A part of a job could not be serialised as JSON.
     #[error("a part of a job could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// The disk has too little free space to begin a job.
+    #[error("the disk has {free} free bytes, and jobs begin with at least {least}")]
+    DiskShort {
+        /// Free space [bytes].
+        free: u64,
+        /// Free space that is required [bytes].
+        least: u64,
+    },
     /// The maximum number of jobs is waiting.
     #[error("{waiting} jobs wait already")]
     QueueFull {
@@ -54,6 +62,10 @@ pub enum JobsError {
         waiting: u64,
     },
 }
+
+/// Codes of the system for too many open files: of the system, of the process.
+const ENFILE: i32 = 23;
+const EMFILE: i32 = 24;
 
 /// How a job store failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +92,16 @@ impl JobsError {
         match self {
             Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => Some(source.kind()),
             _ => None,
+        }
+    }
+
+    /// Whether the process or the system had no file descriptor left.
+    pub fn is_out_of_descriptors(&self) -> bool {
+        match self {
+            Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => {
+                matches!(source.raw_os_error(), Some(ENFILE | EMFILE))
+            }
+            _ => false,
         }
     }
 

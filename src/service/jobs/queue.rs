@@ -4,9 +4,11 @@ use super::control::{RunControl, StopReason};
 use super::data_folder::DataFolder;
 use super::engine::Engine;
 use super::failures::worker_lost;
+use super::found::Found;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, NewJob, Orphan, OwnerWish, Requeued, Submitted,
+    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, MeshDeletion, NewJob, Orphan, OwnerWish,
+    Requeued, Submitted,
 };
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
@@ -14,11 +16,26 @@ use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
-use crate::service::shelves::{MESHES, RECORDINGS, SNAPSHOTS, is_recording, recording_name};
+use crate::service::shelves::{mesh_name, recording_name};
 use crate::step::Ending;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::sync::{Notify, broadcast, watch};
+
+/// Time between two looks at a disk that is full or accepts no writes.
+const DISK_INTERVAL: Duration = Duration::from_secs(2);
+/// Number of expired jobs that are read from the store at a time.
+const PURGED_AT_ONCE: u32 = 100;
+
+/// Numbers of what was purged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Purged {
+    /// Jobs with all that they had left.
+    pub jobs: u64,
+    /// Meshes, counted for each owner.
+    pub meshes: u64,
+}
 
 /// Storage of the service.
 #[derive(Debug)]
@@ -46,6 +63,8 @@ pub struct Queue {
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
+    /// Memory that each running job is expected to take [bytes].
+    memory: tokio::sync::Mutex<BTreeMap<i64, u64>>,
     snapshots: Snapshots,
     arrivals: Notify,
     bell: broadcast::Sender<i64>,
@@ -74,6 +93,7 @@ impl Queue {
             config,
             metrics,
             running: Mutex::default(),
+            memory: tokio::sync::Mutex::default(),
             snapshots,
             arrivals: Notify::new(),
             bell: broadcast::channel(256).0,
@@ -96,8 +116,7 @@ impl Queue {
                     continue;
                 }
                 Fate::Erase => {
-                    self.with_files(move |queue| queue.remove_files(id)).await?;
-                    self.store.erase(seq).await?;
+                    self.erase(seq, id).await?;
                     continue;
                 }
                 Fate::Cancel => Ending::Cancelled,
@@ -110,22 +129,17 @@ impl Queue {
         Ok(())
     }
 
-    /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads.
+    /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads, results. Recordings without
+    /// their jobs stay, as the service never leaves any, and then meshes stay, too: an older or empty store may have replaced the one
+    /// that knew them.
     async fn remove_leftovers(self: &Arc<Self>) -> Result<(), JobsError> {
         let known = self.store.blobs().await?;
         self.with_files(move |queue| {
             queue.folder.remove_leftovers()?;
-            for shelf in [SNAPSHOTS, MESHES, RECORDINGS] {
-                let unknown =
-                    queue.blobs.list(shelf)?.into_iter().filter(|entry| !known.contains(&entry.name));
-                let (recordings, rest): (Vec<_>, Vec<_>) =
-                    unknown.partition(|entry| is_recording(&entry.name));
-                // The service never leaves a recording without its job: whoever restores an older job store decides
-                // what to do with it.
-                for entry in &recordings {
-                    tracing::warn!(blob = entry.name, "no job has this recording");
-                }
-                rest.iter().try_for_each(|entry| queue.blobs.delete(&entry.name))?;
+            let found = Found::among(queue.blobs.as_ref(), &known)?;
+            found.report();
+            for name in found.removable(&known) {
+                queue.blobs.delete(name)?;
             }
             Ok(())
         })
@@ -139,6 +153,44 @@ impl Queue {
     pub fn try_write(&self) -> Result<(), JobsError> {
         let mut draft = Draft::new(self.blobs.unnamed()?, u64::MAX);
         Ok(draft.append(&vec![0; 64 << 10])?)
+    }
+
+    /// Checks that the disk has room for a job, and accepts writes.
+    ///
+    /// # Errors
+    /// `DiskShort`, or why it accepts no writes.
+    pub fn check_disk(&self) -> Result<(), JobsError> {
+        self.check_space().and_then(|()| self.try_write())
+    }
+
+    /// Checks that the disk has room for a job.
+    fn check_space(&self) -> Result<(), JobsError> {
+        let (free, least) = (self.folder.free_space()?, self.config.least_free);
+        if free < least { Err(JobsError::DiskShort { free, least }) } else { Ok(()) }
+    }
+
+    /// Whether the disk has less free space than jobs begin with.
+    pub(super) fn is_disk_short(&self) -> bool {
+        self.folder.free_space().is_ok_and(|free| free < self.config.least_free)
+    }
+
+    /// Waits until the disk has room for a job (one that accepts no writes lets no job be claimed); false if the service shuts down before.
+    async fn wait_for_disk(self: &Arc<Self>) -> bool {
+        let mut closing = self.closing.subscribe();
+        let mut is_reported = false;
+        while let Err(error) = self.with_files(Self::check_space).await {
+            if !std::mem::replace(&mut is_reported, true) {
+                tracing::error!(%error, "jobs wait for the disk");
+            }
+            tokio::select! {
+                () = tokio::time::sleep(DISK_INTERVAL) => {}
+                _ = closing.wait_for(|closing| *closing) => return false,
+            }
+        }
+        if is_reported {
+            tracing::info!("the disk has room again");
+        }
+        true
     }
 
     /// Runs work that waits for files outside the runtime's threads.
@@ -191,10 +243,11 @@ impl Queue {
     ///
     /// # Errors
     /// `QueueFull`, or if the store fails.
-    pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobsError> {
+    pub async fn submit(self: &Arc<Self>, new: &NewJob) -> Result<Submitted, JobsError> {
+        self.with_files(Self::check_space).await?;
         let submitted = self.store.submit(new, self.config.max_queued).await?;
         if let Submitted::Created(job) = &submitted {
-            tracing::info!(job = %job.id, name = new.name, "accepted");
+            tracing::info!(job = %job.id, "accepted");
             self.arrivals.notify_one();
             self.ring(job.seq);
         }
@@ -240,19 +293,68 @@ impl Queue {
                 self.ring(seq);
             }
             DeleteAnswer::Idle { seq } => {
-                self.with_files(move |queue| queue.remove_files(id)).await?;
-                self.store.erase(seq).await?;
+                self.erase(seq, id).await?;
                 self.ring(seq);
             }
         }
         Ok(true)
     }
 
+    /// Erases a hidden job with all that it has left.
+    ///
+    /// # Errors
+    /// If the store or the files fail; the next start of the service tries again.
+    pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId) -> Result<(), JobsError> {
+        let remnants = self.store.remnants(seq).await?;
+        self.with_files(move |queue| {
+            queue.remove_files(id)?;
+            Ok(queue.engine.forget(&remnants, &queue.blobs)?)
+        })
+        .await?;
+        self.store.erase(seq).await
+    }
+
+    /// Deletes a mesh of an owner, unless one of her jobs waits for it or runs on it. Its file goes with its last owner.
+    ///
+    /// # Errors
+    /// If the store or the files fail.
+    pub async fn delete_mesh(self: &Arc<Self>, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
+        let deletion = self.store.delete_mesh(owner, id).await?;
+        if let MeshDeletion::Deleted { unowned: Some(format) } = deletion {
+            let name = mesh_name(id, format);
+            self.with_files(move |queue| Ok(queue.blobs.delete(&name)?)).await?;
+        }
+        Ok(deletion)
+    }
+
+    /// Deletes the jobs that ended, and the meshes that were uploaded, more than some days ago; gives their numbers. A mesh that a
+    /// job waits for or runs on stays.
+    ///
+    /// # Errors
+    /// If the store or the files fail.
+    pub async fn purge(self: &Arc<Self>, older_than_days: u32) -> Result<Purged, JobsError> {
+        let mut purged = Purged::default();
+        loop {
+            let jobs = self.store.expired_jobs(older_than_days, PURGED_AT_ONCE).await?;
+            if jobs.is_empty() {
+                break;
+            }
+            for (owner, id) in jobs {
+                purged.jobs += u64::from(self.delete(&owner, id).await?);
+            }
+        }
+        for (owner, id) in self.store.expired_meshes(older_than_days).await? {
+            let deletion = self.delete_mesh(&owner, &id).await?;
+            purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. }));
+        }
+        Ok(purged)
+    }
+
     /// The next job to run; waits for one. `None` if the service shuts down.
     ///
     /// # Errors
     /// If the store fails.
-    pub async fn next(&self) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
+    pub async fn next(self: &Arc<Self>) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
         let mut closing = self.closing.subscribe();
         loop {
             // Registered before the store is read, so that no arrival is missed in between.
@@ -260,7 +362,10 @@ impl Queue {
             if *closing.borrow_and_update() {
                 return Ok(None);
             }
-            if let Some(job) = self.store.claim().await? {
+            if !self.wait_for_disk().await {
+                return Ok(None);
+            }
+            if let Some(job) = self.claim().await? {
                 // One arrival wakes one worker; there may be work for another.
                 self.arrivals.notify_one();
                 let control = self.take_control(&job).await;
@@ -272,6 +377,22 @@ impl Queue {
                 _ = closing.changed() => {}
             }
         }
+    }
+
+    /// Claims the next job whose memory is free; one that would take more than there is runs alone.
+    async fn claim(&self) -> Result<Option<ClaimedJob>, JobsError> {
+        // Held until the memory of the job is counted.
+        let mut taken = self.memory.lock().await;
+        let free = if taken.is_empty() {
+            u64::MAX
+        } else {
+            self.config.max_running_memory.saturating_sub(taken.values().sum())
+        };
+        let job = self.store.claim(free).await?;
+        if let Some(job) = &job {
+            taken.insert(job.seq, job.memory_bytes);
+        }
+        Ok(job)
     }
 
     /// Control of a job that begins, already stopped if its owner cancelled or deleted it in between.
@@ -288,7 +409,10 @@ impl Queue {
     }
 
     /// Releases the control of a job that has ended.
-    pub(super) fn release(&self, job: &ClaimedJob) {
+    pub(super) async fn release(&self, job: &ClaimedJob) {
+        self.memory.lock().await.remove(&job.seq);
+        // The next one may have waited for its memory.
+        self.arrivals.notify_one();
         self.controls().remove(&job.id);
         self.snapshots.close(job.id);
         self.ring(job.seq);

@@ -79,6 +79,11 @@ impl SceneLoader {
         checked
     }
 
+    /// Drops the scene of a validated document.
+    pub fn forget(&self, content_hash: &str) {
+        while self.checked.take(content_hash).is_some() {}
+    }
+
     /// The scene of a job as validated, if that was recent; otherwise loaded again.
     pub fn scene_of(
         &self,
@@ -142,5 +147,6 @@ pub(super) fn checked(loaded: &Loaded) -> CheckedScene {
         content_hash: loaded.scene.content_hash.clone(),
         end_time_s: loaded.scene.document.end_time_s,
         warnings: loaded.warnings.clone(),
+        memory_bytes: loaded.estimate.memory_bytes,
     }
 }

@@ -3,10 +3,13 @@
 use super::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
 use super::failures::{for_the_world, internal, invalid_scene};
 use super::scene_loader::{SceneLoader, checked};
+use super::scene_size;
 use super::spending::Spending;
+use super::store::Remnants;
 use super::study_job;
 use super::what_if_job::{self, SharedResults};
 use super::{JobKind, Phase, Progress};
+use crate::blobs::{BlobError, BlobStore};
 use crate::mesh::Mesh;
 use crate::mesh::quality::{first_beyond_range, quality};
 use crate::mesh::read::{MeshFormat, read_mesh};
@@ -23,6 +26,7 @@ use crate::step::{Ending, Failure};
 use crate::study::{RunRequest, run_scene};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Loads, compiles and runs scenes within a budget.
 #[derive(Debug)]
@@ -76,6 +80,10 @@ impl Simulator {
 }
 
 impl Engine for Simulator {
+    fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64 {
+        scene_size::elements(kind, &document.parsed.value, meshes)
+    }
+
     fn check(
         &self,
         kind: JobKind,
@@ -101,7 +109,7 @@ impl Engine for Simulator {
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {
         let document = order.document;
         let parsed = || {
-            json::read(document).map_err(|error| {
+            json::read(document, u64::MAX).map_err(|error| {
                 invalid_scene(&Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
             })
         };
@@ -113,6 +121,11 @@ impl Engine for Simulator {
             JobKind::Study => study_job::run(&self.scenes, parsed()?.value, &mut order),
             JobKind::WhatIf => what_if_job::run(&self.scenes, &self.results, &parsed()?.value, &mut order),
         }
+    }
+
+    fn forget(&self, remnants: &Remnants, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
+        self.scenes.forget(&remnants.content_hash);
+        if remnants.results.is_empty() { Ok(()) } else { self.results.of(blobs).forget(&remnants.results) }
     }
 
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {

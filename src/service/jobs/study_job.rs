@@ -6,7 +6,7 @@ use super::scene_loader::{SceneLoader, checked};
 use super::study_entries::{Entries, too_many};
 use super::{Phase, Progress};
 use crate::scene::document::{ContactSolver, Formulation};
-use crate::scene::problem::Pointer;
+use crate::scene::problem::{Pointer, ProblemList, Severity};
 use crate::scene::{Problem, Problems};
 use crate::service::meshes::MeshShelf;
 use crate::step::{Ending, Failure};
@@ -124,6 +124,7 @@ pub(super) fn check(
             content_hash: document.digest(),
             end_time_s: 1.0,
             warnings: Vec::new(),
+            memory_bytes: 0,
         })),
     }
 }
@@ -165,13 +166,18 @@ fn check_error(
     let levels = [("coarsest", study.coarsest, COARSEST), ("finest", study.finest, FINEST)].into_iter();
     let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
     let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
-    let unknown = study.exact.keys().filter(|name| Quantity::from_name(name).is_none());
-    let unknown = unknown.map(|name| no_quantity(name));
-    let problems = Problems(long.chain(bad_steps).chain(bad_levels).chain(unknown).collect());
+    let mut problems: ProblemList = long.chain(bad_steps).chain(bad_levels).collect();
+    for name in study.exact.keys().filter(|name| Quantity::from_name(name).is_none()) {
+        problems.push_with(Severity::Error, || no_quantity(name));
+    }
     let loaded = scenes.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
-    let loaded = problems.then(loaded)?;
+    let loaded = Problems::from(problems).then(loaded)?;
     let checked = checked(&loaded);
-    Ok(scenes.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
+    // Each level has eight times the elements of the one before it, within the budget of a run.
+    let finest = 8_u64.saturating_pow(u32::try_from(study.finest).unwrap_or(0));
+    let memory_bytes = checked.memory_bytes.saturating_mul(finest).min(scenes.budget().memory_bytes);
+    let name = format!("error of {}", checked.name);
+    Ok(scenes.keep(CheckedScene { name, memory_bytes, ..checked }, loaded))
 }
 
 /// Location of the scene in the document of a study or a question.

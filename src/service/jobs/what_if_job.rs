@@ -26,7 +26,7 @@ pub struct SharedResults(OnceLock<Cache>);
 
 impl SharedResults {
     /// The cache in a blob store. A failure of the store costs time but no answer.
-    fn of(&self, blobs: &Arc<dyn BlobStore>) -> &Cache {
+    pub(super) fn of(&self, blobs: &Arc<dyn BlobStore>) -> &Cache {
         self.0.get_or_init(|| {
             Cache::on_shelf(Arc::clone(blobs), RESULTS).unwrap_or_else(|error| {
                 tracing::error!(%error, "results cannot be kept");
@@ -53,6 +53,8 @@ pub(super) fn check(
         content_hash: document.digest(),
         end_time_s: base.scene.document.end_time_s,
         warnings: base.warnings.clone(),
+        // Each thread has a run of its own.
+        memory_bytes: base.estimate.memory_bytes.saturating_mul(runs.min(scenes.what_if_threads() as u64)),
     };
     Ok(scenes.keep(checked, base))
 }
@@ -91,7 +93,7 @@ pub(super) fn run(
         source: order.meshes,
         budget: scenes.budget(),
         threads: scenes.what_if_threads(),
-        cache: results.of(order.blobs),
+        cache: &results.of(order.blobs).noting(Arc::clone(&order.note_result)),
         shares_plans: true,
         interrupt: &|| order.control.interrupt(),
         report: &mut |partial| {

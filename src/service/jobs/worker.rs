@@ -9,7 +9,8 @@ use super::failures::{internal, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
 use super::{JobState, JobsError, Phase, Progress};
-use crate::step::{Ending, Failure};
+use crate::step::{Ending, Failure, FailureCause};
+use crate::study::what_if::Note;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -69,7 +70,7 @@ impl Worker {
                 tracing::error!(job = %job.id, %error, "could not write how the job ended");
             }
         }
-        self.queue.release(job);
+        self.runtime.block_on(self.queue.release(job));
     }
 
     /// Runs one job and records how it ended.
@@ -80,7 +81,11 @@ impl Worker {
             // Deleted: no longer accessible.
             Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
             Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
-                self.requeue(job)
+                self.requeue(job, Requeued::Shutdown)
+            }
+            // The job is not to blame, and waits for room.
+            _ if is_unrecorded(&result) && self.queue.is_disk_short() => {
+                self.requeue(job, Requeued::DiskFull)
             }
             _ => self.finish(job, result),
         };
@@ -112,6 +117,7 @@ impl Worker {
             progress: &mut progress,
             emit: &mut emit,
             blobs: &self.queue.blobs,
+            note_result: self.note_result(job),
         };
         let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
         called.unwrap_or_else(|payload| {
@@ -130,6 +136,18 @@ impl Worker {
             // The complete result will contain it.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not write a part of its result"),
         }
+    }
+
+    /// Stores which results by content the job uses, so that they are deleted with the last job that does.
+    fn note_result(&self, job: &ClaimedJob) -> Note {
+        let (store, runtime) = (Arc::clone(&self.queue.store), self.runtime.clone());
+        let (seq, id) = (job.seq, job.id);
+        Arc::new(move |key| {
+            if let Err(error) = runtime.block_on(store.add_result(seq, key)) {
+                // The next start of the service removes results that no job has.
+                tracing::warn!(job = %id, %error, "could not write that it uses a result");
+            }
+        })
     }
 
     fn finish(&self, job: &ClaimedJob, result: Result<RunReport, Failure>) -> Result<(), JobsError> {
@@ -176,16 +194,15 @@ impl Worker {
         if self.is_hidden(job) { self.erase(job) } else { Ok(()) }
     }
 
-    fn requeue(&self, job: &ClaimedJob) -> Result<(), JobsError> {
-        tracing::info!(job = %job.id, "returned to the queue");
+    fn requeue(&self, job: &ClaimedJob, why: Requeued) -> Result<(), JobsError> {
+        tracing::info!(job = %job.id, ?why, "returned to the queue");
         self.queue.remove_files(job.id)?;
-        self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, Requeued::Shutdown))
+        self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, why))
     }
 
     fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
         tracing::info!(job = %job.id, "deleted");
-        self.queue.remove_files(job.id)?;
-        self.runtime.block_on(self.queue.store.erase(job.seq))
+        self.runtime.block_on(self.queue.erase(job.seq, job.id))
     }
 
     fn is_hidden(&self, job: &ClaimedJob) -> bool {
@@ -197,6 +214,15 @@ impl Worker {
             }
         }
     }
+}
+
+/// Whether the recording of a run could not be written.
+fn is_unrecorded(result: &Result<RunReport, Failure>) -> bool {
+    let failure = match result {
+        Ok(report) => report.ending.failure(),
+        Err(failure) => Some(failure),
+    };
+    failure.is_some_and(|failure| failure.cause == FailureCause::RecordingFailed)
 }
 
 /// Persists the progress of a run at a limited rate.

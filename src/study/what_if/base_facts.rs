@@ -87,7 +87,7 @@ impl<'a> BaseFacts<'a> {
         made.map(Cow::Owned).ok_or_else(|| Misfit {
             field: "target",
             value: json!(written.name),
-            message: found.0.first().map_or_else(
+            message: found.0.iter().next().map_or_else(
                 || format!("{} cannot be placed with these numbers", written.name),
                 |problem| format!("the mesh of {} cannot be made: {}", written.name, problem.message),
             ),

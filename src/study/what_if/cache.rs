@@ -6,6 +6,7 @@ use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::io::{self, BufReader};
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -42,11 +43,26 @@ pub struct Numbers {
     pub von_mises_below_error_pa: Vec<Option<f64>>,
 }
 
-/// Stores results in memory and, if it has one, on a shelf of blobs.
-#[derive(Debug, Default)]
+/// Stores results in memory and, if it has one, on a shelf of blobs. Copies share them.
+#[derive(Clone, Default)]
 pub struct Cache {
+    kept: Arc<Kept>,
+    note: Option<Note>,
+}
+
+/// Receives the key of every result that is used, before it is read or stored.
+pub type Note = Arc<dyn Fn(&str) + Send + Sync>;
+
+#[derive(Debug, Default)]
+struct Kept {
     memory: Mutex<BTreeMap<String, Numbers>>,
     shelf: Option<Shelf>,
+}
+
+impl fmt::Debug for Cache {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.kept.fmt(f)
+    }
 }
 
 /// Persistent storage of results.
@@ -66,7 +82,8 @@ impl Cache {
         entries.sort_by_key(|entry| entry.kept);
         let surplus = entries.len().saturating_sub(MOST_ENTRIES);
         entries[..surplus].iter().try_for_each(|entry| blobs.delete(&entry.name))?;
-        Ok(Self { shelf: Some(Shelf { blobs, name: name.to_owned() }), ..Self::default() })
+        let shelf = Some(Shelf { blobs, name: name.to_owned() });
+        Ok(Self { kept: Arc::new(Kept { shelf, ..Kept::default() }), note: None })
     }
 
     /// A cache in a folder, which is created if necessary.
@@ -77,12 +94,35 @@ impl Cache {
         Self::on_shelf(Arc::new(FolderBlobs::open(folder)?), "")
     }
 
+    /// The same results; `note` receives the keys of those that are used through this copy.
+    #[must_use]
+    pub fn noting(&self, note: Note) -> Self {
+        Self { kept: Arc::clone(&self.kept), note: Some(note) }
+    }
+
+    /// Removes the results with these keys.
+    ///
+    /// # Errors
+    /// If one cannot be deleted from the shelf.
+    pub fn forget(&self, keys: &[String]) -> Result<(), BlobError> {
+        for key in keys {
+            self.lock().remove(key);
+            if let Some(shelf) = &self.kept.shelf {
+                shelf.blobs.delete(&shelf.name_of(key))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Result stored under a key. An unreadable entry counts as missing.
     pub(super) fn get(&self, key: &str) -> Option<Numbers> {
+        if let Some(note) = &self.note {
+            note(key);
+        }
         if let Some(numbers) = self.lock().get(key) {
             return Some(numbers.clone());
         }
-        let numbers = self.shelf.as_ref()?.read(key)?;
+        let numbers = self.kept.shelf.as_ref()?.read(key)?;
         self.lock().insert(key.to_owned(), numbers.clone());
         Some(numbers)
     }
@@ -90,7 +130,7 @@ impl Cache {
     /// Stores a result. If it cannot be written (a full disk), it will be computed again.
     pub(super) fn put(&self, key: &str, numbers: &Numbers) {
         self.lock().insert(key.to_owned(), numbers.clone());
-        if let Some(shelf) = &self.shelf
+        if let Some(shelf) = &self.kept.shelf
             && let Err(error) = shelf.write(key, numbers)
         {
             tracing::warn!(%error, "a result cannot be kept");
@@ -98,7 +138,7 @@ impl Cache {
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Numbers>> {
-        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+        self.kept.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

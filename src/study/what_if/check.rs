@@ -56,7 +56,7 @@ pub fn check(
         try_cases(question, base, &facts, budget, &mut out);
         try_depths(question, base, &mut out);
     }
-    if out.0.is_empty() { Ok(()) } else { Err(out.0) }
+    if out.0.is_empty() { Ok(()) } else { Err(out.0.into_vec()) }
 }
 
 /// A problem for a change that does not fit the scene, at `here`.
@@ -337,7 +337,7 @@ fn try_cases(
                 out.push(Problem { message: format!("{what}: {}", problem.message), ..problem });
                 continue;
             }
-            Ok(scene) => check_document(&scene, budget).0,
+            Ok(scene) => check_document(&scene, budget).0.into_vec(),
         };
         // With several values, the offending one cannot be identified.
         let mut set = case.values.keys();

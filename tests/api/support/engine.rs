@@ -1,11 +1,13 @@
 //! An engine that does what the scene says, to test everything around it: how many steps, how long each takes, how it ends.
 
+use contuse::blobs::{BlobError, BlobStore};
 use contuse::mesh::read::MeshFormat;
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
 use contuse::scene::summary::BodySummary;
 use contuse::scene::{Problem, Problems, problem::Pointer};
 use contuse::service::jobs::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
+use contuse::service::jobs::store::Remnants;
 use contuse::service::jobs::{JobKind, Phase, Progress};
 use contuse::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
 use contuse::step::{Ending, Failure, FailureCause, Interrupt};
@@ -14,7 +16,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 pub struct ScriptedEngine;
@@ -89,6 +91,10 @@ fn report() -> MeshReport {
 }
 
 impl Engine for ScriptedEngine {
+    fn elements(&self, _: JobKind, document: &JsonDocument, _: &MeshShelf) -> u64 {
+        document.parsed.value["elements"].as_u64().unwrap_or(1)
+    }
+
     fn check(
         &self,
         kind: JobKind,
@@ -99,6 +105,7 @@ impl Engine for ScriptedEngine {
         // The scene of a study or a question is in it.
         let document = if kind == JobKind::Simulation { document } else { &document["scene"] };
         assert!(document["panic_in_check"] != true, "as the script says");
+        std::thread::sleep(Duration::from_millis(document["uncounted_check_ms"].as_u64().unwrap_or(0)));
         if let Some(ms) = document["check_ms"].as_u64() {
             check_slowly(ms);
         }
@@ -125,6 +132,7 @@ impl Engine for ScriptedEngine {
             content_hash: "0".repeat(64),
             end_time_s: document["end_time_s"].as_f64().unwrap(),
             warnings: vec![],
+            memory_bytes: document["memory_bytes"].as_u64().unwrap_or(0),
         })
     }
 
@@ -188,6 +196,10 @@ impl Engine for ScriptedEngine {
         std::fs::rename(&partial, order.recording).unwrap();
         let summary = Some(json!({ "peak_force_n": 42.0, "steps": progress.step }).to_string());
         Ok(RunReport { ending, summary, progress })
+    }
+
+    fn forget(&self, _: &Remnants, _: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
+        Ok(())
     }
 
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {

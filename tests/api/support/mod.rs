@@ -87,11 +87,16 @@ impl Server {
 
     /// The files that it keeps, of the job store apart.
     pub fn files(&self) -> Vec<PathBuf> {
-        let below = |folder: &Path| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-        let (folders, files): (Vec<_>, Vec<_>) = below(self.data.path()).partition(|path| path.is_dir());
-        let is_store = |path: &PathBuf| matches!(path.file_stem().unwrap().to_str(), Some("lock" | "jobs"));
-        let loose = files.into_iter().filter(|path| !is_store(path));
-        loose.chain(folders.iter().flat_map(|folder| below(folder))).collect()
+        let (mut folders, mut files) = (vec![self.data.path().to_owned()], Vec::new());
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() { folders.push(path) } else { files.push(path) }
+            }
+        }
+        let is_store =
+            |path: &PathBuf| matches!(path.file_stem().unwrap().to_str(), Some("lock" | "jobs" | "audit"));
+        files.into_iter().filter(|path| !is_store(path)).collect()
     }
 
     fn halt(&mut self) {

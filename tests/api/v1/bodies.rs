@@ -51,3 +51,45 @@ proptest! {
         }
     }
 }
+
+/// Members of an object, each with the value 1.
+fn members(count: usize, name: impl Fn(usize) -> String) -> String {
+    (0..count).map(|i| format!("\"{}\":1", name(i))).collect::<Vec<_>>().join(",")
+}
+
+#[test]
+fn a_list_of_errors_ends_and_says_how_many_more_there_are() {
+    let many = 300_000;
+    let distinct = members(many, |i| format!("k{i}"));
+    let repeated = members(many, |_| "k".into());
+    for (address, body, least) in [
+        ("/v1/studies", format!("{{\"kind\":\"error\",\"scene\":{{}},\"exact\":{{{distinct}}}}}"), many),
+        ("/v1/jobs/validate", format!("{{{distinct}}}"), many),
+        ("/v1/jobs", format!("{{{repeated}}}"), many - 1),
+    ] {
+        let started = std::time::Instant::now();
+        let answer = SERVER.client().post_text(address, &body);
+        let seconds = started.elapsed().as_secs_f64();
+        let refused = problem(&answer, 422, "invalid-scene");
+        assert!(answer.body.len() < 300_000, "{} bytes from {address}", answer.body.len());
+        let errors = refused["errors"].as_array().unwrap();
+        assert!(errors.len() <= 101, "{} errors from {address}", errors.len());
+        let last = errors.last().unwrap();
+        assert_eq!(last["code"], "too_many_problems", "{address}");
+        let omitted = last["value"].as_u64().unwrap();
+        assert!(omitted >= least as u64 - 100, "{omitted} from {address}");
+        assert!(refused["detail"].as_str().unwrap().contains(&omitted.to_string()), "{}", refused["detail"]);
+        assert!(seconds < 10.0, "{seconds} s for {address}");
+    }
+}
+
+#[test]
+fn names_as_long_as_the_document_do_not_lengthen_the_answer() {
+    let name = "n".repeat(1_000_000);
+    let inner = members(2000, |_| "k".into());
+    for body in [format!("{{\"{name}\":{{{inner}}}}}"), format!("{{\"end_time_s\":\"{name}\"}}")] {
+        let answer = SERVER.client().post_text("/v1/jobs/validate", &body);
+        problem(&answer, 422, "invalid-scene");
+        assert!(answer.body.len() < 600_000, "{} bytes", answer.body.len());
+    }
+}

@@ -192,3 +192,30 @@ fn what_is_no_question_is_reported_in_terms_of_json() {
         assert!(error["remedy"] != "" && !answer.to_string().contains("struct "), "{answer}");
     }
 }
+
+#[test]
+fn results_go_with_the_last_job_that_uses_them() {
+    let server = Server::simulating();
+    let client = server.client();
+    let ask = || {
+        let answer = client.post_json("/v1/what-if", &question()).json();
+        let address = answer["links"]["self"].as_str().unwrap().to_owned();
+        wait_for(&client, &address, "succeeded");
+        address
+    };
+    let (first, second) = (ask(), ask());
+    let results = || {
+        let is_result =
+            |path: &std::path::PathBuf| path.components().any(|part| part.as_os_str() == "results");
+        server.files().into_iter().filter(is_result).count()
+    };
+    let count = results();
+    assert!(count >= 9, "{count}");
+    assert_eq!(client.delete(&first).status, 204);
+    assert_eq!(results(), count, "the second question uses all of them");
+    assert_eq!(client.delete(&second).status, 204);
+    assert_eq!(results(), 0);
+    // Nor in memory: all is computed again.
+    let again = client.get(&format!("{}/summary", ask())).json();
+    assert!(again["effort"]["computed"].as_u64().unwrap() >= 9, "{}", again["effort"]);
+}

@@ -11,8 +11,8 @@ mod sqlite;
 mod tests;
 
 pub use records::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, NewJob, Orphan, OwnerWish, Page,
-    Requeued, Submitted,
+    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, KnownBlobs, MeshDeletion,
+    NewJob, Orphan, OwnerWish, Page, Remnants, Requeued, Submitted,
 };
 pub use sqlite::SqliteStore;
 
@@ -20,7 +20,6 @@ use super::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::mesh::read::MeshFormat;
 use crate::service::meshes::{MeshReport, StoredMesh};
 use futures::future::BoxFuture;
-use std::collections::BTreeSet;
 use std::fmt;
 
 /// Future of a store's answer: boxed, so that the service is independent of the kind of store.
@@ -39,8 +38,8 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Stores a new job; `QueueFull` if `max_queued` jobs are waiting already.
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted>;
 
-    /// Claims the job that has waited longest.
-    fn claim(&self) -> Answer<'_, Option<ClaimedJob>>;
+    /// Claims the job that has waited longest, if its run is expected to take at most `free_bytes` of memory. No other overtakes it.
+    fn claim(&self, free_bytes: u64) -> Answer<'_, Option<ClaimedJob>>;
 
     /// Records the progress of an attempt.
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()>;
@@ -60,8 +59,20 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Hides a job permanently: it becomes inaccessible, and its idempotency key is free.
     fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer>;
 
-    /// Erases a hidden job with its events.
+    /// Erases a hidden job with its events: nothing of them is left in the files of the store.
     fn erase(&self, seq: i64) -> Answer<'_, ()>;
+
+    /// Notes that a job uses a result by content.
+    fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()>;
+
+    /// What a job leaves beside its recording, apart from results that other jobs use, too.
+    fn remnants(&self, seq: i64) -> Answer<'_, Remnants>;
+
+    /// Owners and ids of jobs that ended more than some days ago, at most `limit`.
+    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>>;
+
+    /// Owners and ids of meshes uploaded more than some days ago.
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>>;
 
     /// Latest request of the owner of a job.
     fn wish(&self, seq: i64) -> Answer<'_, OwnerWish>;
@@ -101,8 +112,17 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// An uploaded mesh of an owner.
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>>;
 
-    /// Names of all blobs that its jobs and meshes have or may have.
-    fn blobs(&self) -> Answer<'_, BTreeSet<String>>;
+    /// Meshes of an owner, by id, after the mesh with id `after`.
+    fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>>;
+
+    /// Deletes a mesh of an owner, unless one of her jobs waits for it or runs on it.
+    fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion>;
+
+    /// Blobs that its jobs and meshes have or may have.
+    fn blobs(&self) -> Answer<'_, KnownBlobs>;
+
+    /// Faults of the store itself, in words, and sequence numbers of jobs that cannot be read.
+    fn faults(&self) -> Answer<'_, (Vec<String>, Vec<i64>)>;
 
     /// Checks that the store accepts writes.
     fn try_write(&self) -> Answer<'_, ()>;

@@ -1,9 +1,11 @@
 //! Records of a job store.
 
+use crate::mesh::read::MeshFormat;
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
 use crate::step::{Ending, Failure};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// Data of a new job.
 #[derive(Clone, Debug)]
@@ -26,6 +28,8 @@ pub struct NewJob {
     pub end_time_s: f64,
     /// Warnings from the validation of the scene.
     pub warnings: Vec<Problem>,
+    /// Memory that the run is expected to take [bytes].
+    pub memory_bytes: u64,
 }
 
 /// Outcome of a submission.
@@ -54,6 +58,8 @@ pub struct ClaimedJob {
     pub document: Vec<u8>,
     /// Digest of the document and its meshes.
     pub content_hash: String,
+    /// Memory that the run is expected to take [bytes].
+    pub memory_bytes: u64,
     /// Number of this attempt, from 1.
     pub attempt: u32,
 }
@@ -76,6 +82,8 @@ pub struct JobEnd {
 pub enum Requeued {
     /// Its worker had to drop it. The attempt does not count, since the job is not to blame.
     Shutdown,
+    /// The disk was full. The attempt does not count, since any job would have failed.
+    DiskFull,
     /// Its worker was lost. The attempt counts, since the job may be the cause.
     WorkerLost,
 }
@@ -83,12 +91,13 @@ pub enum Requeued {
 impl Requeued {
     /// Number of attempts that do not count.
     pub fn attempts_forgiven(self) -> u32 {
-        u32::from(self == Self::Shutdown)
+        u32::from(self != Self::WorkerLost)
     }
 
     fn reason(self) -> &'static str {
         match self {
             Self::Shutdown => "the service was shut down",
+            Self::DiskFull => "the disk of the service was full",
             Self::WorkerLost => "the process that ran it was lost",
         }
     }
@@ -150,6 +159,51 @@ pub enum DeleteAnswer {
         seq: i64,
     },
     /// There is no such job.
+    Unknown,
+}
+
+/// Blobs that a store refers to.
+#[derive(Clone, Debug, Default)]
+pub struct KnownBlobs {
+    /// Names of all blobs that its jobs and meshes have or may have.
+    pub names: BTreeSet<String>,
+    /// Jobs that have ended with a recording.
+    pub recorded: BTreeSet<JobId>,
+    /// Rows that cannot be read: what they refer to is not among the names.
+    pub unreadable: u64,
+}
+
+impl KnownBlobs {
+    /// Counts a row that cannot be read.
+    pub fn doubt(&mut self, error: &JobsError) {
+        tracing::error!(%error, "a row of the job store cannot be read");
+        self.unreadable += 1;
+    }
+}
+
+/// What a job leaves beside its recording.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Remnants {
+    /// Digest of its document and meshes.
+    pub content_hash: String,
+    /// Keys of the results that no other job uses.
+    pub results: Vec<String>,
+}
+
+/// Outcome of the deletion of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshDeletion {
+    /// The owner has it no more.
+    Deleted {
+        /// Format of the file, if no one else has it.
+        unowned: Option<MeshFormat>,
+    },
+    /// A waiting or running job of the owner names it.
+    InUse {
+        /// Id of that job.
+        job: JobId,
+    },
+    /// The owner has no such mesh.
     Unknown,
 }
 

@@ -13,6 +13,8 @@ pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     orphans_are_those_without_a_worker_and_those_that_were_hidden(&empty().await).await;
     what_a_job_is_for_is_read_back(&empty().await).await;
     queue_has_an_end(&empty().await).await;
+    job_waits_for_its_memory(&empty().await).await;
+    counts_follow_the_jobs(&empty().await).await;
     owners_do_not_see_each_other(&empty().await).await;
     blobs_of_jobs_and_meshes_are_known(&empty().await).await;
 }
@@ -28,6 +30,7 @@ pub(super) fn new(name: &str) -> NewJob {
         content_hash: "0".into(),
         end_time_s: 1.0,
         warnings: vec![],
+        memory_bytes: 0,
     }
 }
 
@@ -46,18 +49,18 @@ async fn jobs_are_claimed_once_in_the_order_of_their_coming(store: &dyn JobStore
     for name in ["a", "b", "c"] {
         submitted(store, name).await;
     }
-    let claims = futures::future::join_all((0..5).map(|_| store.claim())).await;
+    let claims = futures::future::join_all((0..5).map(|_| store.claim(u64::MAX))).await;
     let mut seqs: Vec<i64> = claims.into_iter().filter_map(|c| c.unwrap()).map(|c| c.seq).collect();
     seqs.sort_unstable();
     assert_eq!(seqs, [1, 2, 3]);
-    assert!(store.claim().await.unwrap().is_none());
+    assert!(store.claim(u64::MAX).await.unwrap().is_none());
 }
 
 async fn attempt_that_is_over_changes_nothing(store: &dyn JobStore) {
     let job = submitted(store, "a").await;
-    let first = store.claim().await.unwrap().unwrap();
+    let first = store.claim(u64::MAX).await.unwrap().unwrap();
     store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap();
-    let second = store.claim().await.unwrap().unwrap();
+    let second = store.claim(u64::MAX).await.unwrap().unwrap();
     assert_eq!((first.attempt, second.attempt), (1, 2));
 
     let progress = Progress::at(Phase::Stepping, 0.5, 0, 0.0);
@@ -83,7 +86,7 @@ async fn orphans_are_those_without_a_worker_and_those_that_were_hidden(store: &d
         jobs.push(submitted(store, name).await);
     }
     for _ in 0..4 {
-        store.claim().await.unwrap().unwrap();
+        store.claim(u64::MAX).await.unwrap().unwrap();
     }
     assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
     let deleted = store.hide("anna", jobs[2].id).await.unwrap();
@@ -102,12 +105,35 @@ async fn orphans_are_those_without_a_worker_and_those_that_were_hidden(store: &d
 async fn what_a_job_is_for_is_read_back(store: &dyn JobStore) {
     let job = submitted(store, "a").await;
     assert_eq!(store.document("anna", job.id).await.unwrap().unwrap(), (JobKind::Study, b"{}".to_vec()));
-    assert_eq!(store.claim().await.unwrap().unwrap().kind, JobKind::Study);
+    assert_eq!(store.claim(u64::MAX).await.unwrap().unwrap().kind, JobKind::Study);
 }
 
 async fn queue_has_an_end(store: &dyn JobStore) {
     store.submit(&new("a"), 1).await.unwrap();
     assert!(matches!(store.submit(&new("b"), 1).await, Err(JobsError::QueueFull { waiting: 1 })));
+}
+
+async fn job_waits_for_its_memory(store: &dyn JobStore) {
+    store.submit(&NewJob { memory_bytes: 100, ..new("large") }, 10).await.unwrap();
+    submitted(store, "small").await;
+    assert!(store.claim(99).await.unwrap().is_none(), "nor does the next one overtake it");
+    assert_eq!(store.claim(100).await.unwrap().unwrap().memory_bytes, 100);
+    assert_eq!(store.claim(0).await.unwrap().unwrap().memory_bytes, 0);
+}
+
+async fn counts_follow_the_jobs(store: &dyn JobStore) {
+    let jobs = [submitted(store, "a").await, submitted(store, "b").await, submitted(store, "c").await];
+    assert_eq!(store.job("anna", jobs[2].id).await.unwrap().unwrap().queue_position, Some(3));
+    let claimed = store.claim(u64::MAX).await.unwrap().unwrap();
+    store.finish(claimed.seq, claimed.attempt, &end(Ending::Finished)).await.unwrap();
+    store.hide("anna", jobs[1].id).await.unwrap();
+    store.erase(jobs[1].seq).await.unwrap();
+    let counts: Vec<u64> = store.counts().await.unwrap().into_iter().map(|(_, count)| count).collect();
+    assert_eq!(counts, [1, 0, 1, 0, 0]);
+    let page = Page { states: vec![JobState::Queued, JobState::Succeeded], before: None, limit: 10 };
+    let rows = store.jobs("anna", &page).await.unwrap();
+    let positions: Vec<_> = rows.iter().map(|row| (row.seq, row.queue_position)).collect();
+    assert_eq!(positions, [(jobs[2].seq, Some(1)), (jobs[0].seq, None)]);
 }
 
 async fn owners_do_not_see_each_other(store: &dyn JobStore) {
@@ -121,10 +147,10 @@ async fn owners_do_not_see_each_other(store: &dyn JobStore) {
 }
 
 async fn blobs_of_jobs_and_meshes_are_known(store: &dyn JobStore) {
-    assert!(store.blobs().await.unwrap().is_empty());
+    assert!(store.blobs().await.unwrap().names.is_empty());
     let job = submitted(store, "a").await;
     let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
     store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap();
-    let known = store.blobs().await.unwrap();
+    let known = store.blobs().await.unwrap().names;
     assert_eq!(Vec::from_iter(known), [mesh_name("0a", MeshFormat::Gmsh), recording_name(job.id)]);
 }

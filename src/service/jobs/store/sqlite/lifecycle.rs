@@ -10,15 +10,17 @@ use crate::step::Ending;
 use sqlx::{Row as _, Sqlite, Transaction};
 
 impl SqliteStore {
-    pub(super) async fn claim(&self) -> Result<Option<ClaimedJob>, JobsError> {
+    pub(super) async fn claim(&self, free_bytes: u64) -> Result<Option<ClaimedJob>, JobsError> {
         let mut transaction = self.begin().await?;
         let row = sqlx::query(
             "UPDATE jobs SET state = 'running', phase = 'loading', attempts = attempts + 1, progress = 0, step = 0,
                  simulated_time_s = 0, expected_steps = NULL, eta_s = NULL,
                  started_at = strftime('%Y-%m-%dT%H:%M:%fZ', 'now')
              WHERE seq = (SELECT seq FROM jobs WHERE state = 'queued' AND deleted = 0 ORDER BY seq LIMIT 1)
-             RETURNING seq, id, owner, kind, scene, content_hash, attempts",
+                 AND memory_bytes <= ?1
+             RETURNING seq, id, owner, kind, scene, content_hash, attempts, memory_bytes",
         )
+        .bind(i64::try_from(free_bytes).unwrap_or(i64::MAX))
         .fetch_optional(&mut *transaction)
         .await?;
         let Some(row) = row else { return Ok(None) };
@@ -33,6 +35,7 @@ impl SqliteStore {
             kind: kind_of_name(row.try_get("kind")?)?,
             document: row.try_get("scene")?,
             content_hash: row.try_get("content_hash")?,
+            memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
             attempt,
         }))
     }
@@ -188,17 +191,20 @@ impl SqliteStore {
         )
         .fetch_all(&self.pool)
         .await?;
-        rows.into_iter()
-            .map(|(seq, id, attempt, deleted, cancel_requested)| {
-                let id = job_id(id)?;
-                Ok(Orphan { seq, id, attempt, wish: wish_of(deleted, cancel_requested) })
-            })
-            .collect()
+        let mut orphans = Vec::new();
+        for (seq, id, attempt, deleted, cancel_requested) in rows {
+            match job_id(id) {
+                Ok(id) => orphans.push(Orphan { seq, id, attempt, wish: wish_of(deleted, cancel_requested) }),
+                // The others are recovered, and this one is found by `contuse doctor`.
+                Err(error) => tracing::error!(seq, %error, "a job cannot be read"),
+            }
+        }
+        Ok(orphans)
     }
 
     pub(super) async fn erase(&self, seq: i64) -> Result<(), JobsError> {
         sqlx::query("DELETE FROM jobs WHERE seq = ?1 AND deleted = 1").bind(seq).execute(&self.pool).await?;
-        Ok(())
+        self.empty_the_log().await
     }
 }
 

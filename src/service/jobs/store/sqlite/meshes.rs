@@ -4,9 +4,9 @@ use super::SqliteStore;
 use super::read::job_id;
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::JobsError;
+use crate::service::jobs::store::{KnownBlobs, MeshDeletion};
 use crate::service::meshes::{MeshReport, StoredMesh};
-use crate::service::shelves::{mesh_name, recording_name};
-use std::collections::BTreeSet;
+use crate::service::shelves::{mesh_name, recording_name, result_name};
 
 impl SqliteStore {
     pub(super) async fn add_mesh(
@@ -30,37 +30,99 @@ impl SqliteStore {
         Ok(result.rows_affected() > 0)
     }
 
-    pub(super) async fn blobs(&self) -> Result<BTreeSet<String>, JobsError> {
-        let ids: Vec<(String,)> = sqlx::query_as("SELECT id FROM jobs").fetch_all(&self.pool).await?;
-        let ids = ids.into_iter().map(|(id,)| job_id(id).map(recording_name));
-        let mut names = ids.collect::<Result<BTreeSet<_>, _>>()?;
+    pub(super) async fn blobs(&self) -> Result<KnownBlobs, JobsError> {
+        let mut known = KnownBlobs::default();
+        let ids: Vec<(String, bool)> =
+            sqlx::query_as("SELECT id, recording_sha256 IS NOT NULL AND deleted = 0 FROM jobs")
+                .fetch_all(&self.pool)
+                .await?;
+        for (id, is_recorded) in ids {
+            match job_id(id) {
+                Ok(id) => {
+                    known.names.insert(recording_name(id));
+                    known.recorded.extend(is_recorded.then_some(id));
+                }
+                Err(error) => known.doubt(&error),
+            }
+        }
         let meshes: Vec<(String, String)> =
             sqlx::query_as("SELECT DISTINCT id, format FROM meshes").fetch_all(&self.pool).await?;
         for (id, format) in meshes {
-            names.insert(mesh_name(&id, mesh_format(format)?));
+            match mesh_format(format) {
+                Ok(format) => {
+                    known.names.insert(mesh_name(&id, format));
+                }
+                Err(error) => known.doubt(&error),
+            }
         }
-        Ok(names)
+        let results: Vec<(String,)> =
+            sqlx::query_as("SELECT DISTINCT key FROM results").fetch_all(&self.pool).await?;
+        known.names.extend(results.into_iter().map(|(key,)| result_name(&key)));
+        Ok(known)
     }
 
     pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
-        let row: Option<(String, i64, String, String)> = sqlx::query_as(
-            "SELECT format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
+        let row = sqlx::query_as(
+            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
+        );
+        row.bind(owner).bind(id).fetch_optional(&self.pool).await?.map(mesh_of_row).transpose()
+    }
+
+    pub(super) async fn meshes(
+        &self,
+        owner: &str,
+        after: &str,
+        limit: u32,
+    ) -> Result<Vec<StoredMesh>, JobsError> {
+        let rows = sqlx::query_as(
+            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id > ?2 ORDER BY id LIMIT ?3",
+        );
+        let rows = rows.bind(owner).bind(after).bind(limit).fetch_all(&self.pool).await?;
+        rows.into_iter().map(mesh_of_row).collect()
+    }
+
+    pub(super) async fn delete_mesh(&self, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
+        let mut transaction = self.begin().await?;
+        let user: Option<(String,)> = sqlx::query_as(
+            "SELECT id FROM jobs WHERE state IN ('queued', 'running') AND deleted = 0 AND owner = ?1
+                 AND instr(scene, CAST(?2 AS BLOB)) > 0 LIMIT 1",
         )
         .bind(owner)
         .bind(id)
-        .fetch_optional(&self.pool)
+        .fetch_optional(&mut *transaction)
         .await?;
-        row.map(|(format, bytes, report, created_at)| {
-            Ok(StoredMesh {
-                id: id.to_owned(),
-                format: mesh_format(format)?,
-                bytes: bytes.cast_unsigned(),
-                report: serde_json::from_str(&report)?,
-                created_at,
-            })
-        })
-        .transpose()
+        if let Some((job,)) = user {
+            return Ok(MeshDeletion::InUse { job: job_id(job)? });
+        }
+        let deleted: Option<(String,)> =
+            sqlx::query_as("DELETE FROM meshes WHERE owner = ?1 AND id = ?2 RETURNING format")
+                .bind(owner)
+                .bind(id)
+                .fetch_optional(&mut *transaction)
+                .await?;
+        let Some((format,)) = deleted else { return Ok(MeshDeletion::Unknown) };
+        let (left,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM meshes WHERE id = ?1 AND format = ?2")
+            .bind(id)
+            .bind(&format)
+            .fetch_one(&mut *transaction)
+            .await?;
+        transaction.commit().await?;
+        self.empty_the_log().await?;
+        let unowned = if left == 0 { Some(mesh_format(format)?) } else { None };
+        Ok(MeshDeletion::Deleted { unowned })
     }
+}
+
+fn mesh_of_row(
+    (id, format, bytes, report, created_at): (String, String, i64, String, String),
+) -> Result<StoredMesh, JobsError> {
+    Ok(StoredMesh {
+        id,
+        format: mesh_format(format)?,
+        bytes: bytes.cast_unsigned(),
+        report: serde_json::from_str(&report)?,
+        created_at,
+    })
 }
 
 fn mesh_format(name: String) -> Result<MeshFormat, JobsError> {

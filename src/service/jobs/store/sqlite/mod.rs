@@ -2,12 +2,13 @@
 
 mod lifecycle;
 mod meshes;
+mod purge;
 mod read;
 mod submit;
 
 use super::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, NewJob,
-    Orphan, OwnerWish, Page, Requeued, Submitted,
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, KnownBlobs,
+    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Remnants, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
@@ -16,7 +17,6 @@ use futures::future::BoxFuture;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Connection as _, SqlStr, Sqlite, SqlitePool, Transaction};
-use std::collections::BTreeSet;
 use std::future::ready;
 use std::path::Path;
 use std::time::Duration;
@@ -40,6 +40,8 @@ impl SqliteStore {
             // FULL: a commit is on the disk when it returns, so that `202` holds even after a power failure.
             .synchronous(SqliteSynchronous::Full)
             .foreign_keys(true)
+            // Erased rows are overwritten.
+            .pragma("secure_delete", "ON")
             .busy_timeout(Duration::from_secs(10));
         let pool = SqlitePoolOptions::new()
             .max_connections(8)
@@ -78,8 +80,8 @@ impl JobStore for SqliteStore {
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
         Box::pin(self.submit(new, max_queued))
     }
-    fn claim(&self) -> Answer<'_, Option<ClaimedJob>> {
-        Box::pin(self.claim())
+    fn claim(&self, free_bytes: u64) -> Answer<'_, Option<ClaimedJob>> {
+        Box::pin(self.claim(free_bytes))
     }
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
         Box::pin(self.record_progress(seq, attempt, progress))
@@ -101,6 +103,18 @@ impl JobStore for SqliteStore {
     }
     fn erase(&self, seq: i64) -> Answer<'_, ()> {
         Box::pin(self.erase(seq))
+    }
+    fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
+        Box::pin(self.add_result(seq, key))
+    }
+    fn remnants(&self, seq: i64) -> Answer<'_, Remnants> {
+        Box::pin(self.remnants(seq))
+    }
+    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
+        Box::pin(self.expired_jobs(older_than_days, limit))
+    }
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
+        Box::pin(self.expired_meshes(older_than_days))
     }
     fn wish(&self, seq: i64) -> Answer<'_, OwnerWish> {
         Box::pin(self.wish(seq))
@@ -139,8 +153,17 @@ impl JobStore for SqliteStore {
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
         Box::pin(self.mesh(owner, id))
     }
-    fn blobs(&self) -> Answer<'_, BTreeSet<String>> {
+    fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>> {
+        Box::pin(self.meshes(owner, after, limit))
+    }
+    fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
+        Box::pin(self.delete_mesh(owner, id))
+    }
+    fn blobs(&self) -> Answer<'_, KnownBlobs> {
         Box::pin(self.blobs())
+    }
+    fn faults(&self) -> Answer<'_, (Vec<String>, Vec<i64>)> {
+        Box::pin(self.faults())
     }
     fn try_write(&self) -> Answer<'_, ()> {
         Box::pin(self.try_write())
@@ -155,13 +178,19 @@ impl JobStore for SqliteStore {
 const SQLITE_FULL: u32 = 13;
 /// SQLite's code for a disk error (SQLITE_IOERR).
 const SQLITE_IOERR: u32 = 10;
+/// SQLite's code for a disk that accepts no writes (SQLITE_READONLY).
+const SQLITE_READONLY: u32 = 8;
+/// SQLite's code for a file that cannot be opened, such as when no descriptor is left (SQLITE_CANTOPEN).
+const SQLITE_CANTOPEN: u32 = 14;
 
 impl From<sqlx::Error> for JobsError {
     fn from(error: sqlx::Error) -> Self {
         let code = error.as_database_error().and_then(|e| e.code()?.parse::<u32>().ok());
         let fault = match (&error, code.map(|code| code & 0xff)) {
             (_, Some(SQLITE_FULL)) => StoreFault::Full,
-            (sqlx::Error::PoolTimedOut, _) | (_, Some(SQLITE_IOERR)) => StoreFault::Passing,
+            (sqlx::Error::PoolTimedOut, _) | (_, Some(SQLITE_IOERR | SQLITE_READONLY | SQLITE_CANTOPEN)) => {
+                StoreFault::Passing
+            }
             _ => StoreFault::Other,
         };
         Self::Store { fault, source: error.into() }
@@ -177,6 +206,8 @@ fn migrations() -> Migrator {
         migration(1, "jobs", include_str!("migrations/0001_jobs.sql")),
         migration(2, "kinds", include_str!("migrations/0002_kinds.sql")),
         migration(3, "phases", include_str!("migrations/0003_phases.sql")),
+        migration(4, "results", include_str!("migrations/0004_results.sql")),
+        migration(5, "scale", include_str!("migrations/0005_scale.sql")),
     ])
 }
 

@@ -8,31 +8,62 @@ use sqlx::sqlite::SqliteRow;
 
 impl SqliteStore {
     pub(super) async fn job(&self, owner: &str, id: JobId) -> Result<Option<JobRow>, JobsError> {
-        sqlx::query("SELECT * FROM job_rows WHERE owner = ?1 AND id = ?2")
+        let row = sqlx::query("SELECT * FROM job_rows WHERE owner = ?1 AND id = ?2")
             .bind(owner)
             .bind(id.to_string())
             .fetch_optional(&self.pool)
-            .await?
-            .map(|row| job_of_row(&row))
-            .transpose()
+            .await?;
+        let Some(row) = row else { return Ok(None) };
+        let mut rows = [job_of_row(&row)?];
+        self.count_positions(&mut rows).await?;
+        Ok(rows.into_iter().next())
     }
 
     pub(super) async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<JobRow>, JobsError> {
-        // For example ",queued,running,": each name stands between commas.
-        let names: Vec<&str> = page.states.iter().map(|s| s.as_str()).collect();
-        let states = if names.is_empty() { String::new() } else { format!(",{},", names.join(",")) };
-        let rows = sqlx::query(
-            "SELECT * FROM job_rows
-             WHERE owner = ?1 AND (?2 = '' OR instr(?2, ',' || state || ',') > 0) AND (?3 IS NULL OR seq < ?3)
-             ORDER BY seq DESC LIMIT ?4",
-        )
-        .bind(owner)
-        .bind(states)
-        .bind(page.before)
-        .bind(i64::from(page.limit))
-        .fetch_all(&self.pool)
-        .await?;
-        rows.iter().map(job_of_row).collect()
+        let before = page.before.unwrap_or(i64::MAX);
+        let found = if page.states.is_empty() {
+            let rows = sqlx::query(
+                "SELECT * FROM job_rows WHERE owner = ?1 AND seq < ?2 ORDER BY seq DESC LIMIT ?3",
+            );
+            rows.bind(owner).bind(before).bind(page.limit).fetch_all(&self.pool).await?
+        } else {
+            // A page of each state: together they contain the page of all.
+            let mut found = Vec::new();
+            for state in JobState::ALL.into_iter().filter(|state| page.states.contains(state)) {
+                let rows = sqlx::query(
+                    "SELECT * FROM job_rows WHERE owner = ?1 AND state = ?2 AND seq < ?3 ORDER BY seq DESC LIMIT ?4",
+                );
+                let rows = rows.bind(owner).bind(state.as_str()).bind(before).bind(page.limit);
+                found.extend(rows.fetch_all(&self.pool).await?);
+            }
+            found
+        };
+        let mut rows: Vec<JobRow> = found.iter().filter_map(readable).collect();
+        rows.sort_by_key(|row| std::cmp::Reverse(row.seq));
+        rows.truncate(page.limit as usize);
+        self.count_positions(&mut rows).await?;
+        Ok(rows)
+    }
+
+    /// Sets the positions of waiting jobs in the queue: the queue is counted once, whatever the number of jobs.
+    async fn count_positions(&self, rows: &mut [JobRow]) -> Result<(), JobsError> {
+        let mut waiting: Vec<&mut JobRow> = rows.iter_mut().filter(|r| r.state == JobState::Queued).collect();
+        waiting.sort_by_key(|row| row.seq);
+        let (mut counted_to, mut position) = (i64::MIN, 0_u64);
+        for row in waiting {
+            let (more,): (i64,) = sqlx::query_as(
+                "SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0 AND seq > ?1 AND seq <= ?2",
+            )
+            .bind(counted_to)
+            .bind(row.seq)
+            .fetch_one(&self.pool)
+            .await?;
+            position += more.cast_unsigned();
+            counted_to = row.seq;
+            // It may have left the queue in between.
+            row.queue_position = Some(position.max(1));
+        }
+        Ok(())
     }
 
     pub(super) async fn summary(&self, owner: &str, id: JobId) -> Result<Option<String>, JobsError> {
@@ -86,13 +117,33 @@ impl SqliteStore {
 
     pub(super) async fn counts(&self) -> Result<Vec<(JobState, u64)>, JobsError> {
         let rows: Vec<(String, i64)> =
-            sqlx::query_as("SELECT state, COUNT(*) FROM jobs WHERE deleted = 0 GROUP BY state")
-                .fetch_all(&self.pool)
-                .await?;
+            sqlx::query_as("SELECT state, n FROM state_counts").fetch_all(&self.pool).await?;
         let count = |state: JobState| {
             rows.iter().find(|(name, _)| name == state.as_str()).map_or(0, |(_, n)| n.cast_unsigned())
         };
         Ok(JobState::ALL.into_iter().map(|s| (s, count(s))).collect())
+    }
+}
+
+/// Faults of the file, and jobs that cannot be read.
+impl SqliteStore {
+    pub(super) async fn faults(&self) -> Result<(Vec<String>, Vec<i64>), JobsError> {
+        let found: Vec<(String,)> =
+            sqlx::query_as("PRAGMA integrity_check(20)").fetch_all(&self.pool).await?;
+        let found = found.into_iter().map(|(text,)| text).filter(|text| text != "ok").collect();
+        // In pieces: there may be very many jobs.
+        let (mut unreadable, mut after) = (Vec::new(), i64::MIN);
+        loop {
+            let rows = sqlx::query("SELECT * FROM job_rows WHERE seq > ?1 ORDER BY seq LIMIT 1000")
+                .bind(after)
+                .fetch_all(&self.pool)
+                .await?;
+            let Some(last) = rows.last() else { return Ok((found, unreadable)) };
+            after = last.try_get("seq")?;
+            for row in rows.iter().filter(|row| job_of_row(row).is_err()) {
+                unreadable.push(row.try_get("seq")?);
+            }
+        }
     }
 }
 
@@ -104,6 +155,18 @@ pub(super) fn job_id(text: String) -> Result<JobId, JobsError> {
 /// Parses the kind of a job.
 pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
     JobKind::from_name(&name).ok_or(JobsError::Corrupt { what: "kind of job", value: name })
+}
+
+/// Converts a row of a list; one that cannot be read is reported, and does not hide the others.
+fn readable(row: &SqliteRow) -> Option<JobRow> {
+    match job_of_row(row) {
+        Ok(row) => Some(row),
+        Err(error) => {
+            let seq = row.try_get::<i64, _>("seq").unwrap_or_default();
+            tracing::error!(seq, %error, "a job cannot be read");
+            None
+        }
+    }
 }
 
 /// Converts a row of the view `job_rows`.
@@ -145,6 +208,6 @@ fn job_of_row(row: &SqliteRow) -> Result<JobRow, JobsError> {
         failure: failure.map(|f| serde_json::from_str(&f)).transpose()?,
         has_summary: row.try_get("has_summary")?,
         recording,
-        queue_position: row.try_get::<Option<i64>, _>("position")?.map(i64::cast_unsigned),
+        queue_position: None,
     })
 }

@@ -43,7 +43,7 @@ impl SqliteStore {
         }
         // The queue is bounded.
         let (waiting,): (i64,) =
-            sqlx::query_as("SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0")
+            sqlx::query_as("SELECT COALESCE(SUM(n), 0) FROM state_counts WHERE state = 'queued'")
                 .fetch_one(&mut *transaction)
                 .await?;
         if waiting.cast_unsigned() >= max_queued {
@@ -51,8 +51,8 @@ impl SqliteStore {
         }
         // Insert the job with its first event.
         let result = sqlx::query(
-            "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+            "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind, memory_bytes)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
         )
         .bind(id.to_string())
         .bind(&new.owner)
@@ -64,6 +64,7 @@ impl SqliteStore {
         .bind(new.end_time_s)
         .bind(serde_json::to_string(&new.warnings)?)
         .bind(new.kind.as_str())
+        .bind(new.memory_bytes.cast_signed())
         .execute(&mut *transaction)
         .await?;
         add_event(&mut transaction, result.last_insert_rowid(), &Event::queued(&new.name)).await?;

@@ -1,0 +1,88 @@
+//! Examination of a data folder that no service uses: what is damaged or lost, and what of it can be recovered.
+
+use super::ServiceError;
+use super::jobs::data_folder::DataFolder;
+use super::jobs::found::Found;
+use super::jobs::store::{JobStore as _, KnownBlobs, SqliteStore};
+use super::jobs::{JobId, JobsError};
+use crate::blobs::{BlobStore as _, FolderBlobs};
+use crate::report::RecordedRun;
+use std::path::{Path, PathBuf};
+
+/// A recording without its job.
+#[derive(Clone, Debug)]
+pub struct LostJob {
+    /// File of the recording.
+    pub file: PathBuf,
+    /// Whether reports and exports of the file work; otherwise why not.
+    pub readable: Result<(), String>,
+}
+
+/// What an examination found.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnosis {
+    /// Faults of the job store, in words.
+    pub store: Vec<String>,
+    /// Sequence numbers of jobs that cannot be read.
+    pub unreadable: Vec<i64>,
+    /// Jobs whose recordings are lost; scene and summary are in the store.
+    pub without_recording: Vec<JobId>,
+    /// Recordings whose jobs are lost.
+    pub without_job: Vec<LostJob>,
+    /// Names of meshes whose files are lost.
+    pub without_file: Vec<String>,
+}
+
+impl Diagnosis {
+    /// Whether nothing is damaged or lost.
+    pub fn is_sound(&self) -> bool {
+        let Self { store, unreadable, without_recording, without_job, without_file } = self;
+        store.is_empty()
+            && unreadable.is_empty()
+            && without_recording.is_empty()
+            && without_job.is_empty()
+            && without_file.is_empty()
+    }
+}
+
+/// Examines a data folder.
+///
+/// # Errors
+/// If the folder is in use or cannot be read.
+pub async fn examine(root: &Path) -> Result<Diagnosis, ServiceError> {
+    let folder = DataFolder::open(root)?;
+    let blobs = FolderBlobs::open(root).map_err(JobsError::from)?;
+    let mut diagnosis = Diagnosis::default();
+    // Without its file, the store would be made anew and empty.
+    let store = if folder.store_file().is_file() {
+        SqliteStore::open(&folder.store_file()).await.map_err(|error| error.to_string())
+    } else {
+        Err("jobs.sqlite is missing".to_owned())
+    };
+    let known = match store {
+        Ok(store) => {
+            (diagnosis.store, diagnosis.unreadable) = store.faults().await?;
+            let known = store.blobs().await?;
+            store.close().await;
+            known
+        }
+        Err(reason) => {
+            diagnosis.store.push(reason);
+            KnownBlobs::default()
+        }
+    };
+    let found = Found::among(&blobs, &known).map_err(JobsError::from)?;
+    diagnosis.without_recording = found.without_recording;
+    diagnosis.without_file = found.without_file;
+    for name in found.without_job {
+        let file = blobs.path(&name);
+        let opened = blobs.open(&name).map_err(JobsError::from)?;
+        let readable = match opened.map(|blob| RecordedRun::of(blob, Path::new(&name))) {
+            Some(Ok(_)) => Ok(()),
+            Some(Err(error)) => Err(error.to_string()),
+            None => Err("the file is gone".to_owned()),
+        };
+        diagnosis.without_job.push(LostJob { file, readable });
+    }
+    Ok(diagnosis)
+}

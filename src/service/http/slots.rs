@@ -1,0 +1,68 @@
+//! Slots for blocking work on separate threads, so that those of the runtime stay responsive.
+
+use super::problem::Problem;
+use crate::service::fair_queue::{FairQueue, Lane, QueueLimits};
+use std::sync::Arc;
+use tokio::sync::Semaphore;
+
+/// Limit of simultaneous work of one kind; further work waits.
+#[derive(Clone, Debug)]
+pub struct Slots(Arc<Semaphore>);
+
+impl Slots {
+    /// Allows this many at a time.
+    pub fn new(at_once: usize) -> Self {
+        Self(Arc::new(Semaphore::new(at_once)))
+    }
+
+    /// Performs work as soon as a slot is free.
+    ///
+    /// # Errors
+    /// If the work panics.
+    pub async fn call<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let slot = Arc::clone(&self.0).acquire_owned().await.map_err(|e| Problem::internal(&e))?;
+        holding(slot, work).await
+    }
+}
+
+/// Limit of simultaneous validations of scenes, meshes and recordings: each may hold a mesh in memory. Owners take turns,
+/// and small scenes do not wait for large ones.
+#[derive(Clone, Debug)]
+pub struct ValidationSlots(FairQueue);
+
+impl ValidationSlots {
+    /// Slots with a limited queue.
+    pub fn new(limits: QueueLimits) -> Self {
+        Self(FairQueue::new(limits))
+    }
+
+    /// Performs work as soon as a slot is free.
+    ///
+    /// # Errors
+    /// If too much work waits already, or for too long, or the work panics.
+    pub async fn call<T: Send + 'static>(
+        &self,
+        owner: &str,
+        lane: Lane,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let slot = self.0.enter(owner, lane).await?;
+        holding(slot, work).await
+    }
+}
+
+/// Performs work that holds a slot, which the work releases, not the request: a client that disconnects ends only the
+/// latter.
+async fn holding<P: Send + 'static, T: Send + 'static>(
+    slot: P,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Problem> {
+    let working = tokio::task::spawn_blocking(move || {
+        let _slot = slot;
+        work()
+    });
+    working.await.map_err(|e| Problem::internal(&e))
+}

@@ -1,0 +1,30 @@
+//! Memory of the machine that this process may use.
+
+/// Memory of the machine, or of the group of processes (cgroup) where that has less [bytes]; `None` where the system does not say.
+pub fn usable() -> Option<u64> {
+    let machine = read("/proc/meminfo").as_deref().and_then(of_machine);
+    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
+    [machine, group].into_iter().flatten().min()
+}
+
+fn read(path: &str) -> Option<String> {
+    std::fs::read_to_string(path).ok()
+}
+
+/// `MemTotal` of `/proc/meminfo` [bytes].
+fn of_machine(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kilobytes.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_that_of_the_machine() {
+        assert_eq!(of_machine("MemTotal:       16315436 kB\nMemFree: 1 kB\n"), Some(16_315_436 * 1024));
+        assert_eq!(of_machine("MemFree: 1 kB\n"), None);
+    }
+}

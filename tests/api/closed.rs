@@ -1,0 +1,106 @@
+//! What is closed unless the operator opens it: other machines, other names, pages of other origins, guesses.
+
+use crate::support::client::{Answer, read_answer};
+use crate::support::*;
+use contuse::service::config::{ServiceConfig, Tokens};
+use contuse::service::jobs::simulator::Simulator;
+use contuse::service::{Service, ServiceError};
+use std::io::BufReader;
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+const ANNA: &str = "anna-0123456789abcdef";
+
+fn start(listen: [u8; 4], tokens: Tokens) -> Result<(), ServiceError> {
+    let data = tempfile::tempdir().unwrap();
+    let config = ServiceConfig {
+        listen: SocketAddr::from((listen, 0)),
+        data: data.path().to_owned(),
+        tokens,
+        ..ServiceConfig::default()
+    };
+    let engine = Arc::new(Simulator::new(&config));
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
+    let started = runtime.block_on(Service::start(config, engine)).map(drop);
+    runtime.shutdown_background();
+    started
+}
+
+#[test]
+fn other_machines_need_tokens() {
+    let refused = start([0, 0, 0, 0], Tokens::default()).unwrap_err().to_string();
+    assert!(refused.contains("--tokens-file") && refused.contains("contuse token"), "{refused}");
+}
+
+/// The answer to a request with this head.
+fn with_head(server: &Server, head: &str) -> Answer {
+    let stream = server.client().raw(format!("{head}\r\nConnection: close\r\n\r\n").as_bytes());
+    read_answer(&mut BufReader::new(stream), false)
+}
+
+#[test]
+fn a_name_that_resolves_here_reads_nothing() {
+    let server = Server::with(|c| c.hosts = vec!["impacts.example".into()]);
+    let port = server.address.port();
+    for host in
+        ["evil.example".to_owned(), format!("evil.example:{port}"), format!("127.0.0.1.evil.example:{port}")]
+    {
+        for path in ["/v1/jobs", "/", "/metrics"] {
+            let answer = with_head(&server, &format!("GET {path} HTTP/1.1\r\nHost: {host}"));
+            assert!(problem(&answer, 421, "foreign-host")["remedy"].as_str().unwrap().contains("--host"));
+        }
+    }
+    for host in ["localhost", "127.0.0.1", "[::1]:80", "impacts.example"] {
+        assert_eq!(
+            with_head(&server, &format!("GET /v1/jobs HTTP/1.1\r\nHost: {host}")).status,
+            200,
+            "{host}"
+        );
+    }
+    // With tokens, a name gives no access.
+    let server = Server::with(|c| c.tokens = Tokens::parse(&format!("anna {ANNA}")).unwrap());
+    let head = format!("GET /v1/jobs HTTP/1.1\r\nHost: impacts.example\r\nAuthorization: Bearer {ANNA}");
+    assert_eq!(with_head(&server, &head).status, 200);
+}
+
+#[test]
+fn pages_of_other_origins_read_nothing() {
+    let server = Server::start();
+    let foreign = [("Origin", "https://evil.example")];
+    let answer = server.client().get_with("/v1/jobs", &foreign);
+    problem(&answer, 403, "cross-origin");
+    assert_eq!(answer.header("access-control-allow-origin"), None);
+    let asked = [foreign[0], ("Access-Control-Request-Method", "GET")];
+    let preflight = server.client().send("OPTIONS", "/v1/jobs", &asked, b"");
+    assert_eq!(preflight.header("access-control-allow-origin"), None);
+    let own = format!("http://{}", server.address);
+    let answer = server.client().get_with("/v1/jobs", &[("Origin", &own)]);
+    assert_eq!((answer.status, answer.header("cross-origin-resource-policy")), (200, Some("same-origin")));
+}
+
+#[test]
+fn every_answer_has_a_content_security_policy() {
+    let server = Server::start();
+    let (job, _) = finished(&server.client(), &quick());
+    for path in ["/", "/docs/", "/v1/jobs", &job, "/nothing", "/metrics", "/openapi.json", "/viewer/icon.svg"]
+    {
+        let answer = server.client().get(path);
+        let policy = answer.header("content-security-policy").unwrap_or_else(|| panic!("{path}"));
+        assert!(policy.starts_with("default-src 'none';") && !policy.contains("unsafe"), "{path}: {policy}");
+    }
+}
+
+#[test]
+fn wrong_tokens_have_to_wait_and_right_ones_do_not() {
+    let line = Tokens::line("anna", ANNA);
+    let server = Server::with(|c| c.tokens = Tokens::parse(&line).unwrap());
+    let wrong = server.client().with_token("wrong-0123456789abcdef");
+    for _ in 0..10 {
+        problem(&wrong.get("/v1/jobs"), 401, "unauthorized");
+    }
+    let refused = wrong.get("/v1/jobs");
+    problem(&refused, 429, "too-many-wrong-tokens");
+    assert!((1..=60).contains(&refused.header("retry-after").unwrap().parse::<u64>().unwrap()));
+    assert_eq!(server.client().with_token(ANNA).get("/v1/jobs").status, 200);
+    problem(&server.client().get("/v1/jobs"), 401, "unauthorized");
+}

@@ -1,0 +1,125 @@
+//! Clients that stall, and many of them.
+
+use crate::support::client::{Client, read_answer};
+use crate::support::*;
+use std::io::{BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+/// The beginning of an upload.
+fn stalled_head(client: &Client) -> String {
+    format!(
+        "POST /v1/meshes HTTP/1.1\r\nHost: {}\r\nContent-Type: application/octet-stream\r\nContent-Length: 1000\r\n\r\n$",
+        client.address
+    )
+}
+
+/// An upload that has begun and goes on no further.
+fn stalled_upload(client: &Client) -> TcpStream {
+    client.raw(stalled_head(client).as_bytes())
+}
+
+/// Whether a request is answered with 200.
+fn is_answered(client: &Client, path: &str) -> bool {
+    let head = format!("GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", client.address);
+    let mut text = String::new();
+    let _ = client.raw(head.as_bytes()).read_to_string(&mut text);
+    text.starts_with("HTTP/1.1 200")
+}
+
+#[test]
+fn stalled_uploads_and_streams_leave_connections_for_others() {
+    let server = Server::with(|c| {
+        c.max_connections = 64;
+        c.workers = 0;
+    });
+    let client = server.client();
+    let job = submit(&client, &quick());
+    let mut open: Vec<TcpStream> = (0..64).map(|_| stalled_upload(&client)).collect();
+    let head = format!("GET {job}/events HTTP/1.1\r\nHost: {}\r\n\r\n", client.address);
+    open.extend((0..64).map(|_| client.raw(head.as_bytes())));
+    // Those beyond the limits are refused, which takes a moment.
+    let started = Instant::now();
+    eventually("short requests are answered", || {
+        ["/healthz", &job].iter().all(|path| is_answered(&client, path))
+    });
+    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+    // One more of each kind is refused, and says so.
+    let upload = stalled_head(&client);
+    for request in [&upload, &head] {
+        let mut kept = Vec::new();
+        eventually("one more of the kind is refused", || {
+            let mut stream = client.raw(request.as_bytes());
+            stream.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+            let mut answer = vec![0; 4096];
+            // A stalled upload that has its permit is not answered.
+            let length = stream.read(&mut answer).unwrap_or(0);
+            let text = String::from_utf8_lossy(&answer[..length]).into_owned();
+            kept.push(stream);
+            text.starts_with("HTTP/1.1 429") && text.contains("retry-after")
+        });
+    }
+    drop(open);
+    let mesh = || {
+        client.send("POST", "/v1/meshes", &[("Content-Type", "application/octet-stream")], b"$mesh").status
+    };
+    eventually("those who leave make room", || mesh() < 300);
+}
+
+#[test]
+fn connections_of_one_address_are_limited() {
+    let server = Server::with(|c| c.max_connections = 8);
+    let client = server.client();
+    let idle: Vec<TcpStream> = (0..6).map(|_| client.raw(b"")).collect();
+    eventually("one more is refused", || {
+        let mut text = String::new();
+        let _ = client.raw(b"").read_to_string(&mut text);
+        text.starts_with("HTTP/1.1 503") && text.contains("Too many connections")
+    });
+    drop(idle);
+    eventually("there is room again", || is_answered(&client, "/healthz"));
+}
+
+#[test]
+fn a_slow_upload_is_cut_off() {
+    let server = Server::with(|c| {
+        c.request_timeout = Duration::from_millis(300);
+        c.least_rate = 1000;
+    });
+    let client = server.client();
+    // A byte every 50 ms is never silent for long, but too slow.
+    let mut slow = stalled_upload(&client);
+    let mut writer = slow.try_clone().unwrap();
+    let sending = std::thread::spawn(move || {
+        for _ in 0..100 {
+            std::thread::sleep(Duration::from_millis(50));
+            if writer.write_all(b"$").is_err() {
+                return;
+            }
+        }
+    });
+    let started = Instant::now();
+    let answer = read_answer(&mut BufReader::new(&mut slow), false);
+    problem(&answer, 408, "body-too-slow");
+    assert!(started.elapsed() < Duration::from_secs(3), "{:?}", started.elapsed());
+    drop(slow);
+    sending.join().unwrap();
+    assert!(server.files().is_empty(), "{:?}", server.files());
+}
+
+#[test]
+fn jobs_wait_for_a_disk_without_room() {
+    let server = Server::with(|c| c.workers = 0);
+    let job = submit(&server.client(), &quick());
+    // As if the disk were full.
+    let full = Server::on(server.stop(), |c| c.least_free = u64::MAX);
+    let client = full.client();
+    let refused = client.post_json("/v1/jobs", &quick());
+    problem(&refused, 507, "storage-full");
+    assert!(refused.header("retry-after").is_some());
+    problem(&client.get("/readyz"), 503, "unavailable");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(client.get(&job).json()["state"], "queued");
+    let again = Server::on(full.stop(), |_| {});
+    wait_for(&again.client(), &job, "succeeded");
+}
