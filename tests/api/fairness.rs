@@ -4,7 +4,7 @@ use crate::support::client::{Answer, Client};
 use crate::support::*;
 use contuse::service::config::Tokens;
 use serde_json::{Value, json};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const ANNA: &str = "anna-0123456789abcdef";
 const BERT: &str = "bert-0123456789abcdef";
@@ -33,11 +33,10 @@ fn validations(client: &Client, scene: &Value, count: usize) -> Vec<std::thread:
 fn large_validations_do_not_delay_a_small_scene() {
     let server = Server::start();
     let all = validations(&server.client(), &large(100), 60);
-    let started = Instant::now();
     submit(&server.client(), &quick());
-    let waited = started.elapsed();
-    // One after the other the large ones take six seconds.
-    assert!(waited < Duration::from_secs(2), "{waited:?}");
+    // It was answered while most of the large ones, one after the other, still waited.
+    let waiting = all.iter().filter(|answer| !answer.is_finished()).count();
+    assert!(waiting > 30, "{waiting} of 60 wait");
     for answer in all {
         assert_eq!(answer.join().unwrap().status, 200);
     }
@@ -46,7 +45,7 @@ fn large_validations_do_not_delay_a_small_scene() {
 #[test]
 fn a_full_queue_of_validations_refuses_and_says_when_to_come_back() {
     let server = Server::with(|c| c.max_validations_waiting = 4);
-    let all = validations(&server.client(), &large(500), 12);
+    let all = validations(&server.client(), &large(1500), 12);
     let refused = problem(&server.client().post_json("/v1/jobs/validate", &large(0)), 503, "busy");
     assert!(refused["remedy"].as_str().unwrap().contains("Retry-After"));
     assert_eq!(
@@ -78,17 +77,13 @@ fn one_token_does_not_fill_the_queue() {
         c.max_validations_waiting = 8;
     });
     let (anna, bert) = (server.client().with_token(ANNA), server.client().with_token(BERT));
-    let all = validations(&anna, &large(400), 10);
+    let all = validations(&anna, &large(1500), 10);
     let refused = anna.post_json("/v1/jobs/validate", &large(0));
     problem(&refused, 429, "too-many-requests");
     assert!(refused.header("retry-after").is_some());
-    let started = Instant::now();
     assert_eq!(bert.post_json("/v1/jobs/validate", &large(0)).status, 200);
-    assert!(
-        started.elapsed() < Duration::from_millis(1000),
-        "after the one that validates: {:?}",
-        started.elapsed()
-    );
+    let waiting = all.iter().filter(|answer| !answer.is_finished()).count();
+    assert!(waiting > 1, "after the one that validates: {waiting} wait");
     all.into_iter().for_each(|answer| drop(answer.join().unwrap()));
 }
 
