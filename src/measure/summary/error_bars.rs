@@ -357,10 +357,14 @@ mod tests {
     #[test]
     fn lowered_bulk_moduli_widen_the_bar_by_their_difference_and_are_named() {
         let mut runs = runs([9.0, 9.1, 8.99]);
+        let with_headline = |value: f64, steps: u64| {
+            let headline = Headline { impact: Some(0), ..Headline::default() };
+            Compared::new(&Results { headline, ..results(value) }, vec![value], steps)
+        };
         let lowered = LoweredBulkModulus {
             factor: 0.25,
-            as_given: compared(9.0, 200),
-            lowered: compared(8.8, 100),
+            as_given: with_headline(9.0, 200),
+            lowered: with_headline(8.8, 100),
             words: "bulk moduli × 0.25".into(),
         };
         let change = lowered.lowered.change(&lowered.as_given, AskedNumber::Impulse).unwrap();

@@ -7,7 +7,7 @@ use super::islands::remove_islands;
 use super::labelling::{self, BEYOND};
 use super::options::Options;
 use super::sizes::{octree, within};
-use super::smoothing::{Smoothing, follow};
+use super::smoothing::{LEAST_SCALED_JACOBIAN, Smoothing, follow};
 use super::surfaces::Surfaces;
 use super::volume::{Frame, LabelVolume};
 use super::volumes;
@@ -15,9 +15,6 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::quality::element_quality;
 use crate::mesh::{CellKind, HangingNodes, Mesh, MeshError};
 use std::collections::BTreeMap;
-
-/// Smallest scaled Jacobian of an element [-].
-const LEAST_SCALED_JACOBIAN: f64 = 0.2;
 
 /// Limits of the scaled Jacobian in successive passes over the nodes [-]: the first moves leave room for later ones.
 const PASSES: [f64; 20] = [

@@ -7,6 +7,9 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::CellKind;
 use std::collections::BTreeMap;
 
+/// Smallest scaled Jacobian of an element of the mesh [-].
+pub const LEAST_SCALED_JACOBIAN: f64 = 0.2;
+
 /// Fractions of a move that are tried [-].
 const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
 
@@ -62,6 +65,15 @@ pub struct Smoothing<'a> {
     edges: Vec<f64>,
     /// Shortest edge that each element may get [m].
     shortest: Vec<f64>,
+    /// Scaled Jacobian of the elements that are below the limit of the mesh, which moves may not make worse; infinite for all others.
+    /// Those of a new layer are, where the surface below has an edge.
+    unsound: Vec<f64>,
+}
+
+/// Scaled Jacobian of an element below the limit of the mesh; infinite above.
+fn unsoundness(x: &[Vec3; 8]) -> f64 {
+    let (jacobian, _) = quality(x);
+    if jacobian < LEAST_SCALED_JACOBIAN { jacobian } else { f64::INFINITY }
 }
 
 impl<'a> Smoothing<'a> {
@@ -102,6 +114,11 @@ impl<'a> Smoothing<'a> {
         let part_of_first = |e: usize| if e < first_of_skin { SHORTEST } else { SHORTEST_SKIN };
         let first_edge = |hex: &[u32; 8]| quality(&hex.map(|node| elements.nodes[node as usize])).1;
         Self {
+            unsound: elements
+                .hexes
+                .iter()
+                .map(|hex| unsoundness(&hex.map(|node| elements.nodes[node as usize])))
+                .collect(),
             shortest: (0..).zip(&elements.hexes).map(|(e, hex)| part_of_first(e) * first_edge(hex)).collect(),
             homes: elements.nodes.clone(),
             meeting: meeting(elements, false),
@@ -139,6 +156,12 @@ impl<'a> Smoothing<'a> {
                 None => self.on_surface(node, surfaces),
             };
             self.try_move(node, target, least);
+            // Where an element is not sound, the middle of all neighbours may help.
+            if self.changed[node].iter().any(|e| self.unsound[*e as usize].is_finite()) {
+                let around = &self.neighbours[node];
+                let sum: Vec3 = around.iter().map(|other| self.elements.nodes[*other as usize]).sum();
+                self.try_move(node, sum / around.len() as f64, least);
+            }
         }
     }
 
@@ -218,15 +241,26 @@ impl<'a> Smoothing<'a> {
         if (target - from).norm() < 1e-6 * self.edges[node] {
             return false;
         }
+        let before: Vec<f64> = self.changed[node].iter().map(|e| self.unsound[*e as usize]).collect();
         for fraction in FRACTIONS {
             self.place(node, from + (target - from) * fraction);
-            let is_sound = |e: &u32| self.is_sound(*e as usize, least);
-            if self.changed[node].iter().all(is_sound) {
+            let is_sound = |(e, before): (&u32, &f64)| self.is_sound(*e as usize, least.min(*before));
+            if self.changed[node].iter().zip(&before).all(is_sound) {
+                self.note_better(node, &before);
                 return true;
             }
         }
         self.place(node, from);
         false
+    }
+
+    /// What the unsound elements at a node have become.
+    fn note_better(&mut self, node: usize, before: &[f64]) {
+        for i in (0..before.len()).filter(|i| before[*i].is_finite()) {
+            let element = self.changed[node][i] as usize;
+            let hex = self.elements.hexes[element].map(|node| self.elements.nodes[node as usize]);
+            self.unsound[element] = unsoundness(&hex);
+        }
     }
 
     fn place(&mut self, node: usize, x: Vec3) {

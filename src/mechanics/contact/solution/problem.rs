@@ -181,18 +181,21 @@ pub struct Errors {
     /// With F the natural map at ρ = 1, `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)` [-], as in Siconos 4.4. Depends on units: of
     /// little use where ‖W‖ is far from 1.
     pub plain: f64,
-    /// `‖D^½ F‖ / ‖D^−½ q‖` [-]: relative to the free velocities alone, so that growing reactions cannot hide a
-    /// contact that nothing can stop.
+    /// `‖D^½ F‖ / ‖D^−½ q‖`, with the velocity of approach for F where it is larger [-]: relative to the free velocities alone, so that
+    /// growing reactions cannot hide a contact that nothing can stop.
     pub of_free: f64,
 }
 
 impl Errors {
     /// Errors of reactions `r` with velocities `u = W r + q` and the scale `d` of each contact.
     pub(super) fn new(d: &[f64], (q, mu): (&[f64], &[f64]), r: &[f64], u: &[f64]) -> Self {
-        let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
+        let (mut error, mut unstopped, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (c, &d) in d.iter().enumerate() {
             let (r, u) = (local(r, c), local(u, c));
-            error += d * squared_residual(r, u, mu[c], 1.0 / d);
+            let residual = squared_residual(r, u, mu[c], 1.0 / d);
+            error += d * residual;
+            // Beside a reaction without bounds the residual is lost in rounding; the approach is not.
+            unstopped += (d * residual).max(u[0].min(0.0).powi(2) / d);
             plain += squared(natural_map(r, u, mu[c], 1.0));
             reaction += d * squared(r);
             free += squared(local(q, c)) / d;
@@ -202,7 +205,7 @@ impl Errors {
         Self {
             scaled: ratio(error.sqrt(), reaction.max(free).sqrt()),
             plain: ratio(plain.sqrt(), largest),
-            of_free: ratio(error.sqrt(), free.sqrt()),
+            of_free: ratio(unstopped.sqrt(), free.sqrt()),
         }
     }
 }

@@ -53,7 +53,7 @@ pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
     for (stage, most) in stages {
         let limits = Limits {
             tolerance: given.tolerance,
-            iterations: most.min(given.iterations - total),
+            iterations: most.min(given.iterations.saturating_sub(total)),
             interrupt: given.interrupt,
         };
         let (method, ending) = match stage {
@@ -84,7 +84,7 @@ pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
 fn alternate(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
     let limits = |most: usize, done: usize| Limits {
         tolerance: given.tolerance,
-        iterations: most.min(given.iterations - done),
+        iterations: most.min(given.iterations.saturating_sub(done)),
         interrupt: given.interrupt,
     };
     let sweeps = scaled.newton_cost_in_sweeps();
