@@ -80,7 +80,7 @@ fn a_mesh_is_listed_and_deleted() {
     };
     assert_eq!([of(&page), of(&rest)].concat(), ids);
     assert_eq!(rest["next_cursor"], json!(null));
-    assert_eq!(of(&bert.get("/v1/meshes").json()), [shared.clone()]);
+    assert_eq!(of(&bert.get("/v1/meshes").json()), std::slice::from_ref(&shared));
 
     let address = format!("/v1/meshes/{shared}");
     assert_eq!(anna.delete(&address).status, 204);
