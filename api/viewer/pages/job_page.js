@@ -9,7 +9,7 @@ import { allNumbers } from "../summary/every_number.js";
 import { injuryCriteria } from "../summary/criteria.js";
 import { layerSentences } from "../summary/layers.js";
 import { trustPanel } from "../summary/trust.js";
-import { COARSE, concerns, warningLine } from "../summary/warnings.js";
+import { concerns, warningLine } from "../summary/warnings.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
 import { pageOfQuestion } from "./asked.js";
@@ -131,7 +131,7 @@ class JobPage {
     };
     const layers = html("div", {}, layerSentences(summary) ?? "");
     const picture = html("div", { class: "stage-holder" });
-    const finer = job.links.recording && !job.failure && concerns(summary).some(({ words }) => words.startsWith(COARSE));
+    const finer = job.links.recording && !job.failure && concerns(summary).some(({ isMeshed }) => isMeshed);
     const remedy = finer && html("a", { class: "button", href: `#/new/${job.id}?accuracy` }, "Run it again, refined");
     const answer = html("div", { class: "answer" }, headlineCards(summary), layers, warningLine(summary, open, remedy || null));
     const rest = html("div", { class: "rest" });

@@ -12,7 +12,7 @@ function rank(words) {
   return found < 0 ? GRAVE.length : found;
 }
 
-/** All that is to be known, the worst first: {kind: "bad" | "warn", words, detail?}. */
+/** All that is to be known, the worst first: {kind: "bad" | "warn", words, isMeshed?}; `isMeshed` where a finer mesh helps. */
 export function concerns(summary) {
   const found = [];
   const why = reason(summary);
@@ -22,18 +22,18 @@ export function concerns(summary) {
   const isGiven = !summary.withheld && !isMiss(summary) && !stoppedAt(summary);
   const numbers = isGiven ? headline(summary).filter(({ quantity }) => quantity && quantity.error !== "nothing touched" && !isResolved(quantity)) : [];
   if (numbers.length) {
-    found.push({ kind: "warn", words: `${COARSE} for ${numbers.length === 1 ? "one" : numbers.length} of the four numbers: an order of magnitude, no more.` });
+    const count = `${numbers.length === 1 ? "one" : numbers.length} of the four numbers`;
+    const isUnknown = numbers.every(({ quantity }) => quantity.error === "not estimated");
+    const words = isUnknown ? `The uncertainty of ${count} was not estimated.` : `The mesh is too coarse for ${count}: an order of magnitude, no more.`;
+    found.push({ kind: "warn", words, isMeshed: true });
   }
   const warnings = [...summary.warnings].sort((a, b) => rank(a) - rank(b));
   return [...found, ...warnings.map((words) => ({ kind: "warn", words }))];
 }
 
-/** Beginning of the concern about numbers that are not resolved, which a finer mesh helps. */
-export const COARSE = "The mesh is too coarse";
-
 /** The first part of a warning: what is so, without its numbers and remedies. */
-function short(words) {
-  const [first] = words.startsWith(COARSE) ? [words] : words.split(/: (?=[a-z])|; (?=[a-z])/);
+function short({ words, isMeshed }) {
+  const [first] = isMeshed ? [words] : words.split(/: (?=[a-z])|; (?=[a-z])/);
   return /[.!]$/.test(first) ? first : `${first}.`;
 }
 
@@ -44,5 +44,5 @@ export function warningLine(summary, onOpen, remedy = null) {
   if (!all.length) return html("div", { class: "warning-line good" }, html("span", {}, "All checks of the computation passed; no warnings."), open);
   const [worst] = all;
   const badge = html("span", { class: `badge ${worst.kind}` }, worst.kind === "bad" ? "✗ no result" : "warning");
-  return html("div", { class: `warning-line ${worst.kind}` }, html("span", {}, badge, " ", worst.kind === "bad" ? worst.words : short(worst.words)), html("span", { class: "tools" }, remedy, open));
+  return html("div", { class: `warning-line ${worst.kind}` }, html("span", {}, badge, " ", worst.kind === "bad" ? worst.words : short(worst)), html("span", { class: "tools" }, remedy, open));
 }
