@@ -70,6 +70,8 @@ pub struct PartRange {
     pub torn: Outside,
     /// Strain energy beyond the limit of the law, maximum over the field times so far [J].
     pub energy_beyond: Largest,
+    /// The same beyond the limits that were declared for it.
+    pub energy_beyond_declared: Largest,
     /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
     /// Index of the body in [`LawRanges`].
@@ -81,6 +83,7 @@ pub struct PartRange {
 struct BodyRange {
     all: Largest,
     beyond: Largest,
+    beyond_declared: Largest,
 }
 
 impl PartRange {
@@ -131,6 +134,7 @@ impl LawRanges {
                         stretch: [1.0; 2],
                         jacobian: [1.0; 2],
                         energy_beyond: Largest::default(),
+                        energy_beyond_declared: Largest::default(),
                         has_turned_over: false,
                         in_body: block.body,
                     });
@@ -149,10 +153,10 @@ impl LawRanges {
             for outside in part.volumes() {
                 outside.volume.now = 0.0;
             }
-            part.energy_beyond.now = 0.0;
+            (part.energy_beyond.now, part.energy_beyond_declared.now) = (0.0, 0.0);
         }
         for body in &mut self.bodies {
-            (body.all.now, body.beyond.now) = (0.0, 0.0);
+            (body.all.now, body.beyond.now, body.beyond_declared.now) = (0.0, 0.0, 0.0);
         }
     }
 
@@ -185,6 +189,10 @@ impl LawRanges {
                     part.beyond.volume.now += points.volume[q][lane];
                     part.energy_beyond.now += energy;
                     body.beyond.now += energy;
+                }
+                if part.validity.declared_limit().excess([least, largest], [J; 2]) > 1.0 {
+                    part.energy_beyond_declared.now += energy;
+                    body.beyond_declared.now += energy;
                 }
             }
         }
@@ -237,10 +245,12 @@ impl LawRanges {
                 outside.end(time);
             }
             part.energy_beyond.end();
+            part.energy_beyond_declared.end();
         }
         for body in &mut self.bodies {
             body.all.end();
             body.beyond.end();
+            body.beyond_declared.end();
         }
     }
 
@@ -251,11 +261,14 @@ impl LawRanges {
         self.parts.iter().filter(is_counted).map(|of| of.beyond.volume()).sum()
     }
 
-    /// The part with most strain energy beyond the limit of its law, if any; a part with inverted elements comes first.
+    /// The part with most strain energy beyond the limit of its law, if any; a part with inverted elements comes first, then those
+    /// whose limit was declared.
     pub fn worst(&self) -> Option<&PartRange> {
         let beyond = self.parts.iter().filter(|part| part.beyond.since.is_some());
+        let energies = |part: &PartRange| [part.energy_beyond_declared.largest, part.energy_beyond.largest];
         beyond.max_by(|a, b| {
-            let by_energy = a.energy_beyond.largest.total_cmp(&b.energy_beyond.largest);
+            let ([a_declared, a_all], [b_declared, b_all]) = (energies(a), energies(b));
+            let by_energy = a_declared.total_cmp(&b_declared).then(a_all.total_cmp(&b_all));
             a.has_turned_over.cmp(&b.has_turned_over).then(by_energy)
         })
     }
@@ -263,10 +276,19 @@ impl LawRanges {
     /// Largest fraction of a body's peak strain energy that was beyond the limits of the laws [-]; 1 if elements have
     /// inverted, since their energy is meaningless.
     pub fn fraction_beyond(&self) -> f64 {
+        self.largest_fraction(|body| body.beyond.largest)
+    }
+
+    /// The same beyond the limits that were declared for the laws.
+    pub fn fraction_beyond_declared(&self) -> f64 {
+        self.largest_fraction(|body| body.beyond_declared.largest)
+    }
+
+    fn largest_fraction(&self, energy: impl Fn(&BodyRange) -> f64) -> f64 {
         if self.parts.iter().any(|part| part.has_turned_over) {
             return 1.0;
         }
-        let fraction = |body: &BodyRange| body.beyond.largest / body.all.largest.max(f64::MIN_POSITIVE);
+        let fraction = |body: &BodyRange| energy(body) / body.all.largest.max(f64::MIN_POSITIVE);
         self.bodies.iter().map(fraction).fold(0.0, f64::max)
     }
 }

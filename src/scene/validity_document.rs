@@ -4,8 +4,8 @@ use crate::mechanics::material::{Deformations, Given, Material, Validity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The deformations to which a law's parameters were fitted, and those beyond which the results of a run are withheld; by
-/// default those of the law.
+/// The deformations to which a law's parameters were fitted, and those beyond which the results of a run are withheld. Without
+/// them, those usual for the law raise warnings and withhold nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ValidityDocument {
@@ -46,7 +46,12 @@ impl ValidityDocument {
             stretch: self.limit_stretch.unwrap_or_else(|| wider(own.limit.stretch, fitted.stretch)),
             jacobian: self.limit_jacobian.unwrap_or_else(|| wider(own.limit.jacobian, fitted.jacobian)),
         };
-        let given = Given { stretch: self.stretch.is_some(), jacobian: self.jacobian.is_some() };
+        let given = Given {
+            stretch: self.stretch.is_some(),
+            jacobian: self.jacobian.is_some(),
+            limit_stretch: self.limit_stretch.is_some(),
+            limit_jacobian: self.limit_jacobian.is_some(),
+        };
         Validity { fitted, given, limit }
     }
 }

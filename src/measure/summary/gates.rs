@@ -27,13 +27,17 @@ const PROJECTION_LIMIT: f64 = 0.05;
 const PROJECTION_WARNING: f64 = 0.01;
 /// Fraction of a body's inertia above which redistributed mass raises a warning [-].
 const INERTIA_WARNING: f64 = 0.01;
-/// Fraction of a body's strain energy beyond the limits of its laws above which all numbers are withheld [-]; below,
+/// Fraction of a body's strain energy beyond the declared limits of its laws above which all numbers are withheld [-]; below,
 /// only peaks.
 const LAW_LIMIT: f64 = 0.05;
 /// Gate for laws used beyond their limits, and its remedy.
 const LAW_GATE: &str = "laws_within_limits";
 const BEYOND_LAW: &str = "End the run before that time, lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
                           how far a law holds, say so in the scene (`valid_to` of the material).";
+/// Where no limit is declared, and the usual one is exceeded by as much.
+const NOT_OF_TISSUE: &str = " The other numbers are those of the law, not of an intact tissue: no limit is declared for it, and the \
+                             one usual for soft tissue and rubber does not hold. Choose a law that stiffens, or declare how far this one \
+                             holds (`valid_to` of the material).";
 /// Gate for the dissipation of contact on a coarse mesh, and its remedy.
 const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";
 const PROJECTION_GATE: &str = "projection_within_limit";
@@ -124,8 +128,8 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         ),
         gate(
             LAW_GATE,
-            "fraction of a body's strain energy beyond the limits of its laws; 1 if elements inverted",
-            numerics.energy_fraction_beyond_law,
+            "fraction of a body's strain energy beyond the declared limits of its laws; 1 if elements inverted",
+            numerics.energy_fraction_beyond_declared_limits,
             LAW_LIMIT,
         ),
     ]
@@ -202,12 +206,14 @@ pub(super) fn own_warnings(
     warnings.extend(softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
-    if numerics.energy_fraction_beyond_law <= LAW_LIMIT
+    if numerics.energy_fraction_beyond_declared_limits <= LAW_LIMIT
         && let Some(excess) = beyond_limit(&measures.laws)
     {
+        let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
         warnings.push(format!(
-            "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.",
-            fraction_in_words(excess, numerics)
+            "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.{}",
+            fraction_in_words(excess, numerics),
+            if is_much { NOT_OF_TISSUE } else { "" }
         ));
     }
     // Artefacts, penetration and projection.

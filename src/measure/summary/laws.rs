@@ -84,7 +84,7 @@ impl LawRange {
     }
 }
 
-/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the limit of its law, in 0.1 % of its volume from 40 µs on",
+/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 0.1 % of its volume from 40 µs on",
 /// for the part with most strain energy there.
 pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
     let part = ranges.worst()?;
@@ -102,10 +102,11 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
         }
     }
     Some(format!(
-        "{} ({}) was {}, beyond the limit of its law, in {} % of its volume from {} on",
+        "{} ({}) was {}, beyond the {} limit of its law, in {} % of its volume from {} on",
         part.part,
         part.body,
         what.join(", "),
+        if part.energy_beyond_declared.largest > 0.0 { "declared" } else { "usual" },
         number(100.0 * part.fraction(&part.beyond)),
         seconds(part.beyond.since.unwrap_or_default())
     ))
@@ -144,7 +145,7 @@ mod tests {
                 fraction_outside: 0.5,
                 outside_since_s: 1e-5,
                 fraction_beyond_limit: 0.0,
-                given: Given { stretch, jacobian },
+                given: Given { stretch, jacobian, ..Given::default() },
             };
             law.in_words()
         };

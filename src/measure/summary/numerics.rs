@@ -44,6 +44,8 @@ pub struct Numerics {
     pub absorbed_energy_disagreement: f64,
     /// Largest fraction of a body's strain energy beyond the limits of its laws [-]; 1 if elements have inverted.
     pub energy_fraction_beyond_law: f64,
+    /// The same beyond the limits that the scene, or the set of its library, declares for them.
+    pub energy_fraction_beyond_declared_limits: f64,
 }
 
 /// Evaluates the measures; `outcome` is `None` while the run is in progress.
@@ -67,6 +69,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_fraction: measures.hourglass.largest_fraction(),
         energy_fraction_beyond_law: measures.laws.fraction_beyond(),
+        energy_fraction_beyond_declared_limits: measures.laws.fraction_beyond_declared(),
         deepest_penetration_m: measures.penetration.deepest.depth,
         deepest_penetration_fraction: measures.penetration.deepest.fraction,
         overlapped_volume_m3: measures.penetration.largest.volume,

@@ -22,13 +22,17 @@ impl Deformations {
 /// Least stretch or J that is distinguished from zero [-].
 const VANISHING: f64 = 1e-9;
 
-/// Whether ranges were given for the parameters of a law.
+/// Which ranges and limits were given for the parameters of a law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Given {
     /// That of the principal stretches.
     pub stretch: bool,
     /// That of the volume ratio.
     pub jacobian: bool,
+    /// The limit of the principal stretches.
+    pub limit_stretch: bool,
+    /// The limit of the volume ratio.
+    pub limit_jacobian: bool,
 }
 
 /// Range of validity of a law.
@@ -38,9 +42,12 @@ pub struct Validity {
     pub fitted: Deformations,
     /// Which of these were given for the parameters; the others are usual for the law.
     pub given: Given,
-    /// Deformations beyond which its results are meaningless.
+    /// Deformations beyond which its results are not those of an intact tissue.
     pub limit: Deformations,
 }
+
+/// No limit of a stretch or volume ratio [-].
+const NO_LIMIT: [f64; 2] = [0.0, f64::INFINITY];
 
 /// Beyond a stretch of 4, or crushed to a tenth, no soft tissue or rubber of these laws is intact; with J below 0.1
 /// the mesh has failed.
@@ -54,6 +61,13 @@ pub(super) const NEARLY_INCOMPRESSIBLE: [f64; 2] = [0.9, 1.1];
 pub(super) const TISSUE: Deformations = Deformations { stretch: [0.6, 1.5], jacobian: NEARLY_INCOMPRESSIBLE };
 
 impl Validity {
+    /// The limits that were given; those usual for such laws limit nothing here.
+    pub fn declared_limit(&self) -> Deformations {
+        Deformations {
+            stretch: if self.given.limit_stretch { self.limit.stretch } else { NO_LIMIT },
+            jacobian: if self.given.limit_jacobian { self.limit.jacobian } else { NO_LIMIT },
+        }
+    }
     /// Range of a law fitted to these, unless a scene specifies another.
     pub(super) fn fitted_to(fitted: Deformations) -> Self {
         Self { fitted, given: Given::default(), limit: LIMIT }
