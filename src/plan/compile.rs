@@ -67,6 +67,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         u: if plan.initial_u.is_empty() { vec![Vec3::zeros(); nodes] } else { plan.initial_u },
         v: Vec::with_capacity(nodes),
         X: plan.X,
+        own_mass: plan.own_mass,
         mass: plan.mass,
         inverse_mass: plan.inverse_mass,
         blocks: plan.blocks,
@@ -124,6 +125,7 @@ fn complete(
         measures: measures(scene, &parts.bodies),
         bodies: parts.bodies,
         X: parts.X,
+        own_mass: parts.own_mass,
         mass: parts.mass,
         inverse_mass: parts.inverse_mass,
         rigid: (!parts.rigid.bodies.is_empty()).then_some(parts.rigid),
@@ -235,6 +237,7 @@ fn add_body(
     let ties = mesh.hanging.ties();
     let followers = Followers::new(mesh.nodes.len(), &ties)
         .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
+    parts.own_mass.extend(&mass);
     followers.hand_over_masses(&mut mass);
     let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
@@ -311,6 +314,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
     let (place, mass) = (rigid.pose.centre, rigid.mass);
     let orientation = rigid.pose.orientation;
     parts.X.extend([place; 2]);
+    parts.own_mass.extend([mass, 0.0]);
     parts.mass.extend([mass, 0.0]);
     parts.inverse_mass.extend([Vec3::repeat(1.0 / mass), rigid.inertia.map(|i| 1.0 / i)]);
     parts.u.extend([Vec3::zeros(); 2]);

@@ -48,7 +48,7 @@ pub(super) struct StableSteps(Vec<Vec<f64>>);
 impl StableSteps {
     /// Critical time steps at the initial displacements `u` [m], nodes × 3; `forces` are the buffers of the blocks.
     pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(u);
         forces.evaluate(&Threads::ONE, blocks, &input);
         let at_rest = vec![Vec3::zeros(); u.len()];
         forces.add_viscous(&Threads::ONE, blocks, &input, &at_rest);
