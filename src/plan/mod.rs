@@ -61,8 +61,11 @@ pub struct Plan {
     pub bodies: Vec<PlanBody>,
     /// Reference positions X [m], nodes × 3.
     pub X: Vec<Vec3>,
-    /// Mass lumped at each node by its own elements [kg]: that of followers is theirs here.
-    pub own_mass: Vec<f64>,
+    /// Inverse of the mass that its own elements lump at each node, also of followers, 0 along axes on which it is held [1/kg].
+    pub own_inverse_mass: Vec<Vec3>,
+    /// What the assembled mesh leaves of the volumetric stiffness of each element in its initial critical time step, chunk by chunk [-];
+    /// empty with implicit steps, see [`AssembledBound`](crate::mechanics::force::AssembledBound).
+    pub fractions: Vec<Vec<Row>>,
     /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body and for followers, whose mass their masters carry.
     pub mass: Vec<f64>,
     /// 1/m along each axis [1/kg], 0 where the node is held or follows others; 1/I [1/(kg m²)] for the spin of a rigid
@@ -421,14 +424,6 @@ impl Plan {
             return Vec3::repeat(self.mass[node]);
         }
         self.inverse_mass[node].map(|inverse| 1.0 / inverse)
-    }
-    /// Inverse of the mass that its own elements lump at each node, 0 along axes on which it is held or driven [1/kg].
-    pub fn own_inverse_mass(&self) -> Vec<Vec3> {
-        let of_node = |(node, mass): (usize, &f64)| {
-            let inverse = |axis: usize| if self.holds(node, axis) { 0.0 } else { 1.0 / mass };
-            if *mass > 0.0 { Vec3::from_fn(|axis, _| inverse(axis)) } else { Vec3::zeros() }
-        };
-        self.own_mass.iter().enumerate().map(of_node).collect()
     }
     /// Whether a node is held or driven along an axis; false for followers, even if their masters are held.
     pub fn holds(&self, node: usize, axis: usize) -> bool {

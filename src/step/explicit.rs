@@ -105,11 +105,8 @@ impl<'p> ExplicitStepper<'p> {
             options,
             threads,
             activity: Activity::everything(nodes, &forces),
-            assembled: plan
-                .blocks
-                .iter()
-                .any(|block| block.parameters.has_mean_dilatation())
-                .then(|| AssembledBound::new(&plan.blocks, plan.bodies.len(), plan.own_inverse_mass())),
+            assembled: (!plan.fractions.is_empty())
+                .then(|| AssembledBound::new(&plan.blocks, nodes, plan.bodies.len())),
             forces,
             gone: 0,
             has_been_inactive: false,
@@ -148,8 +145,9 @@ impl Stepper for ExplicitStepper<'_> {
         if state.step % BOUND_STEPS == 0
             && let Some(assembled) = &mut self.assembled
         {
-            let Plan { blocks, assembly, .. } = self.plan;
-            assembled.evaluate(&self.threads, (blocks, assembly), &self.forces, &state.force_input());
+            let Plan { blocks, assembly, own_inverse_mass, .. } = self.plan;
+            let mesh = (&blocks[..], assembly, &own_inverse_mass[..]);
+            assembled.evaluate(&self.threads, mesh, &self.forces, &state.force_input());
         }
         self.deactivate_at_rest(state);
         self.place(state, phase);

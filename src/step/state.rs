@@ -2,11 +2,11 @@
 
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::{AssembledBound, ElementForces, Erosion, ForceInput};
+use crate::mechanics::force::{ElementForces, Erosion, ForceInput};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Integrator, Plan};
+use crate::plan::Plan;
 use std::sync::Arc;
 
 /// Capacity for projection shifts per contact: slave and master nodes in a few passes.
@@ -108,10 +108,7 @@ impl State {
             orientations: plan.rigid.as_ref().map_or_else(Vec::new, |rigid| rigid.orientations.clone()),
             last_step: 0.0,
             history: ElementForces::no_history(&plan.blocks),
-            fractions: match plan.integrator {
-                Integrator::Explicit(_) => AssembledBound::whole(&plan.blocks),
-                Integrator::Implicit(_) => Vec::new(),
-            },
+            fractions: plan.fractions.clone(),
             erosion: Arc::default(),
             viscous_force: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),

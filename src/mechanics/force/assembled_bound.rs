@@ -41,8 +41,6 @@ type NodeTensor = [f64; 6];
 /// The bound, with buffers that are kept from step to step.
 #[derive(Debug)]
 pub struct AssembledBound {
-    /// Inverse of the mass that its own elements lump at each node, 0 along axes on which it is held [1/kg].
-    inverse_mass: Vec<Vec3>,
     /// λ(S_a) of each node [1/s²].
     of_nodes: Vec<f64>,
     /// Of all chunks of all blocks, in their order.
@@ -66,8 +64,8 @@ struct ChunkBound {
 }
 
 impl AssembledBound {
-    /// Of the blocks of so many bodies, with the inverse of the mass that its own elements lump at each node [1/kg].
-    pub fn new(blocks: &[ElementBlock], bodies: usize, inverse_mass: Vec<Vec3>) -> Self {
+    /// Of the blocks of so many nodes and bodies.
+    pub fn new(blocks: &[ElementBlock], nodes: usize, bodies: usize) -> Self {
         let of_block = |(index, block)| {
             let block: &ElementBlock = block;
             let counts = |chunk: usize| match block.parameters.has_mean_dilatation() {
@@ -81,15 +79,16 @@ impl AssembledBound {
             })
         };
         let chunks = blocks.iter().enumerate().flat_map(of_block).collect();
-        let (of_nodes, of_bodies) = (vec![0.0; inverse_mass.len()], vec![[0.0; 2]; bodies]);
-        Self { inverse_mass, of_nodes, chunks, of_bodies, fractions: Self::whole(blocks) }
+        let (of_nodes, of_bodies) = (vec![0.0; nodes], vec![[0.0; 2]; bodies]);
+        Self { of_nodes, chunks, of_bodies, fractions: Self::whole(blocks) }
     }
 
-    /// The fractions of elements that keep all of their stiffness.
-    pub fn whole(blocks: &[ElementBlock]) -> Vec<Vec<Row>> {
+    /// Fractions of 1.
+    fn whole(blocks: &[ElementBlock]) -> Vec<Vec<Row>> {
         let of_block = |block: &ElementBlock| {
             let has_any = block.parameters.has_mean_dilatation();
-            let of_chunk = move |chunk: &Chunk| vec![Row([1.0; BATCH]); if has_any { chunk.batches.len() } else { 0 }];
+            let of_chunk =
+                move |chunk: &Chunk| vec![Row([1.0; BATCH]); if has_any { chunk.batches.len() } else { 0 }];
             block.chunks.iter().map(of_chunk).collect::<Vec<_>>()
         };
         blocks.iter().flat_map(of_block).collect()
@@ -100,12 +99,17 @@ impl AssembledBound {
         std::mem::swap(&mut self.fractions, fractions);
     }
 
-    /// Evaluates the fractions where the forces have just been evaluated, with the same input. Batches at rest that those omitted have
-    /// not changed.
+    /// The fractions of the last evaluation.
+    pub fn into_fractions(self) -> Vec<Vec<Row>> {
+        self.fractions
+    }
+
+    /// Evaluates the fractions where the forces have just been evaluated, with the same input; `inverse_mass` is that of the mass that
+    /// its own elements lump at each node, 0 along axes on which it is held [1/kg]. Batches at rest that were not evaluated have not changed.
     pub fn evaluate(
         &mut self,
         threads: &Threads,
-        (blocks, assembly): (&[ElementBlock], &Assembly),
+        (blocks, assembly, inverse_mass): (&[ElementBlock], &Assembly, &[Vec3]),
         forces: &ElementForces,
         input: &ForceInput,
     ) {
@@ -124,12 +128,13 @@ impl AssembledBound {
             bound.is_known = true;
         });
         // The eigenvalues of the nodes.
-        let Self { inverse_mass, of_nodes, chunks, .. } = self;
+        let Self { of_nodes, chunks, .. } = self;
         let mut nothing = vec![(); of_nodes.len()];
         threads.for_each_run(NODES, (&mut of_nodes[..], &mut nothing[..]), |run, values, _| {
             for (node, value) in (run * NODES..).zip(values) {
                 let places = assembly.places(node).iter();
-                let tensors = places.filter_map(|(chunk, i)| chunks[*chunk as usize].tensors.get(*i as usize));
+                let tensors =
+                    places.filter_map(|(chunk, i)| chunks[*chunk as usize].tensors.get(*i as usize));
                 *value = largest_at_node(tensors, &inverse_mass[node]);
             }
         });
@@ -172,9 +177,7 @@ impl AssembledBound {
         let of_chunk = |bound: &ChunkBound| {
             size_of::<ChunkBound>() + size_of_val(&bound.tensors[..]) + 2 * size_of_val(&bound.alone[..])
         };
-        size_of_val(&self.inverse_mass[..])
-            + size_of_val(&self.of_nodes[..])
-            + self.chunks.iter().map(of_chunk).sum::<usize>()
+        size_of_val(&self.of_nodes[..]) + self.chunks.iter().map(of_chunk).sum::<usize>()
     }
 }
 
@@ -239,7 +242,8 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for BoundPass<'
                 let f = E::nodal_forces(&sums.0);
                 let bound_alone = Lane::load(simd, &batch.frequency_bound, part) * stiffness * cofactor;
                 bound_alone.store(&mut bound.alone[i], part);
-                let per_volume = stiffness * Lane::load(simd, &batch.scaled_inverse_volume, part) * (1.0 / E::SCALE);
+                let per_volume =
+                    stiffness * Lane::load(simd, &batch.scaled_inverse_volume, part) * (1.0 / E::SCALE);
                 for a in 0..N {
                     let scaled = [f[0][a] * per_volume, f[1][a] * per_volume, f[2][a] * per_volume];
                     for (k, (row, column)) in COMPONENTS.into_iter().enumerate() {
