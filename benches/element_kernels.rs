@@ -285,7 +285,7 @@ impl Bench {
     }
 
     fn evaluate(&mut self) {
-        let input = ForceInput { u: &self.u, inverse_step: 1e6, history: &self.history };
+        let input = ForceInput { inverse_step: 1e6, history: &self.history, ..ForceInput::at(&self.u) };
         self.forces.evaluate(&Threads::ONE, &self.blocks, black_box(&input));
     }
 }
@@ -310,7 +310,7 @@ fn second_pass(bencher: Bencher, case: &Case, memory: Memory) {
     bench.evaluate();
     let Bench { forces, blocks, u, history, mesh } = &mut bench;
     let v: Vec<Vec3> = u.iter().map(|u| u * 100.0).collect();
-    let input = ForceInput { u, inverse_step: 1e6, history };
+    let input = ForceInput { inverse_step: 1e6, history, ..ForceInput::at(u) };
     bencher
         .counter(ItemsCount::new(mesh.cells.len()))
         .bench_local(|| forces.add_viscous(&Threads::ONE, blocks, black_box(&input), &v));

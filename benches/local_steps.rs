@@ -48,7 +48,7 @@ impl Recorder for Spread {
             return Ok(());
         }
         let plan = frame.plan;
-        let input = ForceInput { u: frame.u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(frame.u);
         self.forces.evaluate(&Threads::ONE, &plan.blocks, &input);
         let steps: Vec<f64> = plan
             .blocks

@@ -13,7 +13,8 @@ use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
-use crate::mechanics::force::{Assembly, ElementForces};
+use crate::mechanics::force::{AssembledBound, Assembly, ElementForces, ForceInput, Threads};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Cells, surface};
@@ -67,6 +68,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         u: if plan.initial_u.is_empty() { vec![Vec3::zeros(); nodes] } else { plan.initial_u },
         v: Vec::with_capacity(nodes),
         X: plan.X,
+        own_inverse_mass: plan.own_inverse_mass,
         mass: plan.mass,
         inverse_mass: plan.inverse_mass,
         blocks: plan.blocks,
@@ -104,7 +106,9 @@ fn complete(
     parts.followers.follow(&mut parts.v);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
-    let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
+    let is_explicit = matches!(integrator, Integrator::Explicit(_));
+    let fractions = if is_explicit { fractions_at_start(&parts, &assembly, &mut forces) } else { Vec::new() };
+    let steps = StableSteps::new(&parts.blocks, &parts.u, &fractions, &mut forces);
     let longest_step = match &integrator {
         // Without elements the scene gives the step.
         Integrator::Explicit(explicit) if parts.blocks.is_empty() => explicit.max_step,
@@ -117,13 +121,14 @@ fn complete(
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
     let mut plan = Plan {
-        skip_inactive_elements: matches!(integrator, Integrator::Explicit(_))
-            && skips_inactive_elements(document, &parts),
+        skip_inactive_elements: is_explicit && skips_inactive_elements(document, &parts),
         distant_pairs,
         name: document.name.clone(),
         measures: measures(scene, &parts.bodies),
         bodies: parts.bodies,
         X: parts.X,
+        own_inverse_mass: parts.own_inverse_mass,
+        fractions,
         mass: parts.mass,
         inverse_mass: parts.inverse_mass,
         rigid: (!parts.rigid.bodies.is_empty()).then_some(parts.rigid),
@@ -152,6 +157,19 @@ fn complete(
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
     plan
+}
+
+/// The fractions of the volumetric stiffness in the initial critical time steps; empty if no element has a mean dilatation.
+fn fractions_at_start(parts: &Parts, assembly: &Assembly, forces: &mut ElementForces) -> Vec<Vec<Row>> {
+    let Parts { blocks, u, own_inverse_mass, .. } = parts;
+    if !blocks.iter().any(|block| block.parameters.has_mean_dilatation()) {
+        return Vec::new();
+    }
+    let input = ForceInput::at(u);
+    forces.evaluate(&Threads::ONE, blocks, &input);
+    let mut bound = AssembledBound::new(blocks, u.len(), parts.bodies.len());
+    bound.evaluate(&Threads::ONE, (blocks, assembly, own_inverse_mass), forces, &input);
+    bound.into_fractions()
 }
 
 /// Bound on the length of a step, as a multiple of the smallest critical time step of one body [-].
@@ -235,6 +253,7 @@ fn add_body(
     let ties = mesh.hanging.ties();
     let followers = Followers::new(mesh.nodes.len(), &ties)
         .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
+    parts.own_inverse_mass.extend(inverse_masses(document, body, &mass));
     followers.hand_over_masses(&mut mass);
     let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
@@ -311,6 +330,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
     let (place, mass) = (rigid.pose.centre, rigid.mass);
     let orientation = rigid.pose.orientation;
     parts.X.extend([place; 2]);
+    parts.own_inverse_mass.extend([Vec3::zeros(); 2]);
     parts.mass.extend([mass, 0.0]);
     parts.inverse_mass.extend([Vec3::repeat(1.0 / mass), rigid.inertia.map(|i| 1.0 / i)]);
     parts.u.extend([Vec3::zeros(); 2]);

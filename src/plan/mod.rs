@@ -61,6 +61,11 @@ pub struct Plan {
     pub bodies: Vec<PlanBody>,
     /// Reference positions X [m], nodes × 3.
     pub X: Vec<Vec3>,
+    /// Inverse of the mass that its own elements lump at each node, also of followers, 0 along axes on which it is held [1/kg].
+    pub own_inverse_mass: Vec<Vec3>,
+    /// What the assembled mesh leaves of the volumetric stiffness of each element in its initial critical time step, chunk by chunk [-];
+    /// empty with implicit steps, see [`AssembledBound`](crate::mechanics::force::AssembledBound).
+    pub fractions: Vec<Vec<Row>>,
     /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body and for followers, whose mass their masters carry.
     pub mass: Vec<f64>,
     /// 1/m along each axis [1/kg], 0 where the node is held or follows others; 1/I [1/(kg m²)] for the spin of a rigid

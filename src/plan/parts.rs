@@ -62,6 +62,7 @@ pub enum CompileError {
 #[derive(Default)]
 pub(super) struct Parts {
     pub X: Vec<Vec3>,
+    pub own_inverse_mass: Vec<Vec3>,
     pub mass: Vec<f64>,
     pub inverse_mass: Vec<Vec3>,
     pub u: Vec<Vec3>,

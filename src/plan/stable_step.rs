@@ -2,6 +2,7 @@
 
 use super::PlanBody;
 use crate::mechanics::force::{ElementBlock, ElementForces, ForceInput, Threads};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
@@ -46,9 +47,15 @@ pub struct ElementsWithin {
 pub(super) struct StableSteps(Vec<Vec<f64>>);
 
 impl StableSteps {
-    /// Critical time steps at the initial displacements `u` [m], nodes × 3; `forces` are the buffers of the blocks.
-    pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+    /// Critical time steps at the initial displacements `u` [m], nodes × 3, with these [`ForceInput::fractions`]; `forces` are the
+    /// buffers of the blocks.
+    pub fn new(
+        blocks: &[ElementBlock],
+        u: &[Vec3],
+        fractions: &[Vec<Row>],
+        forces: &mut ElementForces,
+    ) -> Self {
+        let input = ForceInput { fractions, ..ForceInput::at(u) };
         forces.evaluate(&Threads::ONE, blocks, &input);
         let at_rest = vec![Vec3::zeros(); u.len()];
         forces.add_viscous(&Threads::ONE, blocks, &input, &at_rest);

@@ -30,6 +30,9 @@ pub struct State {
     pub last_step: f64,
     /// History of the elements at t_{n−1}, in implicit runs at t_n, chunk by chunk, see [`ElementBlock::history_rows`](crate::mechanics::force::ElementBlock::history_rows).
     pub history: Vec<Vec<Row>>,
+    /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step [-], chunk by chunk; empty in
+    /// implicit runs, see [`AssembledBound`](crate::mechanics::force::AssembledBound).
+    pub fractions: Vec<Vec<Row>>,
     /// Elements eroded so far.
     pub erosion: Arc<Erosion>,
     /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty if no part is viscous.
@@ -105,6 +108,7 @@ impl State {
             orientations: plan.rigid.as_ref().map_or_else(Vec::new, |rigid| rigid.orientations.clone()),
             last_step: 0.0,
             history: ElementForces::no_history(&plan.blocks),
+            fractions: plan.fractions.clone(),
             erosion: Arc::default(),
             viscous_force: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
@@ -116,7 +120,7 @@ impl State {
     /// Input of the internal force evaluation at t_n.
     pub(super) fn force_input(&self) -> ForceInput<'_> {
         let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
-        ForceInput { u: &self.u, inverse_step, history: &self.history }
+        ForceInput { u: &self.u, inverse_step, history: &self.history, fractions: &self.fractions }
     }
 
     /// Position x of a node [m].

@@ -175,7 +175,7 @@ fn nearly_incompressible_tetrahedra_do_not_lock_and_their_pressure_does_not_alte
 /// Internal forces at all nodes [N].
 fn internal_forces(plan: &Plan, u: &[Vec3]) -> Vec<Vec3> {
     let mut forces = ElementForces::new(&plan.blocks);
-    forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
+    forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput::at(u));
     (0..u.len()).map(|a| forces.at_node(&plan.assembly, a)).collect()
 }
 

@@ -86,7 +86,7 @@ fn patch() -> Plan {
 /// Internal forces at displacements, handed over to the masters [N].
 fn forces(plan: &Plan, u: &[Vec3]) -> Vec<Vec3> {
     let mut forces = ElementForces::new(&plan.blocks);
-    forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
+    forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput::at(u));
     (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect()
 }
 

@@ -6,6 +6,7 @@
 #![allow(non_snake_case, clippy::unwrap_used, clippy::float_cmp)]
 
 mod accuracy;
+mod assembled_step;
 mod averaged_pressure;
 mod ball_on_block;
 mod bar_on_wall;

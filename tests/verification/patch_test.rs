@@ -60,7 +60,7 @@ const AVERAGED: &str = "averaged pressure";
 /// Internal forces of all nodes [N], strain energy [J].
 fn evaluate(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
     let mut forces = ElementForces::new(&plan.blocks);
-    let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+    let input = ForceInput::at(u);
     forces.evaluate(&Threads::ONE, &plan.blocks, &input);
     let of_nodes = (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect();
     (of_nodes, (0..plan.blocks.len()).map(|block| forces.totals(block).strain).sum())

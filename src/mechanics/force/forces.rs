@@ -195,10 +195,8 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         };
     }
     let formulation = block.parameters.formulation;
-    let has_mean_dilatation =
-        formulation == Formulation::MeanDilatation && block.parameters.material.volumetric().is_some();
     // Constants stand first, so that no kernel is compiled for an element that has no use for it.
-    if const { Formulation::MeanDilatation.is_of(E::KIND) } && has_mean_dilatation {
+    if const { Formulation::MeanDilatation.is_of(E::KIND) } && block.parameters.has_mean_dilatation() {
         evaluate!(law, GaussPoints::<true, false>);
     } else if const { Formulation::NodalPressure.is_of(E::KIND) } && formulation == Formulation::NodalPressure
     {

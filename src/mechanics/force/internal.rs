@@ -27,6 +27,16 @@ pub struct ForceInput<'a> {
     pub inverse_step: f64,
     /// History at t_{n−1} of each chunk of all blocks; empty where no step is behind the elements.
     pub history: &'a [Vec<Row>],
+    /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step [-], chunk by chunk,
+    /// see [`AssembledBound`](super::AssembledBound); empty for all of it.
+    pub fractions: &'a [Vec<Row>],
+}
+
+impl<'a> ForceInput<'a> {
+    /// At these displacements [m], with no step behind the elements.
+    pub fn at(u: &'a [Vec3]) -> Self {
+        Self { u, inverse_step: 0.0, history: &[], fractions: &[] }
+    }
 }
 
 /// What a formulation does to the elements of a batch that fit into a register.
@@ -52,6 +62,8 @@ pub(super) struct BatchLanes<S: Simd, const N: usize, const Q: usize> {
     pub after: [Row; BULK_ROWS],
     /// Means over the nodes of the elements, where pressure is averaged over nodes.
     pub of_nodes: [Row; 3],
+    /// Fraction of the volumetric stiffness in the critical time step [-].
+    pub fraction: Row,
     /// Room for the first pass.
     pub first_pass: FirstPass<Lane<S>, Q>,
 }
@@ -119,10 +131,13 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
-        let mut lanes = BatchLanes { nodal, before: [zero; 2], after: [zero; 2], of_nodes, first_pass };
+        let all = Row([1.0; BATCH]);
+        let (before, after) = ([zero; BULK_ROWS], [zero; BULK_ROWS]);
+        let mut lanes = BatchLanes { nodal, before, after, of_nodes, fraction: all, first_pass };
         let fraction = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.fraction);
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
-        let before = input.history.get(block.chunk_number(forces.chunk as usize));
+        let number = block.chunk_number(forces.chunk as usize);
+        let (before, fractions) = (input.history.get(number), input.fractions.get(number));
         for i in 0..forces.batches.len() {
             if forces.active & (1 << i) == 0 {
                 continue;
@@ -142,6 +157,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if let Some(before) = before {
                 lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
             }
+            lanes.fraction = fractions.and_then(|rows| rows.get(i)).copied().unwrap_or(all);
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             forces.average_over_nodes(nodes, &mut lanes.of_nodes);
@@ -279,7 +295,8 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
             let point = self.law.eval_with_bounds(&k, &invariants, fibres);
             let mut psi = point.response.psi;
             let mut pressure = match (element_pressure, U) {
-                (Some(pressure), _) => pressure,
+                // Its stiffness is that of the element, below.
+                (Some(pressure), _) => Pressure { p: pressure.p, stiffness: zero },
                 (None, Some(U)) => {
                     psi += U.energy(k.j);
                     pressure_at(U, k.j, viscous.0)
@@ -325,8 +342,12 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         stabilisation.store(&mut totals.hourglass, part);
         lanes.store_history(mean, viscous.0, part);
         lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
+        // The stiffness and the viscosity of the element's one pressure act along one vector, which the assembled mesh bounds more closely.
         let bound = load!(&self.batch.frequency_bound);
-        totals.store_step(bound.mul_add(tangent, corner_frequency), bound * cofactor * viscous.1, part);
+        let volumetric = bound * cofactor * load!(&lanes.fraction);
+        let stiffness = element_pressure.map_or(zero, |pressure| pressure.stiffness);
+        let frequency = stiffness.mul_add(volumetric, bound.mul_add(tangent, corner_frequency));
+        totals.store_step(frequency, volumetric * viscous.1, part);
         exponent.store(&mut totals.fibre_exponent, part);
     }
 }

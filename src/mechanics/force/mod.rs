@@ -7,6 +7,7 @@
 //! not depend on how many there are.
 
 mod activity;
+mod assembled_bound;
 mod assembly;
 mod block;
 mod block_tangent;
@@ -36,6 +37,7 @@ mod totals;
 mod viscous;
 
 pub use activity::Activity;
+pub use assembled_bound::AssembledBound;
 pub use assembly::Assembly;
 pub use block::{ElementBlock, NodeList};
 pub use block_tangent::{BlockTangent, NodalTerm};

@@ -71,6 +71,10 @@ impl BlockParameters {
     pub fn is_local(&self) -> bool {
         self.formulation != Formulation::NodalPressure
     }
+    /// Whether an element has one mean dilatation and one pressure for all of its points.
+    pub fn has_mean_dilatation(&self) -> bool {
+        self.formulation == Formulation::MeanDilatation && self.material.volumetric().is_some()
+    }
     /// Whether compression has a viscous pressure.
     pub fn has_bulk_viscosity(&self) -> bool {
         self.linear_viscosity > 0.0 || self.quadratic_viscosity > 0.0

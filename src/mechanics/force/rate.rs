@@ -250,7 +250,7 @@ mod tests {
             v[1] = a - b;
             let blocks = [row().1];
             let mut forces = ElementForces::new(&blocks);
-            let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
+            let input = ForceInput::at(&u);
             forces.evaluate(&Threads::ONE, &blocks, &input);
             // Within the step that a limit of a tenth allows the edge gets to the other side.
             let rate = forces.largest_stretch_rate(&Threads::ONE, &blocks, &v, 1.0, 0.0);
@@ -290,7 +290,7 @@ mod tests {
         let (h, limit) = (2e-2, 0.1);
         for step in 0..40 {
             let v: Vec<Vec3> = v.iter().map(|v| v * (0.2 * f64::from(step))).collect();
-            let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
+            let input = ForceInput::at(&u);
             forces.evaluate(&Threads::ONE, &blocks, &input);
             let mut exact = ElementForces::new(&blocks);
             exact.evaluate(&Threads::ONE, &blocks, &input);

@@ -66,7 +66,7 @@ impl Element {
     }
 
     fn evaluate(&self, u: &U) -> Evaluated {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(u);
         let mut forces = ElementForces::new(&self.blocks);
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
         self.evaluated(&forces)
@@ -74,7 +74,7 @@ impl Element {
 
     /// The same as on a machine without wide registers.
     fn evaluate_in_plain_numbers(&self, u: &U) -> Evaluated {
-        let input = &ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = &ForceInput::at(u);
         let mut all = ElementForces::new(&self.blocks);
         let (block, forces) = (&self.blocks[0], &mut all.chunks[0]);
         let Elements::Hex8(elements) = &block.packed else { panic!("a hexahedron") };
@@ -336,7 +336,7 @@ fn history_has_rows_where_something_is_remembered_and_only_there() {
         let (mut history, v) = (ElementForces::no_history(&element.blocks), [Vec3::zeros(); 8]);
         let mut forces = ElementForces::new(&element.blocks);
         for u in &steps {
-            let input = ForceInput { u, inverse_step: 1e3, history: &history };
+            let input = ForceInput { inverse_step: 1e3, history: &history, ..ForceInput::at(u) };
             forces.evaluate(&Threads::ONE, &element.blocks, &input);
             forces.add_viscous(&Threads::ONE, &element.blocks, &input, &v);
             forces.swap_history(&mut history);

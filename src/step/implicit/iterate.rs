@@ -199,7 +199,7 @@ impl Iterate {
         evaluate_at(&self.u, plan, threads, forces);
         if !self.f_rate.is_empty() {
             let inverse_step = if h > 0.0 { 1.0 / h } else { 0.0 };
-            let input = ForceInput { u: &self.u, inverse_step, history };
+            let input = ForceInput { inverse_step, history, ..ForceInput::at(&self.u) };
             forces.add_viscous(threads, &plan.blocks, &input, self.velocities());
             self.branches.evaluate(plan, forces);
         }
@@ -391,7 +391,7 @@ impl Iterate {
 /// Forces and energies of the elements at u [m].
 fn evaluate_at(u: &[Vec3], plan: &Plan, threads: &Threads, forces: &mut ElementForces) {
     // Static evaluation: no bulk viscosity.
-    let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+    let input = ForceInput::at(u);
     forces.evaluate(threads, &plan.blocks, &input);
 }
 

@@ -71,7 +71,7 @@ impl Case {
     }
 
     fn evaluated(&self, u: &[Vec3; 8]) -> ElementForces {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(u);
         let mut forces = ElementForces::new(&self.blocks);
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
         forces

@@ -58,7 +58,7 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     stretches[8] = [0.7, 0.75, 0.8];
     stretches[9] = [2.0, 2.0, 0.5];
     let u = displaced(&X, &stretches);
-    let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
+    let input = ForceInput::at(&u);
     let mut forces = ElementForces::new(&blocks);
     forces.evaluate(&Threads::ONE, &blocks, &input);
     let found = forces.find_eroding(&Threads::ONE, &blocks);
@@ -103,7 +103,7 @@ fn history_of_what_is_gone_is_forgotten() {
     (stretches[3], stretches[9]) = ([2.0; 3], [1.2; 3]);
     let u = displaced(&X, &stretches);
     let mut forces = ElementForces::new(&blocks);
-    forces.evaluate(&Threads::ONE, &blocks, &ForceInput { u: &u, inverse_step: 0.0, history: &[] });
+    forces.evaluate(&Threads::ONE, &blocks, &ForceInput::at(&u));
     let mut erosion = Erosion::default();
     for element in &forces.find_eroding(&Threads::ONE, &blocks) {
         erosion.add(element, &blocks);

@@ -87,7 +87,7 @@ impl Element {
 
     fn evaluate(&self, u: &U) -> ElementForces {
         let mut forces = ElementForces::new(&self.blocks);
-        let input = ForceInput { u, inverse_step: 1.0 / H, history: &self.history };
+        let input = ForceInput { inverse_step: 1.0 / H, history: &self.history, ..ForceInput::at(u) };
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
         forces.add_viscous(&Threads::ONE, &self.blocks, &input, &self.velocities(u));
         forces

@@ -50,7 +50,7 @@ impl Element {
 
     /// Forces on the corners [N] and totals.
     fn evaluate(&self, u: &U) -> (U, Seen) {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(u);
         let mut forces = ElementForces::new(&self.blocks);
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let totals = forces.totals(0);

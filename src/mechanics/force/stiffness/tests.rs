@@ -91,7 +91,7 @@ impl Element {
     }
 
     fn force(&self, u: &U) -> U {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(u);
         let mut forces = ElementForces::new(&self.blocks);
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let assembly = Assembly::new(8, &self.blocks);

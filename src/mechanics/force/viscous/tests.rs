@@ -55,7 +55,7 @@ impl Element {
 
     /// Viscous forces [N] and critical time step [s].
     fn forces(&self, u: &U, v: &U) -> (U, f64) {
-        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput::at(u);
         let mut forces = ElementForces::new(&self.blocks);
         forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let alone = forces.totals(0).stable_step.0;

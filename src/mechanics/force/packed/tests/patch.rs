@@ -137,7 +137,7 @@ impl Patch {
 
     pub fn evaluated(&self, u: &[Vec3]) -> ElementForces {
         let mut forces = ElementForces::new(&self.blocks);
-        forces.evaluate(&Threads::ONE, &self.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
+        forces.evaluate(&Threads::ONE, &self.blocks, &ForceInput::at(u));
         forces
     }
 

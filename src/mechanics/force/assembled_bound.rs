@@ -1,0 +1,265 @@
+//! A bound of the critical time step that knows the assembled mesh, not its elements alone.
+//!
+//! With one mean dilatation an element the volumetric stiffness of a mesh is `K = Σ_e (κ_e/V_e) f_e f_eᵀ`, f_e the nodal forces of a unit
+//! pressure. The eigenvalues of `M⁻¹ K` are those of the matrix `√(κ_e/V_e) f_eᵀ M⁻¹ f_f √(κ_f/V_f)` over elements e and f. It is a sum over
+//! nodes a of matrices whose largest eigenvalues are those of the tensors `S_a = M_a^(−½) Σ_e (κ_e/V_e) f_ea f_eaᵀ M_a^(−½)`, and an element
+//! has a part in those of its own nodes only:
+//!
+//! ```text
+//! ω² ≤ max_e Σ_{a ∈ e} λ(S_a),   λ the largest eigenvalue
+//! ```
+//!
+//! On a regular mesh of cubes of edge h that is exact, `4 κ/(ρ h²)`. Alone, an element has `12 κ/(ρ h²)`: its corners move outwards along
+//! all three axes, which its neighbours do not let them, and carry no mass of these. Bulk viscosity acts along the same vectors; over a step
+//! h it counts as `κ + 2 η/h`.
+//!
+//! Nodes that follow others count as free ones with the mass lumped at them: what follows moves no more than its masters (their weights are
+//! positive and sum to one), so that the constraint only lowers the eigenvalues.
+
+use super::block::ElementBlock;
+use super::chunk::{Chunk, ChunkForces};
+use super::first_pass::FirstPass;
+use super::forces::ElementForces;
+use super::internal::ForceInput;
+use super::packed::{InBlocks, Packed, with_elements};
+use super::pressure::viscous_pressure;
+use super::rows::{gather, keep_still};
+use super::{Assembly, Threads};
+use crate::mechanics::element::largest_eigenvalue;
+use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row, dispatch_rare};
+use crate::mechanics::material::Volumetric;
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Tensor, Vec3};
+use pulp::{Simd, WithSimd};
+
+/// Nodes whose eigenvalue is computed as one task.
+const NODES: usize = 512;
+
+/// A symmetric tensor of a node: xx, yy, zz, xy, yz, xz [N/m].
+type NodeTensor = [f64; 6];
+
+/// The bound, with buffers that are kept from step to step.
+#[derive(Debug)]
+pub struct AssembledBound {
+    /// λ(S_a) of each node [1/s²].
+    of_nodes: Vec<f64>,
+    /// Of all chunks of all blocks, in their order.
+    chunks: Vec<ChunkBound>,
+    /// Largest ω² of each body [1/s²]: of its elements alone, and of the assembled mesh.
+    of_bodies: Vec<[f64; 2]>,
+    /// Fraction of each element, chunk by chunk.
+    fractions: Vec<Vec<Row>>,
+}
+
+/// What a chunk adds; empty in formulations without a mean dilatation.
+#[derive(Debug)]
+struct ChunkBound {
+    block: usize,
+    chunk: usize,
+    /// `Σ_e (κ_e/V_e) f_ea f_eaᵀ` at its nodes.
+    tensors: Vec<NodeTensor>,
+    /// ω² of each of its elements alone [1/s²].
+    alone: Vec<Row>,
+    is_known: bool,
+}
+
+impl AssembledBound {
+    /// Of the blocks of so many nodes and bodies.
+    pub fn new(blocks: &[ElementBlock], nodes: usize, bodies: usize) -> Self {
+        let of_block = |(index, block)| {
+            let block: &ElementBlock = block;
+            let counts = |chunk: usize| match block.parameters.has_mean_dilatation() {
+                true => (block.nodes_of_chunk(chunk).len(), block.chunks[chunk].batches.len()),
+                false => (0, 0),
+            };
+            (0..block.chunk_count()).map(move |chunk| {
+                let (nodes, batches) = counts(chunk);
+                let (tensors, alone) = (vec![[0.0; 6]; nodes], vec![Row::default(); batches]);
+                ChunkBound { block: index, chunk, tensors, alone, is_known: false }
+            })
+        };
+        let chunks = blocks.iter().enumerate().flat_map(of_block).collect();
+        let (of_nodes, of_bodies) = (vec![0.0; nodes], vec![[0.0; 2]; bodies]);
+        Self { of_nodes, chunks, of_bodies, fractions: Self::whole(blocks) }
+    }
+
+    /// Fractions of 1.
+    fn whole(blocks: &[ElementBlock]) -> Vec<Vec<Row>> {
+        let of_block = |block: &ElementBlock| {
+            let has_any = block.parameters.has_mean_dilatation();
+            let of_chunk =
+                move |chunk: &Chunk| vec![Row([1.0; BATCH]); if has_any { chunk.batches.len() } else { 0 }];
+            block.chunks.iter().map(of_chunk).collect::<Vec<_>>()
+        };
+        blocks.iter().flat_map(of_block).collect()
+    }
+
+    /// Exchanges the fractions of the last evaluation for those before.
+    pub fn swap_fractions(&mut self, fractions: &mut Vec<Vec<Row>>) {
+        std::mem::swap(&mut self.fractions, fractions);
+    }
+
+    /// The fractions of the last evaluation.
+    pub fn into_fractions(self) -> Vec<Vec<Row>> {
+        self.fractions
+    }
+
+    /// Evaluates the fractions where the forces have just been evaluated, with the same input; `inverse_mass` is that of the mass that
+    /// its own elements lump at each node, 0 along axes on which it is held [1/kg]. Batches at rest that were not evaluated have not changed.
+    pub fn evaluate(
+        &mut self,
+        threads: &Threads,
+        (blocks, assembly, inverse_mass): (&[ElementBlock], &Assembly, &[Vec3]),
+        forces: &ElementForces,
+        input: &ForceInput,
+    ) {
+        // The tensors of the chunks.
+        threads.for_each(&mut self.chunks, |bound| {
+            let block = &blocks[bound.block];
+            let forces = &forces.chunks[block.chunk_number(bound.chunk)];
+            if bound.tensors.is_empty() || (bound.is_known && forces.active == 0) {
+                return;
+            }
+            if let Some(U) = block.parameters.material.volumetric() {
+                with_elements!(&block.packed, elements => {
+                    dispatch_rare(BoundPass { U, elements, block, input, forces, bound });
+                });
+            }
+            bound.is_known = true;
+        });
+        // The eigenvalues of the nodes.
+        let Self { of_nodes, chunks, .. } = self;
+        let mut nothing = vec![(); of_nodes.len()];
+        threads.for_each_run(NODES, (&mut of_nodes[..], &mut nothing[..]), |run, values, _| {
+            for (node, value) in (run * NODES..).zip(values) {
+                let places = assembly.places(node).iter();
+                let tensors =
+                    places.filter_map(|(chunk, i)| chunks[*chunk as usize].tensors.get(*i as usize));
+                *value = largest_at_node(tensors, &inverse_mass[node]);
+            }
+        });
+        self.compare(blocks);
+    }
+
+    /// The fractions, body by body: 1 where the bound of the elements alone is the closer one.
+    fn compare(&mut self, blocks: &[ElementBlock]) {
+        let Self { of_nodes, chunks, of_bodies, fractions, .. } = self;
+        of_bodies.fill([0.0; 2]);
+        for (bound, fractions) in chunks.iter().zip(&mut *fractions) {
+            let block = &blocks[bound.block];
+            let nodes = block.nodes_of_chunk(bound.chunk);
+            let first = block.chunks[bound.chunk].batches.start as usize;
+            let [most_alone, most] = &mut of_bodies[block.body];
+            for (i, (alone, fraction)) in bound.alone.iter().zip(fractions).enumerate() {
+                let corners = block.nodes_of_batch(first + i);
+                for lane in 0..BATCH {
+                    let of_node = |corner: &[u16; BATCH]| of_nodes[nodes[corner[lane] as usize] as usize];
+                    let together: f64 = corners.iter().map(of_node).sum();
+                    let alone = alone.0[lane];
+                    // Padding has no stiffness.
+                    fraction.0[lane] = if alone > 0.0 { together / alone } else { 1.0 };
+                    if alone > 0.0 {
+                        (*most_alone, *most) = (most_alone.max(alone), most.max(together));
+                    }
+                }
+            }
+        }
+        for (bound, fractions) in chunks.iter().zip(fractions) {
+            let [alone, together] = of_bodies[blocks[bound.block].body];
+            if !(together < alone) {
+                fractions.fill(Row([1.0; BATCH]));
+            }
+        }
+    }
+
+    /// Memory of the buffers [bytes].
+    pub fn memory(&self) -> usize {
+        let of_chunk = |bound: &ChunkBound| {
+            size_of::<ChunkBound>() + size_of_val(&bound.tensors[..]) + 2 * size_of_val(&bound.alone[..])
+        };
+        size_of_val(&self.of_nodes[..]) + self.chunks.iter().map(of_chunk).sum::<usize>()
+    }
+}
+
+/// λ(S_a) of a node from the tensors of its chunks.
+fn largest_at_node<'a>(tensors: impl Iterator<Item = &'a NodeTensor>, inverse_mass: &Vec3) -> f64 {
+    let mut sum = [0.0; 6];
+    for tensor in tensors {
+        sum.iter_mut().zip(tensor).for_each(|(sum, value)| *sum += value);
+    }
+    let root = inverse_mass.map(f64::sqrt);
+    let [xx, yy, zz, xy, yz, xz] = sum;
+    let S = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    largest_eigenvalue::<3>(std::array::from_fn(|i| std::array::from_fn(|j| S[i][j] * root[i] * root[j])))
+}
+
+/// Evaluates the tensors of a chunk.
+struct BoundPass<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    U: Volumetric,
+    elements: &'a Packed<E, N, Q>,
+    block: &'a ElementBlock,
+    input: &'a ForceInput<'a>,
+    forces: &'a ChunkForces,
+    bound: &'a mut ChunkBound,
+}
+
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for BoundPass<'_, E, N, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { U, elements, block, input, forces, bound } = self;
+        let first = block.chunks[bound.chunk].batches.start as usize;
+        let zero = Lane::splat(simd, 0.0);
+        let (mut nodal, mut tensors) = ([[Row::default(); N]; 3], [[Row::default(); N]; 6]);
+        let mut pass = FirstPass::new(zero);
+        let before = input.history.get(block.chunk_number(bound.chunk));
+        bound.tensors.fill([0.0; 6]);
+        for i in 0..bound.alone.len() {
+            let batch = &elements.batches[first + i];
+            // J̄ − 1 of the step before, where bulk viscosity keeps it.
+            let known = before.filter(|_| block.bulk_rows() > 0).map(|rows| rows[i * block.history_rows()]);
+            gather(&batch.nodes, &forces.u, &mut nodal);
+            keep_still(forces.eroded_lanes(i), &mut nodal);
+            for part in 0..BATCH / S::F64_LANES {
+                batch.first_pass_to(simd, part, &nodal, &mut pass);
+                // κ of the element, bulk viscosity over the last step included.
+                let mean_before = Lane::load(simd, &known.unwrap_or_default(), part);
+                let length = Lane::load(simd, &batch.length, part);
+                let viscous =
+                    viscous_pressure(&block.parameters, input.inverse_step, length, pass.mean, mean_before);
+                let elastic = U.stiffness(pass.mean).max(zero);
+                let stiffness = viscous.1.mul_add(zero.constant(2.0 * input.inverse_step), elastic);
+                // The forces of a unit pressure, and the largest |cof F|².
+                let mut sums = Aligned(E::no_stress(zero));
+                let mut cofactor = zero;
+                for q in 0..Q {
+                    let F = pass.H.0[q].plus(&Tensor::diagonal(zero.constant(1.0)));
+                    let cof = F.cofactor();
+                    E::add_local_stress(&mut sums.0, q, &cof, &pass.cof_X.0[q]);
+                    cofactor = cofactor.max(cof.double_dot(&cof));
+                }
+                let f = E::nodal_forces(&sums.0);
+                let bound_alone = Lane::load(simd, &batch.frequency_bound, part) * stiffness * cofactor;
+                bound_alone.store(&mut bound.alone[i], part);
+                let per_volume =
+                    stiffness * Lane::load(simd, &batch.scaled_inverse_volume, part) * (1.0 / E::SCALE);
+                for a in 0..N {
+                    let scaled = [f[0][a] * per_volume, f[1][a] * per_volume, f[2][a] * per_volume];
+                    for (k, (row, column)) in COMPONENTS.into_iter().enumerate() {
+                        (scaled[row] * f[column][a]).store(&mut tensors[k][a], part);
+                    }
+                }
+            }
+            for (a, nodes) in batch.nodes.iter().enumerate() {
+                for (lane, node) in nodes.iter().enumerate() {
+                    let tensor = &mut bound.tensors[*node as usize];
+                    tensor.iter_mut().zip(&tensors).for_each(|(sum, rows)| *sum += rows[a].0[lane]);
+                }
+            }
+        }
+    }
+}
+
+/// Row and column of the components of a [`NodeTensor`].
+const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
