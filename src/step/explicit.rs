@@ -11,6 +11,7 @@
 //! activated late (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same
 //! formula.
 
+use super::assembled::AssembledStep;
 use super::branches::Branches;
 use super::contact::ContactStep;
 use super::energy::Energy;
@@ -29,7 +30,7 @@ use super::state::State;
 use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, AssembledBound, ElementForces, Threads};
+use crate::mechanics::force::{Activity, ElementForces, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
@@ -39,8 +40,6 @@ const LARGEST_GROWTH: f64 = 1.1;
 /// Reduction of the largest strain increment in the step in which a pair first touches: bulk viscosity, and its bound
 /// on the step, respond to the strain rate only afterwards.
 const FIRST_TOUCH: f64 = 0.2;
-/// Steps from one evaluation of the assembled bound to the next: it costs as much as the forces.
-const BOUND_STEPS: u64 = 16;
 /// Ratio to the initial critical time step below which the step has collapsed.
 const COLLAPSE: f64 = 1e-6;
 
@@ -54,8 +53,7 @@ pub(super) struct ExplicitStepper<'p> {
     options: Explicit,
     threads: Threads,
     forces: ElementForces,
-    /// Bound of the critical time step by the assembled mesh, if any element has a mean dilatation.
-    assembled: Option<AssembledBound>,
+    assembled: AssembledStep<'p>,
     activity: Activity,
     /// Number of eroded elements accounted for.
     gone: usize,
@@ -105,8 +103,7 @@ impl<'p> ExplicitStepper<'p> {
             options,
             threads,
             activity: Activity::everything(nodes, &forces),
-            assembled: (!plan.fractions.is_empty())
-                .then(|| AssembledBound::new(&plan.blocks, nodes, plan.bodies.len())),
+            assembled: AssembledStep::new(plan),
             forces,
             gone: 0,
             has_been_inactive: false,
@@ -142,13 +139,7 @@ impl Stepper for ExplicitStepper<'_> {
         // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
         let (stable, stiffest) = self.evaluate(state)?;
-        if state.step % BOUND_STEPS == 0
-            && let Some(assembled) = &mut self.assembled
-        {
-            let Plan { blocks, assembly, own_inverse_mass, .. } = self.plan;
-            let mesh = (&blocks[..], assembly, &own_inverse_mass[..]);
-            assembled.evaluate(&self.threads, mesh, &self.forces, &state.force_input());
-        }
+        self.assembled.evaluate(&self.threads, &self.forces, state);
         self.deactivate_at_rest(state);
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
@@ -241,11 +232,7 @@ impl Stepper for ExplicitStepper<'_> {
         std::mem::swap(&mut state.v, &mut self.v_after);
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
         self.forces.swap_history(&mut state.history);
-        if state.step % BOUND_STEPS == 0
-            && let Some(assembled) = &mut self.assembled
-        {
-            assembled.swap_fractions(&mut state.fractions);
-        }
+        self.assembled.advance(state);
         // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
             self.extremes.evaluated_elements += self.evaluated;

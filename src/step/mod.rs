@@ -3,6 +3,7 @@
 //! One step at time t_n, from `u_n` and the velocity `v₋` of the last half step (see `explicit.rs`):
 //! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
 
+mod assembled;
 mod balance;
 mod branches;
 mod contact;
