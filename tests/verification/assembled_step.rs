@@ -98,14 +98,10 @@ fn check(what: &str, plan: &Plan, size: f64, gain: f64) {
     assert_at_most(gain, assembled / alone, &format!("least gain of {what}"));
 }
 
-fn plan_of(scene: &Value, mesh: Option<Mesh>) -> Plan {
-    plan_with(scene, mesh)
-}
-
 #[test]
 fn cubes_have_the_step_of_a_plane_wave() {
     let h = 0.005;
-    let plan = plan_of(&block([0.04; 3], [8; 3], 1e3, &json!({})), None);
+    let plan = plan_with(&block([0.04; 3], [8; 3], 1e3, &json!({})), None);
     let [alone, assembled, exact] = steps(&plan, &vec![Vec3::zeros(); plan.node_count()]);
     let of_plane_wave = h / (BULK / DENSITY).sqrt();
     assert_within(exact / of_plane_wave, 1.0, 0.03, "exact step over that of a plane wave");
@@ -115,9 +111,9 @@ fn cubes_have_the_step_of_a_plane_wave() {
 
 #[test]
 fn deformed_and_flat_elements_stay_below_the_exact_step() {
-    let cubes = plan_of(&block([0.04, 0.04, 0.03], [8, 8, 6], 1e4, &json!({})), None);
-    let flat = plan_of(&block([0.04, 0.04, 0.006], [8, 8, 6], 1e4, &json!({})), None);
-    let stiff_in_shear = plan_of(&block([0.04; 3], [6; 3], 2e6, &json!({})), None);
+    let cubes = plan_with(&block([0.04, 0.04, 0.03], [8, 8, 6], 1e4, &json!({})), None);
+    let flat = plan_with(&block([0.04, 0.04, 0.006], [8, 8, 6], 1e4, &json!({})), None);
+    let stiff_in_shear = plan_with(&block([0.04; 3], [6; 3], 2e6, &json!({})), None);
     for (size, gain) in [(0.0, 1.6), (0.2, 1.3), (0.5, 1.1)] {
         check("cubes", &cubes, size, gain);
         check("flat elements", &flat, size, 1.05);
@@ -125,17 +121,39 @@ fn deformed_and_flat_elements_stay_below_the_exact_step() {
     }
 }
 
+/// One part resists the change of volume and the other the change of shape: at their interface both act on one layer of nodes.
+#[test]
+fn contrasts_of_stiffness_stay_below_the_exact_step() {
+    let material = |shear_modulus: f64, bulk_modulus: f64| json!({"law": "neo_hookean", "c10_pa": 0.5 * shear_modulus, "bulk_modulus_pa": bulk_modulus});
+    let layers = |below: &Value, above: &Value| {
+        let layer =
+            |name: &str, thickness: f64| json!({"name": name, "thickness_m": thickness, "elements": 3});
+        let part = |name: &str, material: &Value| json!({"part": name, "density_kg_per_m3": DENSITY, "material": material});
+        let generator = json!({
+            "kind": "layered_block", "size_m": [0.03, 0.03], "elements": [6, 6],
+            "layers": [layer("above", 0.015), layer("below", 0.015)]
+        });
+        let more =
+            json!({"mesh": {"generator": generator}, "parts": [part("below", below), part("above", above)]});
+        plan_with(&block([0.03; 3], [6; 3], 1e4, &more), None)
+    };
+    let (dilating, shearing) = (material(1e3, 1e7), material(3e6, 4e6));
+    check("volume below, shape above", &layers(&dilating, &shearing), 0.0, 1.0);
+    check("shape below, volume above", &layers(&shearing, &dilating), 0.2, 1.0);
+    check("a hundred times stiffer above", &layers(&dilating, &material(1e5, 1e9)), 0.0, 1.2);
+}
+
 #[test]
 fn hanging_nodes_and_other_cells_stay_below_the_exact_step() {
     let refinement = json!({"refinement": [{"around": {"point_m": [0.02, 0.02, 0.03]}, "within_m": 0.005, "size_m": 0.0025}]});
-    let hanging = plan_of(&block([0.04, 0.04, 0.03], [8, 8, 6], 1e4, &refinement), None);
+    let hanging = plan_with(&block([0.04, 0.04, 0.03], [8, 8, 6], 1e4, &refinement), None);
     assert!(!hanging.assembly.followers().is_empty());
     let mesh =
         Block::uniform(Vec3::zeros(), Vec3::new(0.03, 0.03, 0.02), [6, 6, 4], "block").generate().unwrap();
     let from_file = |mesh: Mesh| {
         let mut scene = block([0.03, 0.03, 0.02], [6, 6, 4], 1e4, &json!({}));
         scene["bodies"][0]["mesh"] = json!({"file": {"name": "block.msh"}});
-        plan_of(&scene, Some(mesh))
+        plan_with(&scene, Some(mesh))
     };
     let wedges = from_file(mesh.clone().split_to_wedges());
     let tetrahedra = from_file(mesh.split_to_tetrahedra().to_quadratic_tetrahedra());

@@ -141,10 +141,14 @@ impl AssembledBound {
         self.compare(blocks);
     }
 
-    /// The fractions, body by body: 1 where the bound of the elements alone is the closer one.
+    /// The fractions, body by body: 1 where the bound of the elements alone is the closer one, and where some have no mean dilatation, so
+    /// that theirs is the only one.
     fn compare(&mut self, blocks: &[ElementBlock]) {
         let Self { of_nodes, chunks, of_bodies, fractions, .. } = self;
         of_bodies.fill([0.0; 2]);
+        for block in blocks.iter().filter(|block| !block.parameters.has_mean_dilatation()) {
+            of_bodies[block.body] = [0.0, f64::INFINITY];
+        }
         for (bound, fractions) in chunks.iter().zip(&mut *fractions) {
             let block = &blocks[bound.block];
             let nodes = block.nodes_of_chunk(bound.chunk);
