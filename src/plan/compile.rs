@@ -13,8 +13,7 @@ use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
-use crate::mechanics::force::{AssembledBound, Assembly, ElementForces, ForceInput, Threads};
-use crate::mechanics::lanes::Row;
+use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Cells, surface};
@@ -159,17 +158,28 @@ fn complete(
     plan
 }
 
+/// Evaluations of the fractions at the start, by which their weights are close to the best.
+const EVALUATIONS: usize = 4;
+
 /// The fractions of the volumetric stiffness in the initial critical time steps; empty if no element has a mean dilatation.
-fn fractions_at_start(parts: &Parts, assembly: &Assembly, forces: &mut ElementForces) -> Vec<Vec<Row>> {
+fn fractions_at_start(
+    parts: &Parts,
+    assembly: &Assembly,
+    forces: &mut ElementForces,
+) -> Vec<Vec<AssembledRows>> {
     let Parts { blocks, u, own_inverse_mass, .. } = parts;
+    let mut fractions = Vec::new();
     if !blocks.iter().any(|block| block.parameters.has_mean_dilatation()) {
-        return Vec::new();
+        return fractions;
     }
-    let input = ForceInput::at(u);
-    forces.evaluate(&Threads::ONE, blocks, &input);
+    forces.evaluate(&Threads::ONE, blocks, &ForceInput::at(u));
     let mut bound = AssembledBound::new(blocks, u.len(), parts.bodies.len());
-    bound.evaluate(&Threads::ONE, (blocks, assembly, own_inverse_mass), forces, &input);
-    bound.into_fractions()
+    for _ in 0..EVALUATIONS {
+        let input = ForceInput { fractions: &fractions, ..ForceInput::at(u) };
+        bound.evaluate(&Threads::ONE, (blocks, assembly, own_inverse_mass), forces, &input);
+        fractions = bound.fractions().to_vec();
+    }
+    fractions
 }
 
 /// Bound on the length of a step, as a multiple of the smallest critical time step of one body [-].

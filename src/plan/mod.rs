@@ -40,7 +40,7 @@ pub use statics::{Statics, Unheld};
 use crate::mechanics::contact::detection::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solution::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Discretisation, Master, Surface};
-use crate::mechanics::force::{ElementBlock, ElementForces, Erosion};
+use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces, Erosion};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
@@ -65,7 +65,7 @@ pub struct Plan {
     pub own_inverse_mass: Vec<Vec3>,
     /// What the assembled mesh leaves of the volumetric stiffness of each element in its initial critical time step, chunk by chunk [-];
     /// empty with implicit steps, see [`AssembledBound`](crate::mechanics::force::AssembledBound).
-    pub fractions: Vec<Vec<Row>>,
+    pub fractions: Vec<Vec<AssembledRows>>,
     /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body and for followers, whose mass their masters carry.
     pub mass: Vec<f64>,
     /// 1/m along each axis [1/kg], 0 where the node is held or follows others; 1/I [1/(kg m²)] for the spin of a rigid

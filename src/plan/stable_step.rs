@@ -1,8 +1,7 @@
 //! Initial critical time steps of all elements: the element with the smallest one, and how many are close to it.
 
 use super::PlanBody;
-use crate::mechanics::force::{ElementBlock, ElementForces, ForceInput, Threads};
-use crate::mechanics::lanes::Row;
+use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces, ForceInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
@@ -52,7 +51,7 @@ impl StableSteps {
     pub fn new(
         blocks: &[ElementBlock],
         u: &[Vec3],
-        fractions: &[Vec<Row>],
+        fractions: &[Vec<AssembledRows>],
         forces: &mut ElementForces,
     ) -> Self {
         let input = ForceInput { fractions, ..ForceInput::at(u) };

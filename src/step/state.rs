@@ -2,7 +2,7 @@
 
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::{ElementForces, Erosion, ForceInput};
+use crate::mechanics::force::{AssembledRows, ElementForces, Erosion, ForceInput};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
@@ -32,7 +32,7 @@ pub struct State {
     pub history: Vec<Vec<Row>>,
     /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step [-], chunk by chunk; empty in
     /// implicit runs, see [`AssembledBound`](crate::mechanics::force::AssembledBound).
-    pub fractions: Vec<Vec<Row>>,
+    pub fractions: Vec<Vec<AssembledRows>>,
     /// Elements eroded so far.
     pub erosion: Arc<Erosion>,
     /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty if no part is viscous.

@@ -2,12 +2,14 @@
 //!
 //! With one mean dilatation an element the volumetric stiffness of a mesh is `K = Σ_e (κ_e/V_e) f_e f_eᵀ`, f_e the nodal forces of a unit
 //! pressure. The eigenvalues of `M⁻¹ K` are those of the matrix `√(κ_e/V_e) f_eᵀ M⁻¹ f_f √(κ_f/V_f)` over elements e and f. It is a sum over
-//! nodes a of matrices whose largest eigenvalues are those of the tensors `S_a = M_a^(−½) Σ_e (κ_e/V_e) f_ea f_eaᵀ M_a^(−½)`, and an element
-//! has a part in those of its own nodes only:
+//! nodes a of matrices of low rank, each of which concerns the elements at that node only. With weights d_e > 0, whatever they are,
 //!
 //! ```text
-//! ω² ≤ max_e Σ_{a ∈ e} λ(S_a),   λ the largest eigenvalue
+//! ω² ≤ max_e (1/d_e) Σ_{a ∈ e} λ(S_a),   S_a = M_a^(−½) Σ_e d_e (κ_e/V_e) f_ea f_eaᵀ M_a^(−½),   λ the largest eigenvalue
 //! ```
+//!
+//! The weights that make it close are an eigenvector, and approach it as in power iteration: an evaluation multiplies them by their
+//! elements' bounds. On a mesh that an impact has crushed, the step is 15 % short of the exact one with equal weights, and 2 % after four evaluations.
 //!
 //! On a regular mesh of cubes of edge h that is exact, `4 κ/(ρ h²)`. Alone, an element has `12 κ/(ρ h²)`: its corners move outwards along
 //! all three axes, which its neighbours do not let them, and carry no mass of these. Bulk viscosity acts along the same vectors; over a step
@@ -35,6 +37,16 @@ use pulp::{Simd, WithSimd};
 /// Nodes whose eigenvalue is computed as one task.
 const NODES: usize = 512;
 
+/// Least weight of an element, over the largest of its body [-]: so that an element that stiffens suddenly is not bounded by many
+/// times its frequency.
+const LEAST_WEIGHT: f64 = 0.2;
+
+/// Of the elements of a batch: the fraction of their volumetric stiffness in the critical time step, and their weights d [-].
+pub type AssembledRows = [Row; 2];
+
+/// Elements that keep all of their stiffness, with equal weights.
+const WHOLE: AssembledRows = [Row([1.0; BATCH]); 2];
+
 /// A symmetric tensor of a node: xx, yy, zz, xy, yz, xz [N/m].
 type NodeTensor = [f64; 6];
 
@@ -45,10 +57,9 @@ pub struct AssembledBound {
     of_nodes: Vec<f64>,
     /// Of all chunks of all blocks, in their order.
     chunks: Vec<ChunkBound>,
-    /// Largest ω² of each body [1/s²]: of its elements alone, and of the assembled mesh.
-    of_bodies: Vec<[f64; 2]>,
-    /// Fraction of each element, chunk by chunk.
-    fractions: Vec<Vec<Row>>,
+    of_bodies: Vec<OfBody>,
+    /// Fractions and weights, chunk by chunk.
+    fractions: Vec<Vec<AssembledRows>>,
 }
 
 /// What a chunk adds; empty in formulations without a mean dilatation.
@@ -56,11 +67,23 @@ pub struct AssembledBound {
 struct ChunkBound {
     block: usize,
     chunk: usize,
-    /// `Σ_e (κ_e/V_e) f_ea f_eaᵀ` at its nodes.
+    /// `Σ_e d_e (κ_e/V_e) f_ea f_eaᵀ` at its nodes.
     tensors: Vec<NodeTensor>,
     /// ω² of each of its elements alone [1/s²].
     alone: Vec<Row>,
+    /// Their weights d in the tensors [-].
+    weights: Vec<Row>,
     is_known: bool,
+}
+
+/// Largest values of a body.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfBody {
+    /// ω² of its elements alone, and of the assembled mesh [1/s²].
+    alone: f64,
+    together: f64,
+    /// Weight times bound [1/s²].
+    weight: f64,
 }
 
 impl AssembledBound {
@@ -74,34 +97,39 @@ impl AssembledBound {
             };
             (0..block.chunk_count()).map(move |chunk| {
                 let (nodes, batches) = counts(chunk);
-                let (tensors, alone) = (vec![[0.0; 6]; nodes], vec![Row::default(); batches]);
-                ChunkBound { block: index, chunk, tensors, alone, is_known: false }
+                ChunkBound {
+                    block: index,
+                    chunk,
+                    tensors: vec![[0.0; 6]; nodes],
+                    alone: vec![Row::default(); batches],
+                    weights: vec![WHOLE[1]; batches],
+                    is_known: false,
+                }
             })
         };
         let chunks = blocks.iter().enumerate().flat_map(of_block).collect();
-        let (of_nodes, of_bodies) = (vec![0.0; nodes], vec![[0.0; 2]; bodies]);
+        let (of_nodes, of_bodies) = (vec![0.0; nodes], vec![OfBody::default(); bodies]);
         Self { of_nodes, chunks, of_bodies, fractions: Self::whole(blocks) }
     }
 
     /// Fractions of 1.
-    fn whole(blocks: &[ElementBlock]) -> Vec<Vec<Row>> {
+    fn whole(blocks: &[ElementBlock]) -> Vec<Vec<AssembledRows>> {
         let of_block = |block: &ElementBlock| {
             let has_any = block.parameters.has_mean_dilatation();
-            let of_chunk =
-                move |chunk: &Chunk| vec![Row([1.0; BATCH]); if has_any { chunk.batches.len() } else { 0 }];
+            let of_chunk = move |chunk: &Chunk| vec![WHOLE; if has_any { chunk.batches.len() } else { 0 }];
             block.chunks.iter().map(of_chunk).collect::<Vec<_>>()
         };
         blocks.iter().flat_map(of_block).collect()
     }
 
     /// Exchanges the fractions of the last evaluation for those before.
-    pub fn swap_fractions(&mut self, fractions: &mut Vec<Vec<Row>>) {
+    pub fn swap_fractions(&mut self, fractions: &mut Vec<Vec<AssembledRows>>) {
         std::mem::swap(&mut self.fractions, fractions);
     }
 
     /// The fractions of the last evaluation.
-    pub fn into_fractions(self) -> Vec<Vec<Row>> {
-        self.fractions
+    pub fn fractions(&self) -> &[Vec<AssembledRows>] {
+        &self.fractions
     }
 
     /// Evaluates the fractions where the forces have just been evaluated, with the same input; `inverse_mass` is that of the mass that
@@ -138,40 +166,48 @@ impl AssembledBound {
                 *value = largest_at_node(tensors, &inverse_mass[node]);
             }
         });
-        self.compare(blocks);
+        self.compare(blocks, forces);
     }
 
-    /// The fractions, body by body: 1 where the bound of the elements alone is the closer one, and where some have no mean dilatation, so
-    /// that theirs is the only one.
-    fn compare(&mut self, blocks: &[ElementBlock]) {
+    /// The fractions, body by body, and the next weights. The fraction is 1 where the bound of the elements alone is the closer one, and
+    /// where some have no mean dilatation, so that theirs is the only one.
+    fn compare(&mut self, blocks: &[ElementBlock], forces: &ElementForces) {
         let Self { of_nodes, chunks, of_bodies, fractions, .. } = self;
-        of_bodies.fill([0.0; 2]);
+        of_bodies.fill(OfBody::default());
         for block in blocks.iter().filter(|block| !block.parameters.has_mean_dilatation()) {
-            of_bodies[block.body] = [0.0, f64::INFINITY];
+            of_bodies[block.body].together = f64::INFINITY;
         }
-        for (bound, fractions) in chunks.iter().zip(&mut *fractions) {
+        for (bound, rows) in chunks.iter().zip(&mut *fractions) {
             let block = &blocks[bound.block];
             let nodes = block.nodes_of_chunk(bound.chunk);
             let first = block.chunks[bound.chunk].batches.start as usize;
-            let [most_alone, most] = &mut of_bodies[block.body];
-            for (i, (alone, fraction)) in bound.alone.iter().zip(fractions).enumerate() {
+            let most = &mut of_bodies[block.body];
+            for (i, (alone, [fraction, weight])) in bound.alone.iter().zip(rows).enumerate() {
                 let corners = block.nodes_of_batch(first + i);
-                for lane in 0..BATCH {
+                // Padding has no stiffness.
+                for lane in (0..BATCH).filter(|lane| alone.0[*lane] > 0.0) {
                     let of_node = |corner: &[u16; BATCH]| of_nodes[nodes[corner[lane] as usize] as usize];
-                    let together: f64 = corners.iter().map(of_node).sum();
-                    let alone = alone.0[lane];
-                    // Padding has no stiffness.
-                    fraction.0[lane] = if alone > 0.0 { together / alone } else { 1.0 };
-                    if alone > 0.0 {
-                        (*most_alone, *most) = (most_alone.max(alone), most.max(together));
-                    }
+                    let sum: f64 = corners.iter().map(of_node).sum();
+                    let (alone, together) = (alone.0[lane], sum / bound.weights[i].0[lane]);
+                    (fraction.0[lane], weight.0[lane]) = (together / alone, sum);
+                    most.alone = most.alone.max(alone);
+                    most.together = most.together.max(together);
+                    most.weight = most.weight.max(sum);
                 }
             }
         }
-        for (bound, fractions) in chunks.iter().zip(fractions) {
-            let [alone, together] = of_bodies[blocks[bound.block].body];
-            if !(together < alone) {
-                fractions.fill(Row([1.0; BATCH]));
+        for ((bound, rows), forces) in chunks.iter().zip(fractions).zip(&forces.chunks) {
+            let most = of_bodies[blocks[bound.block].body];
+            for ([fraction, weight], before) in rows.iter_mut().zip(&bound.weights) {
+                if !(most.together < most.alone) {
+                    *fraction = WHOLE[0];
+                }
+                // What was not evaluated keeps its weights, which its tensors were made with.
+                if forces.active == 0 {
+                    *weight = *before;
+                } else {
+                    weight.0.iter_mut().for_each(|d| *d = (*d / most.weight).max(LEAST_WEIGHT));
+                }
             }
         }
     }
@@ -179,7 +215,7 @@ impl AssembledBound {
     /// Memory of the buffers [bytes].
     pub fn memory(&self) -> usize {
         let of_chunk = |bound: &ChunkBound| {
-            size_of::<ChunkBound>() + size_of_val(&bound.tensors[..]) + 2 * size_of_val(&bound.alone[..])
+            size_of::<ChunkBound>() + size_of_val(&bound.tensors[..]) + 4 * size_of_val(&bound.alone[..])
         };
         size_of_val(&self.of_nodes[..]) + self.chunks.iter().map(of_chunk).sum::<usize>()
     }
@@ -217,12 +253,14 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for BoundPass<'
         let zero = Lane::splat(simd, 0.0);
         let (mut nodal, mut tensors) = ([[Row::default(); N]; 3], [[Row::default(); N]; 6]);
         let mut pass = FirstPass::new(zero);
-        let before = input.history.get(block.chunk_number(bound.chunk));
+        let number = block.chunk_number(bound.chunk);
+        let (before, fractions) = (input.history.get(number), input.fractions.get(number));
         bound.tensors.fill([0.0; 6]);
         for i in 0..bound.alone.len() {
             let batch = &elements.batches[first + i];
             // J̄ − 1 of the step before, where bulk viscosity keeps it.
             let known = before.filter(|_| block.bulk_rows() > 0).map(|rows| rows[i * block.history_rows()]);
+            bound.weights[i] = fractions.and_then(|rows| rows.get(i)).unwrap_or(&WHOLE)[1];
             gather(&batch.nodes, &forces.u, &mut nodal);
             keep_still(forces.eroded_lanes(i), &mut nodal);
             for part in 0..BATCH / S::F64_LANES {
@@ -246,8 +284,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for BoundPass<'
                 let f = E::nodal_forces(&sums.0);
                 let bound_alone = Lane::load(simd, &batch.frequency_bound, part) * stiffness * cofactor;
                 bound_alone.store(&mut bound.alone[i], part);
+                let weighted = stiffness * Lane::load(simd, &bound.weights[i], part);
                 let per_volume =
-                    stiffness * Lane::load(simd, &batch.scaled_inverse_volume, part) * (1.0 / E::SCALE);
+                    weighted * Lane::load(simd, &batch.scaled_inverse_volume, part) * (1.0 / E::SCALE);
                 for a in 0..N {
                     let scaled = [f[0][a] * per_volume, f[1][a] * per_volume, f[2][a] * per_volume];
                     for (k, (row, column)) in COMPONENTS.into_iter().enumerate() {

@@ -1,5 +1,6 @@
 //! The internal force evaluation: nodal forces, strain energy, viscous pressure and critical time step of a chunk, in SIMD lanes.
 
+use super::assembled_bound::AssembledRows;
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
@@ -27,9 +28,9 @@ pub struct ForceInput<'a> {
     pub inverse_step: f64,
     /// History at t_{n−1} of each chunk of all blocks; empty where no step is behind the elements.
     pub history: &'a [Vec<Row>],
-    /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step [-], chunk by chunk,
+    /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step, chunk by chunk,
     /// see [`AssembledBound`](super::AssembledBound); empty for all of it.
-    pub fractions: &'a [Vec<Row>],
+    pub fractions: &'a [Vec<AssembledRows>],
 }
 
 impl<'a> ForceInput<'a> {
@@ -157,7 +158,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if let Some(before) = before {
                 lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
             }
-            lanes.fraction = fractions.and_then(|rows| rows.get(i)).copied().unwrap_or(all);
+            lanes.fraction = fractions.and_then(|rows| rows.get(i)).map_or(all, |rows| rows[0]);
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             forces.average_over_nodes(nodes, &mut lanes.of_nodes);

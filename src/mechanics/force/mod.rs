@@ -37,7 +37,7 @@ mod totals;
 mod viscous;
 
 pub use activity::Activity;
-pub use assembled_bound::AssembledBound;
+pub use assembled_bound::{AssembledBound, AssembledRows};
 pub use assembly::Assembly;
 pub use block::{ElementBlock, NodeList};
 pub use block_tangent::{BlockTangent, NodalTerm};
