@@ -16,9 +16,7 @@ use super::branches::Branches;
 use super::contact::ContactStep;
 use super::energy::Energy;
 use super::erosion::{erode, follow};
-use super::failure::{
-    Failure, FailureCause, Stop, check_block, fastest_stretched, lost_ellipticity, place_element,
-};
+use super::failure::{Failure, FailureCause, Stop, check_block, check_collapse, fastest_stretched};
 use super::interrupt::Ask;
 use super::ledger::Ledger;
 use super::loads;
@@ -40,8 +38,6 @@ const LARGEST_GROWTH: f64 = 1.1;
 /// Reduction of the largest strain increment in the step in which a pair first touches: bulk viscosity, and its bound
 /// on the step, respond to the strain rate only afterwards.
 const FIRST_TOUCH: f64 = 0.2;
-/// Ratio to the initial critical time step below which the step has collapsed.
-const COLLAPSE: f64 = 1e-6;
 
 /// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
@@ -144,7 +140,7 @@ impl Stepper for ExplicitStepper<'_> {
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
         // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
-        self.check_collapse(state, self.longest_stable(stable), || stiffest)?;
+        check_collapse(self.plan, state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
         loop {
             // Equal steps to the time that must be met; at that time itself, the last step again.
@@ -173,7 +169,9 @@ impl Stepper for ExplicitStepper<'_> {
                 break;
             }
             target = self.step * (0.9 / excess).max(0.1);
-            self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
+            check_collapse(self.plan, state, target, || {
+                fastest_stretched(self.plan, &state.u, &self.v_after)
+            })?;
         }
         // Free rotation of rigid bodies, and the reactions of prescribed motion.
         if let Some(rigid) = &mut self.rigid {
@@ -392,28 +390,6 @@ impl ExplicitStepper<'_> {
             step = step.min(LARGEST_GROWTH * state.last_step);
         }
         step
-    }
-
-    fn check_collapse(
-        &self,
-        state: &State,
-        step: f64,
-        element: impl Fn() -> Option<u32>,
-    ) -> Result<(), Failure> {
-        let limit = COLLAPSE * self.plan.report.stable_step_s;
-        if step >= limit {
-            return Ok(());
-        }
-        let element = element();
-        let softened = element.and_then(|e| lost_ellipticity(self.plan, &state.u, e));
-        let cause = softened.as_ref().map_or(FailureCause::StepCollapsed, |_| FailureCause::EllipticityLost);
-        let message = format!(
-            "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the initial critical time step): elements are being \
-             crushed or stretched without bound.{}",
-            softened.unwrap_or_default()
-        );
-        let element = element.map(|e| place_element(self.plan, state, e));
-        Err(Failure { element, ..Failure::new(state, cause, message) })
     }
 
     /// Evaluates f_int, the sum of the elastic and viscous element forces, and v* = v₋ + h̄ M⁻¹ f; during dynamic

@@ -242,6 +242,32 @@ pub(super) fn check_block(
     Ok(())
 }
 
+/// Ratio to the initial critical time step below which the step has collapsed.
+const COLLAPSE: f64 = 1e-6;
+
+/// Checks that a step [s] has not collapsed; `element` is what makes it so short.
+pub(super) fn check_collapse(
+    plan: &Plan,
+    state: &State,
+    step: f64,
+    element: impl Fn() -> Option<u32>,
+) -> Result<(), Failure> {
+    let limit = COLLAPSE * plan.report.stable_step_s;
+    if step >= limit {
+        return Ok(());
+    }
+    let element = element();
+    let softened = element.and_then(|e| lost_ellipticity(plan, &state.u, e));
+    let cause = softened.as_ref().map_or(FailureCause::StepCollapsed, |_| FailureCause::EllipticityLost);
+    let message = format!(
+        "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the initial critical time step): elements are being \
+         crushed or stretched without bound.{}",
+        softened.unwrap_or_default()
+    );
+    let element = element.map(|e| place_element(plan, state, e));
+    Err(Failure { element, ..Failure::new(state, cause, message) })
+}
+
 /// The element that is stretched or crushed fastest along one of its lengths (edges, diagonals).
 pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u32> {
     let rate = |cell: Cell| {
@@ -259,7 +285,7 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
 
 /// Describes the loss of ellipticity in an element whose step collapsed; `None` if waves of every direction have a real
 /// speed.
-pub(super) fn lost_ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> Option<String> {
+fn lost_ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> Option<String> {
     let slot = |block: &ElementBlock| block.elements.iter().position(|e| *e == element);
     let found = plan.blocks.iter().find_map(|block| slot(block).map(|slot| (block, slot)));
     let least = found.and_then(|(block, slot)| block.least_acoustic_eigenvalue(slot, u))?;
@@ -272,7 +298,7 @@ pub(super) fn lost_ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> Option<
 }
 
 /// Location of an element in the model.
-pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> ElementPlace {
+fn place_element(plan: &Plan, state: &State, element: u32) -> ElementPlace {
     let b = plan.body_of_element(element);
     let body = &plan.bodies[b];
     let local = element - body.elements.start;

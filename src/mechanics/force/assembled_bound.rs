@@ -22,7 +22,7 @@ use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
 use super::first_pass::FirstPass;
 use super::forces::ElementForces;
-use super::internal::ForceInput;
+use super::internal::{AssembledRows, ForceInput, WHOLE};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::pressure::viscous_pressure;
 use super::rows::{gather, keep_still};
@@ -40,12 +40,6 @@ const NODES: usize = 512;
 /// Least weight of an element, over the largest of its body [-]: so that an element that stiffens suddenly is not bounded by many
 /// times its frequency.
 const LEAST_WEIGHT: f64 = 0.2;
-
-/// Of the elements of a batch: the fraction of their volumetric stiffness in the critical time step, and their weights d [-].
-pub type AssembledRows = [Row; 2];
-
-/// Elements that keep all of their stiffness, with equal weights.
-const WHOLE: AssembledRows = [Row([1.0; BATCH]); 2];
 
 /// A symmetric tensor of a node: xx, yy, zz, xy, yz, xz [N/m].
 type NodeTensor = [f64; 6];

@@ -1,6 +1,5 @@
 //! The internal force evaluation: nodal forces, strain energy, viscous pressure and critical time step of a chunk, in SIMD lanes.
 
-use super::assembled_bound::AssembledRows;
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
@@ -18,6 +17,12 @@ use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
+
+/// Of the elements of a batch: the fraction of their volumetric stiffness in the critical time step, and their weights d [-].
+pub type AssembledRows = [Row; 2];
+
+/// Elements that keep all of their stiffness, with equal weights.
+pub(super) const WHOLE: AssembledRows = [Row([1.0; BATCH]); 2];
 
 /// What an evaluation reads of the state.
 #[derive(Clone, Copy, Debug)]
@@ -132,9 +137,8 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
-        let all = Row([1.0; BATCH]);
         let (before, after) = ([zero; BULK_ROWS], [zero; BULK_ROWS]);
-        let mut lanes = BatchLanes { nodal, before, after, of_nodes, fraction: all, first_pass };
+        let mut lanes = BatchLanes { nodal, before, after, of_nodes, fraction: WHOLE[0], first_pass };
         let fraction = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.fraction);
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let number = block.chunk_number(forces.chunk as usize);
@@ -158,7 +162,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if let Some(before) = before {
                 lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
             }
-            lanes.fraction = fractions.and_then(|rows| rows.get(i)).map_or(all, |rows| rows[0]);
+            lanes.fraction = fractions.and_then(|rows| rows.get(i)).unwrap_or(&WHOLE)[0];
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             forces.average_over_nodes(nodes, &mut lanes.of_nodes);

@@ -37,14 +37,14 @@ mod totals;
 mod viscous;
 
 pub use activity::Activity;
-pub use assembled_bound::{AssembledBound, AssembledRows};
+pub use assembled_bound::AssembledBound;
 pub use assembly::Assembly;
 pub use block::{ElementBlock, NodeList};
 pub use block_tangent::{BlockTangent, NodalTerm};
 pub use branch_totals::BranchTotals;
 pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;
-pub use internal::ForceInput;
+pub use internal::{AssembledRows, ForceInput};
 pub use parameters::{BlockError, BlockInput, BlockParameters, ErosionLimits, Formulation};
 pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;
