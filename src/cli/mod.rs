@@ -45,7 +45,7 @@ use std::io::Write;
 /// Simulates blunt impact on soft tissue.
 ///
 /// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled, 5 the
-/// run finished but its results are withheld (a gate failed, or a law was used beyond its limits).
+/// run finished but its results are withheld (a gate failed, or a law was used beyond its declared limits).
 #[derive(Debug, Parser)]
 #[command(name = "contuse", version, max_term_width = 110)]
 pub struct Cli {
