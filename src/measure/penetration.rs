@@ -7,6 +7,7 @@
 //! nodes show up in the volume. A node is inside its own body if the boundary surface winds around the place just
 //! outside of it ([`nodes_inside`]).
 
+use crate::mechanics::contact::detection::bodies::meeting;
 use crate::mechanics::contact::detection::closest_point::Patch;
 use crate::mechanics::contact::detection::winding::nodes_inside;
 use crate::mechanics::contact::{Master, Surface};
@@ -111,8 +112,15 @@ impl Penetration {
         }
         // Each pair once; with itself only after contact.
         let sides: Vec<Side> = (0..plan.bodies.len()).map(|body| Side::of_body(frame, body, &x)).collect();
-        let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().zip(&contact.pair_bodies));
-        for (index, (pair, &(slave, master))) in pairs.enumerate() {
+        let Some(contact) = &plan.contact else { return };
+        let listed = contact.pairs.listed().map(|(index, pair)| (index, *pair));
+        let every = contact.pairs.every_two();
+        let boxes: Vec<[Vec3; 2]> =
+            every.surfaces().map(|surface| sides[contact.surface_body[surface]].bounds()).collect();
+        let number = |(first, second)| contact.pairs.unlisted().start + every.number(first, second);
+        let unlisted = meeting(&boxes).into_iter().map(number).map(|index| (index, contact.pairs.get(index)));
+        for (index, pair) in listed.chain(unlisted) {
+            let (slave, master) = contact.bodies_of(&pair);
             let own = &sides[slave];
             let (found, smaller) = match (&pair.master, master, own) {
                 (Master::Plane { point, normal }, ..) => {
@@ -124,7 +132,7 @@ impl Penetration {
             };
             if found.depth > 0.0 || found.volume > 0.0 {
                 self.keep(
-                    &pair.name,
+                    &plan.name_of(index),
                     frame.time,
                     found,
                     smaller.map(Side::volume).into_iter().fold(f64::INFINITY, f64::min),

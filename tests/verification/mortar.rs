@@ -90,12 +90,10 @@ fn impulse(discretisation: &str, around: u32, block: [u32; 3], slave: &str) -> f
     scene["contact"]["self_contact"] = json!("none");
     let mut plan = plan(&scene);
     let contact = plan.contact.as_mut().unwrap();
-    let (chosen, master) = contact.pair_bodies[0];
-    if plan.bodies[chosen].name != slave {
-        let pair = &mut contact.pairs[0];
-        let Master::Surface(other) = pair.master else { panic!("no mesh") };
-        (pair.slave, pair.master) = (other, Master::Surface(pair.slave));
-        contact.pair_bodies[0] = (master.unwrap(), Some(chosen));
+    let pair = contact.pairs.get(0);
+    if plan.bodies[contact.surface_body[pair.slave]].name != slave {
+        assert_eq!(contact.pairs.len(), 1);
+        contact.pairs = contact.pairs.exchanged().0;
     }
     let (_, state) = run(&plan, |_| {});
     state.ledger.pairs[0].impulse_n_s[2].abs()

@@ -1,10 +1,10 @@
-//! Matrix-free solution of problems with too many contacts for W to fit into memory: projected gradient with
-//! momentum, which needs only products with W.
+//! Matrix-free solution of problems with too many contacts for W to fit into memory, by products with W only: Newton steps,
+//! and projected gradients with momentum where these fail.
 
-use super::accelerated_gradient;
 use super::fixed_point::{At, Iterate, MAX_STEPS};
 use super::method::Method;
-use super::options::{LARGEST_OF_FREE, Limits, Options, SolveReport};
+use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
+use super::{accelerated_gradient, newton_krylov};
 use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
 
@@ -20,7 +20,7 @@ pub struct MatrixFree<'a> {
     pub mu: &'a [f64],
 }
 
-/// As [`super::solve`], by [`Method::AcceleratedGradient`].
+/// As [`super::solve`], by [`Method::AcceleratedGradient`] if the options name it, else by Newton steps first.
 ///
 /// # Errors
 /// [`ProblemError`] where lengths do not match, numbers are not valid, or a μ is not finite.
@@ -33,13 +33,23 @@ pub fn solve_matrix_free(
     // Solve in dimensionless numbers.
     let d = mean_diagonals(problem.diagonal.iter().copied());
     let root: Vec<f64> = d.iter().map(|d| d.sqrt()).collect();
-    let limits = Limits {
+    let limits = |most: usize| Limits {
         tolerance: options.tolerance,
-        iterations: options.max_iterations.unwrap_or(MAX_STEPS),
+        iterations: options.max_iterations.unwrap_or(most),
         interrupt: options.interrupt,
     };
+    let own: Vec<Block> =
+        problem.diagonal.iter().zip(&d).map(|(own, d)| own.map(|row| row.map(|w| w / d))).collect();
     let mut scaled = Scaled::new(problem, &root, r);
-    let ending = accelerated_gradient::solve(&mut scaled, &limits);
+    let (mut solver, mut ending) = (Method::Newton, Ending { iterations: 0, error: f64::INFINITY });
+    if options.method != Method::AcceleratedGradient {
+        ending = newton_krylov::solve(&mut scaled, &own, &limits(newton_krylov::MAX_STEPS));
+    }
+    if !(ending.error <= options.tolerance) {
+        let last = accelerated_gradient::solve(&mut scaled, &limits(MAX_STEPS));
+        ending.iterations += last.iterations;
+        solver = Method::AcceleratedGradient;
+    }
     // Errors of the solution in the units of the problem.
     for (i, (r, scaled)) in r.iter_mut().zip(&scaled.r).enumerate() {
         *r = scaled / root[i / 3];
@@ -51,7 +61,7 @@ pub fn solve_matrix_free(
     }
     let errors = Errors::new(&d, (problem.q, problem.mu), r, &u);
     Ok(SolveReport {
-        solver: Method::AcceleratedGradient,
+        solver,
         iterations: ending.iterations,
         error_scaled: errors.scaled,
         error_plain: errors.plain,
