@@ -84,6 +84,8 @@ struct Mesh<'a> {
     surface: Cow<'a, Surface>,
     x: &'a [Vec3],
     bounds: [Vec3; 2],
+    /// Largest distance of a corner of each face from its first [m].
+    widths: OnceCell<Vec<f64>>,
 }
 
 /// Result for one pair: depth with its fraction of a face, and volume.
@@ -348,7 +350,7 @@ impl<'a> Mesh<'a> {
         let nodes = surface.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { cells, surface, x, bounds }
+        Self { cells, surface, x, bounds, widths: OnceCell::new() }
     }
 
     /// Locator of the elements that intersect a box.
@@ -362,12 +364,16 @@ impl<'a> Mesh<'a> {
 
     /// Distance [m] to the nearest accepted face, and the size of that face [m].
     fn depth_below_surface(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
+        let width = |face: &[u32; 4]| {
+            let corners = Patch::new(face, self.x).corners;
+            corners.iter().map(|c| (c - corners[0]).norm_squared()).fold(0.0, f64::max).sqrt()
+        };
+        let widths = self.widths.get_or_init(|| self.surface.faces.iter().map(width).collect());
         let mut best: Option<(f64, f64)> = None;
-        for face in self.surface.faces.iter().filter(|face| takes(face)) {
-            let patch = Patch::new(face, self.x);
-            let far = patch.corners.iter().map(|c| (c - patch.corners[0]).norm_squared()).fold(0.0, f64::max);
-            let least = (point - patch.corners[0]).norm() - far.sqrt();
+        for (face, width) in self.surface.faces.iter().zip(widths).filter(|(face, _)| takes(face)) {
+            let least = (point - self.x[face[0] as usize]).norm() - width;
             if best.is_none_or(|(depth, _)| least < depth) {
+                let patch = Patch::new(face, self.x);
                 let depth = (patch.closest(point).point - point).norm();
                 if best.is_none_or(|(least, _)| depth < least) {
                     best = Some((depth, patch.area().sqrt()));

@@ -56,12 +56,12 @@ impl<T> ByPair<T> {
     }
 
     /// All values, ascending by the number of their pairs.
-    pub fn values(&self) -> impl ExactSizeIterator<Item = &T> + Clone {
+    pub fn values(&self) -> impl DoubleEndedIterator<Item = &T> + Clone {
         self.values.iter().map(|(_, value)| value)
     }
 
     /// All values with the numbers of their pairs, ascending.
-    pub fn each(&self) -> impl ExactSizeIterator<Item = (usize, &T)> {
+    pub fn each(&self) -> impl Iterator<Item = (usize, &T)> {
         self.values.iter().map(|(number, value)| (*number as usize, value))
     }
 

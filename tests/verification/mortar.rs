@@ -4,7 +4,6 @@
 //! where it is hardly one and a half, any discretisation ripples, by 27 and 68 %, and 15 and 9 %.
 
 use crate::rig::{assert_at_most, contact_force, plan, run};
-use contuse::mechanics::contact::Master;
 use serde_json::{Value, json};
 
 /// A solid ball of 30 mm over a block of 200 × 200 × 60 mm, held below.

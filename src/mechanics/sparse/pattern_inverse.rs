@@ -1,6 +1,7 @@
 //! Entries of the inverse of a matrix in the pattern of its factor, from the last panel to the first (Erisman & Tinney
 //! 1975): as much work as a few factorisations, and no solutions. They contain the compliance of each node, and of two nodes
-//! of one element against each other.
+//! of one element against each other. In single precision, half the time and memory: they scale and precondition, and no term cancels another,
+//! since `Z₁₁ = L₁⁻ᵀ L₁⁻¹ + Uᵀ Z₂₂ U`.
 //!
 //! With a panel `[L₁; L₂]` and `U = L₂ L₁⁻¹`, the inverse has `Z₂₁ = −Z₂₂ U` and `Z₁₁ = L₁⁻ᵀ L₁⁻¹ − Uᵀ Z₂₁`, where Z₂₂ is in the
 //! panels behind it.
@@ -13,7 +14,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 /// The entries, stored as the factor.
 pub struct PatternInverse<'a> {
     panels: Panels<'a>,
-    values: Vec<f64>,
+    values: Vec<f32>,
     /// The last panel on the path from each panel to the root of its elimination tree.
     roots: Vec<usize>,
 }
@@ -34,11 +35,12 @@ impl<'a> PatternInverse<'a> {
 
     fn fill(&mut self, s: usize, panel: &Panel) {
         let (columns, below) = (panel.columns, panel.pattern.len());
-        let L = MatRef::from_column_major_slice(panel.values, panel.rows, columns);
+        let values: Vec<f32> = panel.values.iter().map(|value| *value as f32).collect();
+        let L = MatRef::from_column_major_slice(&values, panel.rows, columns);
         let (top, bottom) = L.split_at_row(columns);
-        let mut inverse = Mat::<f64>::identity(columns, columns);
+        let mut inverse = Mat::<f32>::identity(columns, columns);
         solve_lower_triangular_in_place(top, inverse.as_mut(), Par::Seq);
-        let mut U = Mat::<f64>::zeros(below, columns);
+        let mut U = Mat::<f32>::zeros(below, columns);
         matmul(U.as_mut(), Accum::Replace, bottom, inverse.as_ref(), 1.0, Par::Seq);
         let Z = self.behind(panel.pattern);
         let Z = MatRef::from_column_major_slice(&Z, below, below);
@@ -51,7 +53,7 @@ impl<'a> PatternInverse<'a> {
     }
 
     /// Rows and columns of the pattern of a panel, all of which are in the panels behind it.
-    fn behind(&self, pattern: &[usize]) -> Vec<f64> {
+    fn behind(&self, pattern: &[usize]) -> Vec<f32> {
         let mut Z = vec![0.0; pattern.len() * pattern.len()];
         let mut first = 0;
         while first < pattern.len() {
@@ -92,6 +94,6 @@ impl<'a> PatternInverse<'a> {
             return Some(0.0);
         };
         let start = self.panels.symbolic.col_ptr_for_val()[s];
-        Some(self.values[start + (first - panel.start) * panel.rows + place])
+        Some(f64::from(self.values[start + (first - panel.start) * panel.rows + place]))
     }
 }

@@ -208,8 +208,7 @@ impl Newton {
         for (contact, reaction) in contacts.iter().zip(reactions) {
             add_impulse(contact, &sides, reaction.impulse, impulse);
         }
-        unknowns.gather(impulse, &mut self.x);
-        system.solve(&mut self.x);
+        system.respond(reactions, impulse, &mut self.x);
         unknowns.for_each(|unknown, node, axis| v[node][axis] += self.x[unknown]);
         step.plan.assembly.followers().follow(v);
         Ok(())

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::mechanics::contact::ContactLaw;
+use crate::mechanics::contact::ContactPair;
 use crate::mechanics::contact::Master;
 use crate::mechanics::contact::detection::guard::Guard;
 use crate::mechanics::contact::pairs::EveryTwo;

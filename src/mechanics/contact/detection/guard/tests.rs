@@ -3,6 +3,7 @@ use super::*;
 use crate::mechanics::contact::pairs::Pairs;
 use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
 use crate::mechanics::contact::{ContactLaw, Reaction};
+use crate::mechanics::contact::{ContactPair, Master};
 
 /// A box of n³ cells, given its corner `at` and its size, rotated about its centre; its boundary surface.
 fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Vec<Vec3>) -> Surface {
@@ -73,7 +74,6 @@ fn fly(surfaces: &[Surface], x: &mut [Vec3], velocity: Vec3, h: f64, steps: usiz
             let mut reactions = vec![Reaction::default(); contacts.len()];
             let report = solve(
                 &contacts,
-                &[ContactLaw::Frictionless],
                 &inverse_mass,
                 h,
                 &mut v,

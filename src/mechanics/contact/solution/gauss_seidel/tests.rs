@@ -5,6 +5,7 @@
 use super::super::contact_row::squared;
 use super::super::local::natural_map;
 use super::*;
+use crate::mechanics::contact::ContactLaw;
 use crate::mechanics::contact::Kind;
 use crate::mechanics::contact::solution::local::proj_coulomb_cone;
 use crate::mechanics::contact::stencil::Stencil;

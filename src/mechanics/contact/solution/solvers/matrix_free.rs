@@ -54,11 +54,7 @@ pub fn solve_matrix_free(
     for (i, (r, scaled)) in r.iter_mut().zip(&scaled.r).enumerate() {
         *r = scaled / root[i / 3];
     }
-    let mut u = vec![0.0; r.len()];
-    (problem.product)(r, &mut u);
-    for (u, q) in u.iter_mut().zip(problem.q) {
-        *u += q;
-    }
+    let u: Vec<f64> = scaled.u.iter().enumerate().map(|(i, u)| u * root[i / 3]).collect();
     let errors = Errors::new(&d, (problem.q, problem.mu), r, &u);
     Ok(SolveReport {
         solver,
@@ -112,8 +108,10 @@ impl<'p, 'a> Scaled<'p, 'a> {
         let q: Vec<f64> = problem.q.iter().enumerate().map(|(i, q)| q / root[i / 3]).collect();
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let start: Vec<f64> = r.iter().enumerate().map(|(i, r)| r * root[i / 3]).collect();
-        let mut scaled = Self { problem, root, q_size, r: Vec::new(), u: Vec::new(), q };
-        scaled.set_reactions(&start);
+        let mut scaled = Self { problem, root, q_size, u: q.clone(), r: start, q };
+        if scaled.r.iter().any(|r| *r != 0.0) {
+            scaled.set_reactions(&scaled.r.clone());
+        }
         scaled
     }
 }
@@ -129,6 +127,11 @@ impl Iterate for Scaled<'_, '_> {
         for (u, q) in self.u.iter_mut().zip(&self.q) {
             *u += q;
         }
+    }
+
+    fn set_known(&mut self, r: &[f64], u: &[f64]) {
+        self.r.copy_from_slice(r);
+        self.u.copy_from_slice(u);
     }
 
     fn product(&mut self, x: &[f64]) -> Vec<f64> {

@@ -37,8 +37,8 @@ pub(super) fn solve<P: Iterate>(scaled: &mut P, own: &[Block], limits: &Limits) 
     let (mut steps, mut idle, mut precision) = (0, 0, COARSE);
     while error > limits.tolerance && steps < limits.iterations && idle <= PATIENCE && !limits.interrupted() {
         let (direction, effect) = NewtonSystem::new(&scaled.at(), own).solve(scaled, precision);
-        let reached = search(&scaled.at(), &direction, &effect, error);
-        scaled.set_reactions(&reached);
+        let (r, u) = search(&scaled.at(), &direction, &effect, error);
+        scaled.set_known(&r, &u);
         let before = std::mem::replace(&mut error, scaled.error());
         let fine = (PART * limits.tolerance / error).clamp(FINEST, COARSE);
         precision = if error <= SETTLED * before { fine } else { COARSE };
@@ -48,21 +48,20 @@ pub(super) fn solve<P: Iterate>(scaled: &mut P, own: &[Block], limits: &Limits) 
             idle = 0;
         }
     }
-    if !(error <= best.0) {
-        scaled.set_reactions(&best.1);
-    }
-    Ending { iterations: steps, error: best.0 }
+    // The velocities of the best iterate, without the rounding of the steps.
+    scaled.set_reactions(&best.1);
+    Ending { iterations: steps, error: scaled.error() }
 }
 
-/// The reactions after the whole step along `direction`, whose `effect` is `W direction`, if that reduces the error enough,
+/// Reactions and velocities after the whole step along `direction`, whose `effect` is `W direction`, if that reduces the error enough,
 /// otherwise after the whole or the half one, whichever has the lower error.
-fn search(at: &At, direction: &[f64], effect: &[f64], error: f64) -> Vec<f64> {
+fn search(at: &At, direction: &[f64], effect: &[f64], error: f64) -> (Vec<f64>, Vec<f64>) {
     let along = |x: &[f64], d: &[f64], length: f64| -> Vec<f64> {
         x.iter().zip(d).map(|(x, d)| x + length * d).collect()
     };
     let reached = |length: f64| {
         let (r, u) = (along(at.r, direction, length), along(at.u, effect, length));
-        (scaled_error(at.mu, &r, &u, at.sizes), r)
+        (scaled_error(at.mu, &r, &u, at.sizes), (r, u))
     };
     let whole = reached(1.0);
     if whole.0 <= ENOUGH * error {
