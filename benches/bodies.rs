@@ -2,7 +2,7 @@
 //! number.
 //!
 //! `cargo bench --bench bodies`; with a number only the cases up to it. All on one thread, from the document to the
-//! closed recording. The peak memory is that of the process since the case began, where the system tells it.
+//! closed recording. The peak memory is that of the process since the case began, where the system reports it.
 //!
 //! - Blocks of 3³ elements in a cubic grid, 0.1 mm apart, columns of two speeds in turn above a floor: every two blocks
 //!   may touch, and each touches its neighbours.
@@ -124,7 +124,7 @@ fn measured(scene: &Value) -> Result<String, String> {
     ))
 }
 
-/// Processor time of the process [s], where the system tells it.
+/// Processor time of the process [s], where the system reports it.
 fn processor_s() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();

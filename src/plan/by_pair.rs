@@ -4,6 +4,13 @@ use crate::mechanics::contact::pairs::Pairs;
 use serde::{Serialize, Serializer};
 use std::ops::Index;
 
+/// Most contact pairs that plan reports list, and that results and recordings list whether they touch or not: of a thousand bodies there
+/// are half a million.
+pub const MOST_LISTED_PAIRS: usize = 64;
+
+/// Most bodies and blocks that plan reports list, and whose pairs are listed where every two may touch.
+pub const MOST_LISTED_BODIES: usize = 64;
+
 /// Values of pairs, by number: of all that are listed, and of the others that have touched.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByPair<T> {

@@ -24,7 +24,7 @@ mod stepping;
 mod tests;
 
 pub use asked::CUTS;
-pub use by_pair::ByPair;
+pub use by_pair::{ByPair, MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
 pub use compile::{compile, recompile};
 pub use distant::DistantPair;
 pub use holder::Holder;
@@ -34,9 +34,7 @@ pub use named_materials::NamedMaterialReport;
 pub use omitted::Omitted;
 pub use parts::CompileError;
 pub use refinement::RefinementReport;
-pub use report::{
-    BlockReport, IntegratorReport, MOST_LISTED_BODIES, MOST_LISTED_PAIRS, PairReport, PlanReport,
-};
+pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};

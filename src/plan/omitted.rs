@@ -1,6 +1,7 @@
 //! Features that a plan omits, each with its reason and, if there is one, the switch that keeps it.
 
-use super::{MOST_LISTED_BODIES, Plan};
+use super::Plan;
+use super::by_pair::MOST_LISTED_BODIES;
 use crate::mechanics::contact::ContactLaw;
 use crate::scene::Scene;
 use crate::scene::document::{FieldName, Keep, Role, SelfContact};

@@ -1,5 +1,6 @@
 //! Report of a plan: what it kept, what it omitted and why, and its estimated cost.
 
+use super::by_pair::{MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
 use super::memory::MemoryReport;
 use super::named_materials::NamedMaterialReport;
 use super::omitted::{Omitted, omitted};
@@ -313,13 +314,6 @@ fn of_block(
         element_steps_per_s: cost::element_steps_per_s(block, evaluated_bytes),
     }
 }
-
-/// Most contact pairs that plan reports list, and that results and recordings list whether they touch or not: of a thousand bodies there
-/// are half a million.
-pub const MOST_LISTED_PAIRS: usize = 64;
-
-/// Most bodies and blocks that plan reports list, and whose pairs are listed where every two may touch.
-pub const MOST_LISTED_BODIES: usize = 64;
 
 fn of_pairs(plan: &Plan) -> Vec<PairReport> {
     let Some(contact) = &plan.contact else { return Vec::new() };

@@ -477,9 +477,9 @@ impl ExplicitStepper<'_> {
     /// Whether a pair has its first reactions in this step.
     fn touches_anew(&self, state: &State) -> bool {
         let (contacts, reactions) = self.contacts();
-        let of_pair = |pair: u32| state.ledger.pairs.get(pair as usize);
-        let is_new = |pair| of_pair(pair).is_none_or(|of| of.impulse_n_s.iter().all(|p| *p == 0.0));
-        contacts.iter().zip(reactions).any(|(c, r)| r.impulse[0] != 0.0 && is_new(c.pair))
+        let ledger = &state.ledger.pairs;
+        let is_new = |pair| ledger.get(pair).is_none_or(|of| of.impulse_n_s.iter().all(|p| *p == 0.0));
+        contacts.iter().zip(reactions).any(|(c, r)| r.impulse[0] != 0.0 && is_new(c.pair as usize))
     }
 
     fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {

@@ -146,7 +146,8 @@ fn nothing_small_tunnels_at_a_thousand_metres_a_second() {
             let plan = plan(&scene);
             let mut impulse = 0.0_f64;
             let (outcome, _) = crate::rig::run_on(&plan, contuse::step::State::new(&plan), 1, |frame| {
-                impulse = impulse.max(Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s).norm());
+                impulse = impulse
+                    .max(Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s).norm());
             });
             assert!(impulse > 1e-5 * 100.0, "{shape} at {at:?} passes: {impulse} N s, {:?}", outcome.ending);
         }

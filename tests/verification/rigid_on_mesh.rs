@@ -114,8 +114,9 @@ fn struck(integrator: &Value) -> (Vec3, f64) {
     scene["integrator"] = integrator.clone();
     let plan = plan(&scene);
     let mut impulse = Vec3::zeros();
-    let (outcome, _) =
-        run(&plan, |frame| impulse = -Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s));
+    let (outcome, _) = run(&plan, |frame| {
+        impulse = -Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s)
+    });
     (impulse, outcome.balance_error)
 }
 

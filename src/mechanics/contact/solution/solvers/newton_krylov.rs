@@ -20,10 +20,10 @@ const MOST_PRODUCTS: usize = 60;
 /// Ratio of errors at or below which a whole step is accepted at once, and the next system is solved as precisely as the
 /// tolerance asks.
 const ENOUGH: f64 = 0.9;
-const SETTLED: f64 = 0.1;
+const FAST: f64 = 0.1;
 /// Ratio to the best error below which an iterate is better.
 const BETTER: f64 = 0.999;
-/// Residuals of the linear systems relative to their right sides: before the contacts have settled, and the least.
+/// Residuals of the linear systems relative to their right sides: before the iteration converges fast, and the least.
 const COARSE: f64 = 1e-2;
 const FINEST: f64 = 1e-9;
 /// Part of the tolerance that the linear system may leave.
@@ -41,7 +41,7 @@ pub(super) fn solve<P: Iterate>(scaled: &mut P, own: &[Block], limits: &Limits) 
         scaled.set_known(&r, &u);
         let before = std::mem::replace(&mut error, scaled.error());
         let fine = (PART * limits.tolerance / error).clamp(FINEST, COARSE);
-        precision = if error <= SETTLED * before { fine } else { COARSE };
+        precision = if error <= FAST * before { fine } else { COARSE };
         (steps, idle) = (steps + 1, idle + 1);
         if error < BETTER * best.0 {
             best = (error, scaled.at().r.to_vec());
