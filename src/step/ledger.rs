@@ -120,11 +120,15 @@ impl Ledger {
         self.scale(plan).max(self.dissipated())
     }
 
+    /// Whether a pair has had an impulse, by its number.
+    pub(super) fn has_touched(&self, pair: u32) -> bool {
+        self.pairs.get(pair as usize).is_some_and(has_impulse)
+    }
+
     /// Updates the energy available to an impact [J], and at the first touch of a pair, that of the previous step;
     /// `kinetic` is the kinetic energy in the frame of the support [J].
     pub(super) fn note_at_hand(&mut self, at_hand: f64, kinetic: f64) {
-        let has_touched = |pair: &&PairLedger| pair.impulse_n_s.iter().any(|p| *p != 0.0);
-        let touched = self.pairs.values().filter(has_touched).count();
+        let touched = self.pairs.values().filter(|pair| has_impulse(pair)).count();
         if self.initial.is_none() {
             self.available = at_hand;
         } else if touched > self.touched {
@@ -134,4 +138,8 @@ impl Ledger {
         self.at_hand = at_hand;
         self.stirred = self.stirred.max(UNDONE * at_hand).max(ROUNDING * kinetic);
     }
+}
+
+fn has_impulse(pair: &PairLedger) -> bool {
+    pair.impulse_n_s.iter().any(|p| *p != 0.0)
 }

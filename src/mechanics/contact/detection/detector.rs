@@ -33,6 +33,7 @@ use super::time_of_impact::Search;
 use crate::mechanics::contact::pairs::Pairs;
 use crate::mechanics::contact::{Contact, Discretisation, Master, Surface};
 use crate::mechanics::tensor::Vec3;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Slack of the list of a surface against itself, as a fraction of its mean face size. The nearest relevant faces are
@@ -110,9 +111,9 @@ impl Detector {
     /// with a rigid side are left to [`super::rigid_detection`].
     pub fn new(surfaces: &[Surface], pairs: &Pairs, x: &[Vec3]) -> Self {
         let boundaries: Vec<Boundary> = surfaces.iter().map(|s| Boundary::new(s, x)).collect();
-        let are_few = pairs.len() <= FEW_PAIRS;
+        let (are_few, rest) = (pairs.len() <= FEW_PAIRS, Arc::from(x));
         let states: Vec<PairState> =
-            pairs.listed().filter_map(|p| PairState::new(p, &boundaries, x, are_few)).collect();
+            pairs.listed().filter_map(|p| PairState::new(p, &boundaries, &rest, are_few)).collect();
         let moved = vec![Moved::default(); boundaries.len()];
         let others = || states.iter().filter(|pair| pair.own.is_none());
         let mut trees: Vec<Option<FaceTree>> = vec![None; boundaries.len()];

@@ -7,6 +7,7 @@ use super::mortar::Averager;
 use super::self_contact::{Exclusions, OwnMotion};
 use crate::mechanics::contact::{ContactPair, Master};
 use crate::mechanics::tensor::Vec3;
+use std::sync::Arc;
 
 /// Number of steps of the present motion for which a list is made, within the bounds below.
 const STEPS_PER_LIST: f64 = 12.0;
@@ -76,7 +77,7 @@ impl PairState {
     pub fn new(
         (number, pair): (usize, &ContactPair),
         boundaries: &[Boundary],
-        x: &[Vec3],
+        x: &Arc<[Vec3]>,
         is_one_of_few: bool,
     ) -> Option<Self> {
         let side = match pair.master {

@@ -2,10 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exact equality is intended
 
 use super::*;
-use crate::mechanics::contact::ContactLaw;
-use crate::mechanics::contact::ContactPair;
-use crate::mechanics::contact::Master;
 use crate::mechanics::contact::stencil::weighted;
+use crate::mechanics::contact::{ContactLaw, ContactPair};
 
 mod many_bodies;
 mod self_contact;
