@@ -9,7 +9,7 @@ use crate::record::{NamedContactProblem, read_contact_problem};
 use crate::scene::Problems;
 use crate::study::process_cpu_s;
 use clap::Args;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -31,6 +31,10 @@ pub struct ContactProblemArgs {
     /// Solve each problem this many times and report the shortest processor time.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub repeat: u32,
+    /// Start from the reactions in this file, by the names of the problems: what `--json` has printed, as it is or
+    /// changed. Without it all problems start from rest.
+    #[arg(long, value_name = "FILE")]
+    pub start: Option<PathBuf>,
     /// Print the answer as JSON, including the reactions.
     #[arg(long)]
     pub json: bool,
@@ -38,6 +42,13 @@ pub struct ContactProblemArgs {
     /// otherwise as SVG.
     #[arg(long, value_name = "FILE", conflicts_with = "json", value_parser = picture_path)]
     pub profile: Option<PathBuf>,
+}
+
+/// Reactions of the problem of a name.
+#[derive(Debug, Deserialize)]
+struct Start {
+    name: String,
+    r: Vec<f64>,
 }
 
 /// Result of one solution.
@@ -68,10 +79,11 @@ pub fn contact_problem(args: &ContactProblemArgs, out: &mut dyn Write) -> Result
         return Err(CliError::Usage("--time-limit must be above 0".into()));
     }
     let problems = read_all(&args.files)?;
+    let starts = starts(&problems, args.start.as_deref())?;
     if let Some(path) = &args.profile {
-        return profile(args, &problems, path, out);
+        return profile(args, (&problems, &starts), path, out);
     }
-    let rows: Vec<Row> = problems.iter().map(|named| solve_one(named, method, args)).collect();
+    let rows = solve_all((&problems, &starts), method, args);
     if args.json {
         let text = serde_json::to_string(&rows).map_err(|error| CliError::Other(Box::new(error)))?;
         writeln!(out, "{text}")?;
@@ -101,12 +113,39 @@ fn read_all(files: &[PathBuf]) -> Result<Vec<NamedContactProblem>, CliError> {
     if wrong.is_empty() { Ok(read) } else { Err(wrong.into_iter().collect::<Problems>().into()) }
 }
 
-fn solve_one(named: &NamedContactProblem, method: Method, args: &ContactProblemArgs) -> Row {
-    let mut r = vec![0.0; named.problem.q().len()];
+/// Reactions from which each problem starts.
+fn starts(problems: &[NamedContactProblem], file: Option<&Path>) -> Result<Vec<Vec<f64>>, CliError> {
+    let lengths = problems.iter().map(|named| named.problem.q().len());
+    let Some(path) = file else { return Ok(lengths.map(|length| vec![0.0; length]).collect()) };
+    let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
+    let wrong = |what: String| CliError::Usage(format!("--start {}: {what}", path.display()));
+    let given: Vec<Start> = serde_json::from_slice(&bytes)
+        .map_err(|error| wrong(format!("it must be what contact-problem --json prints: {error}")))?;
+    let of_problem = |(named, length): (&NamedContactProblem, usize)| {
+        let found = given.iter().find(|start| start.name == named.name);
+        let found = found.ok_or_else(|| wrong(format!("it has no reactions of {}", named.name)))?;
+        let count = found.r.len();
+        let fits = count == length;
+        fits.then(|| found.r.clone())
+            .ok_or_else(|| wrong(format!("{count} reactions of {}, which needs {length}", named.name)))
+    };
+    problems.iter().zip(lengths).map(of_problem).collect()
+}
+
+fn solve_all(
+    (problems, starts): (&[NamedContactProblem], &[Vec<f64>]),
+    method: Method,
+    args: &ContactProblemArgs,
+) -> Vec<Row> {
+    problems.iter().zip(starts).map(|(named, start)| solve_one(named, start, method, args)).collect()
+}
+
+fn solve_one(named: &NamedContactProblem, start: &[f64], method: Method, args: &ContactProblemArgs) -> Row {
+    let mut r = start.to_vec();
     let mut shortest: Option<f64> = None;
     let mut report = timed(&named.problem, method, args, &mut r, &mut shortest);
     for _ in 1..args.repeat {
-        r.fill(0.0);
+        r.copy_from_slice(start);
         report = timed(&named.problem, method, args, &mut r, &mut shortest);
     }
     Row {
@@ -121,7 +160,7 @@ fn solve_one(named: &NamedContactProblem, method: Method, args: &ContactProblemA
     }
 }
 
-/// Solves once from rest; updates `shortest` with its processor time.
+/// Solves once from `r`; updates `shortest` with its processor time.
 fn timed(
     problem: &ContactProblem,
     method: Method,
@@ -165,13 +204,13 @@ fn write_table(rows: &[Row], out: &mut dyn Write) -> io::Result<()> {
 /// Solves all problems with all solvers, and draws the profile.
 fn profile(
     args: &ContactProblemArgs,
-    problems: &[NamedContactProblem],
+    problems: (&[NamedContactProblem], &[Vec<f64>]),
     path: &Path,
     out: &mut dyn Write,
 ) -> Result<Exit, CliError> {
     let mut timings = Vec::new();
     for method in Method::ALL {
-        let rows: Vec<Row> = problems.iter().map(|named| solve_one(named, method, args)).collect();
+        let rows = solve_all(problems, method, args);
         let solved = rows.iter().filter(|row| row.converged).count();
         writeln!(out, "\n{}: {solved} of {} solved\n", method.name(), rows.len())?;
         write_table(&rows, out)?;

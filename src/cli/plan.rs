@@ -82,7 +82,11 @@ fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
             format!("{:.1}", 1e-6 * block.element_steps_per_s),
         ]
     });
-    write_table(&header, &rows.collect::<Vec<_>>(), out)
+    write_table(&header, &rows.collect::<Vec<_>>(), out)?;
+    match report.block_count - report.blocks.len() {
+        0 => Ok(()),
+        others => writeln!(out, "and {others} other blocks"),
+    }
 }
 
 fn write_named_materials(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {

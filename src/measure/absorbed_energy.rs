@@ -22,10 +22,10 @@
 mod motion;
 
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Holder, Plan};
+use crate::plan::{ContactPlan, Holder, Plan};
 use crate::scene::document::Role;
 use crate::step::Energy;
-use motion::{Motion, Observer, Side, pair_bodies};
+use motion::{Motion, Observer, Side};
 
 /// Energy absorbed by the tissue at one time, as changes since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -92,16 +92,16 @@ impl AbsorbedEnergy {
     pub fn new(plan: &Plan) -> Option<Self> {
         let sides = [Role::Tissue, Role::Projectile].map(|role| Side::new(plan, role));
         let [tissue, projectile] = &sides;
-        let touching = || pair_bodies(plan).iter().zip(&tissue.signs).filter(|(_, sign)| **sign != 0.0);
+        let pairs = || plan.contact.iter().flat_map(ContactPlan::each_bodies);
         let is_on_plane =
             |&(slave, master): &(usize, Option<usize>)| master.is_none() && tissue.bodies.contains(&slave);
-        let planes = (0..pair_bodies(plan).len()).filter(|&pair| is_on_plane(&pair_bodies(plan)[pair]));
-        let planes = planes.collect();
+        let planes = pairs().filter(|(_, sides)| is_on_plane(sides)).map(|(pair, _)| pair).collect();
         // A plane supports what has come to rest on it, not what is in flight.
         let holder = Holder::new(plan, |body| tissue.bodies.contains(&body), false);
         let is_projectile = |body: usize| projectile.bodies.contains(&body);
-        let by_projectiles_only =
-            touching().all(|(&(slave, master), _)| is_projectile(slave) || master.is_some_and(is_projectile));
+        let by_projectiles_only = pairs().all(|(_, sides)| {
+            tissue.sign_of(sides) == 0.0 || is_projectile(sides.0) || sides.1.is_some_and(is_projectile)
+        });
         let is_steady = plan.loads.gravity.is_none();
         let gravity = plan.gravity.filter(|_| by_projectiles_only && is_steady).unwrap_or_else(Vec3::zeros);
         let held = holder.velocity(&plan.loads, 0.0);
@@ -136,6 +136,12 @@ impl AbsorbedEnergy {
     /// Whether there is a projectile, so that its loss is defined.
     pub fn has_projectile(&self) -> bool {
         !self.projectile.bodies.is_empty()
+    }
+
+    /// Takes up the pairs of the ledger that are not listed in the plan.
+    pub fn take_up_pairs(&mut self, plan: &Plan, energy: &Energy) {
+        self.tissue.take_up_pairs(plan, energy);
+        self.projectile.take_up_pairs(plan, energy);
     }
 
     /// Accumulates the ledger of one step, and the velocity of the support along each axis [m/s].
@@ -177,7 +183,8 @@ impl AbsorbedEnergy {
             self.frame = Observer { time: tissue.time, velocity, ..self.frame };
         }
         if !is_untouched && !std::mem::replace(&mut self.is_touched, true) {
-            let is_pressed = |pair: &usize| Vec3::from(energy.pairs[*pair].impulse_n_s) != Vec3::zeros();
+            let is_pressed =
+                |pair: &usize| energy.pairs.get(*pair).is_some_and(|of| of.impulse_n_s != [0.0; 3]);
             if self.planes.iter().any(is_pressed) {
                 self.frame = Observer::default();
             }
@@ -189,6 +196,7 @@ impl AbsorbedEnergy {
 #[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
+    use crate::plan::ByPair;
     use crate::step::{BodyEnergy, PairLedger};
 
     /// A measure with the tissue as the second body and, optionally, a projectile as the first.
@@ -261,8 +269,10 @@ mod tests {
     #[test]
     fn a_tissue_that_falls_absorbs_what_it_would_without_gravity() {
         let mut measure = measure(true);
-        (measure.tissue.mass, measure.tissue.signs) = (2.0, vec![1.0]);
-        (measure.projectile.mass, measure.projectile.signs) = (1.0, vec![-1.0]);
+        measure.tissue.mass = 2.0;
+        measure.tissue.signs.of(0, || 1.0);
+        measure.projectile.mass = 1.0;
+        measure.projectile.signs.of(0, || -1.0);
         measure.frame.acceleration = -10.0 * Vec3::z();
         let body = |mass: f64, velocity: f64, external_work_j: f64, contact_work_j: f64| BodyEnergy {
             kinetic_j: 0.5 * mass * velocity * velocity,
@@ -276,7 +286,8 @@ mod tests {
             (1.0, body(2.0, -10.0, 100.0, 0.0), body(1.0, 20.0, -250.0, 0.0), 0.0),
             (2.0, body(2.0, -10.0, 300.0, -200.0), body(1.0, -10.0, -300.0, -100.0), 20.0),
         ] {
-            let pairs = vec![PairLedger { impulse_n_s: [0.0, 0.0, impulse], ..PairLedger::default() }];
+            let mut pairs = ByPair::default();
+            pairs.of(0, || PairLedger { impulse_n_s: [0.0, 0.0, impulse], ..PairLedger::default() });
             measure.accumulate(time, &Energy { pairs, ..energy(tissue, projectile) }, [None; 3]);
             assert_eq!(measure.now.not_from_contact, 0.0);
         }

@@ -13,14 +13,14 @@ use super::stress_depth::StressDepth;
 use super::summary::{AskedAccuracy, ErrorBars};
 use super::wave_reach::WaveSpeed;
 use crate::mesh::MeshError;
-use crate::plan::{MOST_LISTED_PAIRS, Plan};
+use crate::plan::{ByPair, MOST_LISTED_PAIRS, Plan};
 use crate::step::{Energy, Frame};
 
 /// Everything measured so far.
 #[derive(Default)]
 pub struct Measures {
-    /// One entry for each contact pair of the plan.
-    pub pairs: Vec<PairMeasures>,
+    /// One entry for each contact pair of the plan, of many bodies for each that has touched.
+    pub pairs: ByPair<PairMeasures>,
     /// Absorbed energy; `None` without tissue.
     pub absorbed: Option<AbsorbedEnergy>,
     /// Stresses and strains of the tissue; `None` without tissue.
@@ -83,20 +83,19 @@ impl Measures {
 
     /// Pairs in which the tissue is struck: by the projectiles if there are any, regardless of what supports it.
     pub fn strikes(&self) -> impl Iterator<Item = &PairMeasures> {
-        let any_projectile = self.pairs.iter().any(|pair| pair.on_tissue && pair.of_projectile);
-        self.pairs.iter().filter(move |pair| pair.on_tissue && (pair.of_projectile || !any_projectile))
+        let any_projectile = self.pairs.values().any(|pair| pair.on_tissue && pair.of_projectile);
+        self.pairs.values().filter(move |pair| pair.on_tissue && (pair.of_projectile || !any_projectile))
     }
 
     /// Pairs that results and recordings list, with their numbers in the plan: all, or of more than 64 those that have touched.
     pub fn listed_pairs(&self) -> impl Iterator<Item = (usize, &PairMeasures)> {
         let are_few = self.pairs.len() <= MOST_LISTED_PAIRS;
-        let pairs = self.pairs.iter().enumerate();
-        pairs.filter(move |(_, pair)| are_few || pair.force.contact_span.is_some())
+        self.pairs.each().filter(move |(_, pair)| are_few || pair.force.contact_span.is_some())
     }
 
     /// Accumulates the point stresses of a frame.
     fn accumulate_points(&mut self, frame: &Frame) {
-        let reach = self.wave_speed.as_ref().map(|speed| speed.reach(&self.pairs, frame));
+        let reach = self.wave_speed.as_ref().map(|speed| speed.reach(self.pairs.values(), frame));
         let (stress, fields, laws) = (&mut self.stress, &mut self.fields, &mut self.laws);
         laws.begin();
         if let Some(stress) = stress {
@@ -151,13 +150,30 @@ impl Measures {
         Ok(())
     }
 
+    /// Adds the pairs that touch for the first time and are not listed: until the last frame nothing touched in them.
+    fn take_up_pairs(&mut self, frame: &Frame) {
+        let of_pairs = frame.contacts.iter().zip(frame.reactions).filter(|(_, r)| r.impulse[0] > 0.0);
+        for (contact, _) in of_pairs {
+            let (pair, steps) = (contact.pair as usize, self.step);
+            self.pairs.of(pair, || {
+                let mut new = PairMeasures::new(frame.plan, pair);
+                if steps > 0 {
+                    new.accumulate_nothing(self.time);
+                }
+                new
+            });
+        }
+    }
+
     /// Accumulates the frame of a step.
     pub fn accumulate(&mut self, frame: &Frame) {
         let time = frame.time;
-        for (index, pair) in self.pairs.iter_mut().enumerate() {
+        self.take_up_pairs(frame);
+        for (index, pair) in self.pairs.each_mut() {
             pair.accumulate(frame, index);
         }
         if let Some(absorbed) = &mut self.absorbed {
+            absorbed.take_up_pairs(frame.plan, frame.energy);
             let held = absorbed.holder.velocity(&frame.plan.loads, time);
             absorbed.accumulate(time, frame.energy, held);
         }
@@ -168,7 +184,9 @@ impl Measures {
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.step);
         if frame.is_look_time {
-            self.penetration.accumulate(frame, |pair| self.pairs[pair].force.contact_span.is_some());
+            let touched =
+                |pair: usize| self.pairs.get(pair).is_some_and(|pair| pair.force.contact_span.is_some());
+            self.penetration.accumulate(frame, touched);
         }
         if frame.is_field_time {
             self.accumulate_points(frame);

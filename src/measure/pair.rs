@@ -5,7 +5,7 @@ use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use crate::mechanics::contact::{ContactPair, Master};
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ContactPlan, Plan};
+use crate::plan::{ByPair, ContactPlan, Plan};
 use crate::scene::document::Role;
 use crate::step::Frame;
 
@@ -43,6 +43,33 @@ impl PairMeasures {
         self.between[0] == self.between[1]
     }
 
+    /// Empty measures of a pair, by its number in the plan.
+    pub(super) fn new(plan: &Plan, pair: usize) -> Self {
+        let sides = plan.contact.as_ref().map(|contact| contact.bodies_of(&contact.pairs.get(pair)));
+        let (slave, master) = sides.unwrap_or_default();
+        let tissue = |body: usize| plan.bodies[body].role == Role::Tissue;
+        let projectile = |body: usize| plan.bodies[body].role == Role::Projectile;
+        let flight = |body: Option<usize>| body.map_or_else(Vec3::zeros, |b| plan.bodies[b].flight_velocity);
+        Self {
+            source: None,
+            tissue_flight: flight(if tissue(slave) { Some(slave) } else { master }),
+            approach: (flight(Some(slave)) - flight(master)).norm(),
+            name: plan.name_of(pair),
+            between: plan.names_of(pair).map(str::to_owned),
+            on_tissue: master != Some(slave) && (tissue(slave) || master.is_some_and(tissue)),
+            of_projectile: projectile(slave) || master.is_some_and(projectile),
+            reported_on: usize::from(!tissue(slave) && master.is_some_and(tissue)),
+            is_of_points: plan.bodies[slave].rigid.is_some(),
+            force: ImpactForce::new(plan.measures.force_average),
+            geometry: None,
+        }
+    }
+
+    /// Accumulates a time [s] before its first contact.
+    pub(super) fn accumulate_nothing(&mut self, time: f64) {
+        self.force.accumulate(PairSample { time, ..PairSample::default() });
+    }
+
     fn patch(&mut self, frame: &Frame, index: u32) -> ContactPatch {
         if frame.contacts_of(index).next().is_none() {
             return ContactPatch::default();
@@ -60,7 +87,7 @@ impl PairMeasures {
         let time = frame.time;
         let sample = PairSample {
             time,
-            impulse: Vec3::from(frame.energy.pairs[index].impulse_n_s),
+            impulse: frame.energy.pairs.get(index).map_or_else(Vec3::zeros, |of| Vec3::from(of.impulse_n_s)),
             force: resultant_force(frame, index as u32),
             patch: self.patch(frame, index as u32),
         };
@@ -106,36 +133,17 @@ fn master_faces(contact: &ContactPlan, pair: &ContactPair) -> Option<PatchGeomet
 /// Patch geometry of slave and master of a pair of the plan.
 fn geometry_of(plan: &Plan, pair: usize) -> Option<(PatchGeometry, Option<PatchGeometry>)> {
     let contact = plan.contact.as_ref()?;
-    let (slave, master) = contact.pair_bodies[pair];
-    let pair = &contact.pairs[pair];
+    let pair = contact.pairs.get(pair);
+    let (slave, master) = contact.bodies_of(&pair);
     let surface = &contact.surfaces[pair.slave];
     let geometry = PatchGeometry::of_slave(slave, surface, rigid_shape(plan, master));
-    Some((geometry, master_faces(contact, pair)))
+    Some((geometry, master_faces(contact, &pair)))
 }
 
-/// Empty measures for the pairs of a plan.
-pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
-    let Some(contact) = &plan.contact else { return Vec::new() };
-    let tissue = |body: usize| plan.bodies[body].role == Role::Tissue;
-    let projectile = |body: usize| plan.bodies[body].role == Role::Projectile;
-    let pairs = contact.pairs.iter().zip(&contact.pair_names).zip(&contact.pair_bodies);
-    let flight = |body: Option<usize>| body.map_or_else(Vec3::zeros, |b| plan.bodies[b].flight_velocity);
-    let tissue_of = |slave: usize, master: Option<usize>| if tissue(slave) { Some(slave) } else { master };
-    pairs
-        .map(|((pair, between), &(slave, master))| PairMeasures {
-            source: None,
-            tissue_flight: flight(tissue_of(slave, master)),
-            approach: (flight(Some(slave)) - flight(master)).norm(),
-            name: pair.name.clone(),
-            between: between.clone(),
-            on_tissue: master != Some(slave) && (tissue(slave) || master.is_some_and(tissue)),
-            of_projectile: projectile(slave) || master.is_some_and(projectile),
-            reported_on: usize::from(!tissue(slave) && master.is_some_and(tissue)),
-            is_of_points: plan.bodies[slave].rigid.is_some(),
-            force: ImpactForce::new(plan.measures.force_average),
-            geometry: None,
-        })
-        .collect()
+/// Empty measures of the listed pairs of a plan.
+pub(super) fn pairs_of(plan: &Plan) -> ByPair<PairMeasures> {
+    let pairs = plan.contact.as_ref().map(|contact| &contact.pairs);
+    ByPair::new(pairs, |pair| PairMeasures::new(plan, pair))
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! nodes show up in the volume. A node is inside its own body if the boundary surface winds around the place just
 //! outside of it ([`nodes_inside`]).
 
+use crate::mechanics::contact::detection::bodies::meeting;
 use crate::mechanics::contact::detection::closest_point::Patch;
 use crate::mechanics::contact::detection::winding::nodes_inside;
 use crate::mechanics::contact::{Master, Surface};
@@ -83,6 +84,8 @@ struct Mesh<'a> {
     surface: Cow<'a, Surface>,
     x: &'a [Vec3],
     bounds: [Vec3; 2],
+    /// Largest distance of a corner of each face from its first [m].
+    widths: OnceCell<Vec<f64>>,
 }
 
 /// Result for one pair: depth with its fraction of a face, and volume.
@@ -111,8 +114,15 @@ impl Penetration {
         }
         // Each pair once; with itself only after contact.
         let sides: Vec<Side> = (0..plan.bodies.len()).map(|body| Side::of_body(frame, body, &x)).collect();
-        let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().zip(&contact.pair_bodies));
-        for (index, (pair, &(slave, master))) in pairs.enumerate() {
+        let Some(contact) = &plan.contact else { return };
+        let listed = contact.pairs.listed().map(|(index, pair)| (index, *pair));
+        let every = contact.pairs.every_two();
+        let boxes: Vec<[Vec3; 2]> =
+            every.surfaces().map(|surface| sides[contact.surface_body[surface]].bounds()).collect();
+        let number = |(first, second)| contact.pairs.unlisted().start + every.number(first, second);
+        let unlisted = meeting(&boxes).into_iter().map(number).map(|index| (index, contact.pairs.get(index)));
+        for (index, pair) in listed.chain(unlisted) {
+            let (slave, master) = contact.bodies_of(&pair);
             let own = &sides[slave];
             let (found, smaller) = match (&pair.master, master, own) {
                 (Master::Plane { point, normal }, ..) => {
@@ -124,7 +134,7 @@ impl Penetration {
             };
             if found.depth > 0.0 || found.volume > 0.0 {
                 self.keep(
-                    &pair.name,
+                    &plan.name_of(index),
                     frame.time,
                     found,
                     smaller.map(Side::volume).into_iter().fold(f64::INFINITY, f64::min),
@@ -340,7 +350,7 @@ impl<'a> Mesh<'a> {
         let nodes = surface.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { cells, surface, x, bounds }
+        Self { cells, surface, x, bounds, widths: OnceCell::new() }
     }
 
     /// Locator of the elements that intersect a box.
@@ -354,12 +364,16 @@ impl<'a> Mesh<'a> {
 
     /// Distance [m] to the nearest accepted face, and the size of that face [m].
     fn depth_below_surface(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
+        let width = |face: &[u32; 4]| {
+            let corners = Patch::new(face, self.x).corners;
+            corners.iter().map(|c| (c - corners[0]).norm_squared()).fold(0.0, f64::max).sqrt()
+        };
+        let widths = self.widths.get_or_init(|| self.surface.faces.iter().map(width).collect());
         let mut best: Option<(f64, f64)> = None;
-        for face in self.surface.faces.iter().filter(|face| takes(face)) {
-            let patch = Patch::new(face, self.x);
-            let far = patch.corners.iter().map(|c| (c - patch.corners[0]).norm_squared()).fold(0.0, f64::max);
-            let least = (point - patch.corners[0]).norm() - far.sqrt();
+        for (face, width) in self.surface.faces.iter().zip(widths).filter(|(face, _)| takes(face)) {
+            let least = (point - self.x[face[0] as usize]).norm() - width;
             if best.is_none_or(|(depth, _)| least < depth) {
+                let patch = Patch::new(face, self.x);
                 let depth = (patch.closest(point).point - point).norm();
                 if best.is_none_or(|(least, _)| depth < least) {
                     best = Some((depth, patch.area().sqrt()));

@@ -53,14 +53,14 @@ impl WaveSpeed {
     /// A wave that compresses the material ahead travels faster than the small-amplitude wave: a plane shock runs at
     /// about c + s u, with u the speed of the material behind it and s < 1 for the volumetric laws here. The impact
     /// speed bounds s u.
-    pub fn reach(&self, pairs: &[PairMeasures], frame: &Frame) -> WaveReach {
+    pub fn reach<'a>(&self, pairs: impl Iterator<Item = &'a PairMeasures>, frame: &Frame) -> WaveReach {
         let of = |pair: &PairMeasures| {
             let ([first, _], source) =
                 (pair.force.contact_span?, pair.source.as_ref().filter(|_| pair.on_tissue)?);
             let speed = self.0 + pair.approach;
             Some((source.place, speed * (frame.time - first + frame.mean_step) + source.spread))
         };
-        WaveReach { sources: pairs.iter().filter_map(of).collect() }
+        WaveReach { sources: pairs.filter_map(of).collect() }
     }
 }
 

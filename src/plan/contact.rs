@@ -1,8 +1,10 @@
 //! Contact pairs of a plan, and the choice of slave and master.
 
+use super::by_pair::{ByPair, MOST_LISTED_BODIES};
 use super::distant::{BodyMotion, DistantPair, Other, cannot_meet};
 use super::{ContactPlan, PlanBody};
-use crate::mechanics::contact::detection::slave_choice::{Slave, choose_slave};
+use crate::mechanics::contact::detection::slave_choice::{Slave, choose_slave, mean_face_size};
+use crate::mechanics::contact::pairs::{EveryTwo, Pairs};
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{
@@ -28,17 +30,23 @@ pub(super) fn compile_contact(
     motions: &[BodyMotion],
     until: f64,
 ) -> (Option<ContactPlan>, Vec<DistantPair>) {
-    let (asked, distant) = without_distant_pairs(document, pairs_asked(document), bodies, motions, until);
-    if asked.is_empty() {
+    let asked = pairs_asked(document);
+    // What any of many bodies may deflect is not known in advance.
+    let (asked, distant) = if are_many(document) {
+        (asked, Vec::new())
+    } else {
+        without_distant_pairs(document, asked, bodies, motions, until)
+    };
+    if asked.is_empty() && !are_many(document) {
         return (None, distant);
     }
+    let is_rigid = |&body: &usize| bodies[body].rigid.is_some();
     let mut plan = ContactPlan {
         surfaces: Vec::new(),
         surface_body: Vec::new(),
-        pairs: Vec::new(),
-        mesh_pairs: 0,
-        pair_bodies: Vec::new(),
-        pair_names: Vec::new(),
+        pairs: Pairs::default(),
+        rigid_body: (0..bodies.len()).filter(is_rigid).collect(),
+        listed_names: ByPair::default(),
         tolerance: document.contact.tolerance,
         discretisation: document.contact.discretisation.method(),
         solver: document.solver.contact.map(ContactSolver::method),
@@ -47,14 +55,43 @@ pub(super) fn compile_contact(
     // Pairs with a rigid side come last.
     let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
         asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
-    for pair in meshes {
-        add_pair(&mut plan, document, bodies, X, pair);
-    }
-    plan.mesh_pairs = plan.pairs.len();
-    for pair in rigid {
-        add_pair(&mut plan, document, bodies, X, pair);
-    }
+    let every =
+        if are_many(document) { every_two(&mut plan, document, bodies, X) } else { EveryTwo::default() };
+    let mut names = Vec::new();
+    let mut listed = |pairs: Vec<Asked>| -> Vec<ContactPair> {
+        let of_asked = |asked| {
+            let (pair, sides) = listed_pair(&mut plan, document, bodies, X, asked)?;
+            names.push(sides);
+            Some(pair)
+        };
+        pairs.into_iter().filter_map(of_asked).collect()
+    };
+    let (meshes, rigid) = (listed(meshes), listed(rigid));
+    plan.pairs = Pairs::new(meshes, every, rigid);
+    let mut names = names.into_iter();
+    plan.listed_names = ByPair::new(Some(&plan.pairs), |_| names.next().unwrap_or_default());
     (Some(plan), distant)
+}
+
+/// Whether every two of so many bodies may touch that their pairs are not listed.
+fn are_many(document: &SceneDocument) -> bool {
+    matches!(document.contact.pairs, ContactPairs::All(_)) && document.bodies.len() > MOST_LISTED_BODIES
+}
+
+/// The pairs of every two deformable bodies, with the surfaces of these in the order of the bodies.
+fn every_two(plan: &mut ContactPlan, document: &SceneDocument, bodies: &[PlanBody], X: &[Vec3]) -> EveryTwo {
+    let meshes = (0..bodies.len()).filter(|&body| bodies[body].rigid.is_none());
+    let surfaces =
+        meshes.map(|body| (surface_of(plan, bodies, body), mean_face_size(&bodies[body].boundary, X)));
+    let surfaces = surfaces.collect();
+    EveryTwo::new(surfaces, law(plan, document, document.contact.friction))
+}
+
+/// The law of a coefficient of friction [-]. A solver named by the scene uses three unknowns per contact, with or without
+/// friction.
+fn law(plan: &ContactPlan, document: &SceneDocument, mu: f64) -> ContactLaw {
+    let keeps_tangential = document.keeps(Keep::TangentialReactions) || plan.solver.is_some();
+    if keeps_tangential { ContactLaw::Coulomb(mu) } else { ContactLaw::of(mu) }
 }
 
 /// Splits the pairs into those that may meet and those that cannot, unless the document keeps the latter.
@@ -114,7 +151,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// All requested pairs with their friction, bodies before planes.
+/// All requested pairs with their friction, bodies before planes; without those of two of many deformable bodies.
 fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
     let default = document.contact.friction;
     let side = |name: &str| {
@@ -124,8 +161,12 @@ fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
     let mut pairs: Vec<Asked> = match &document.contact.pairs {
         ContactPairs::All(_) => {
             let count = document.bodies.len();
+            let is_listed = |a: usize, b: usize| {
+                !are_many(document) || [a, b].iter().any(|&body| document.bodies[body].rigid.is_some())
+            };
+            let behind = |a: usize| (a + 1..count).filter(move |&b| is_listed(a, b));
             let between =
-                (0..count).flat_map(|a| (a + 1..count).map(move |b| (Side::Body(a), Side::Body(b), default)));
+                (0..count).flat_map(|a| behind(a).map(move |b| (Side::Body(a), Side::Body(b), default)));
             let onto =
                 |a: usize| document.planes.iter().map(move |p| (Side::Body(a), Side::Plane(p), default));
             between.chain((0..count).flat_map(onto)).collect()
@@ -143,18 +184,19 @@ fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
     pairs
 }
 
-fn add_pair(
+/// A listed pair with the names of its sides; `None` for two planes, which validation refuses.
+fn listed_pair(
     plan: &mut ContactPlan,
     document: &SceneDocument,
     bodies: &[PlanBody],
     X: &[Vec3],
     (a, b, mu): Asked,
-) {
-    let (slave, master, master_body, names) = match (a, b) {
+) -> Option<(ContactPair, [String; 2])> {
+    let (slave, master, names) = match (a, b) {
         (Side::Body(a), Side::Plane(plane)) | (Side::Plane(plane), Side::Body(a)) => {
             let normal = Vec3::from(plane.normal).normalize();
             let master = Master::Plane { point: Vec3::from(plane.point_m), normal };
-            (a, master, None, [bodies[a].name.as_str(), plane.name.as_str()])
+            (a, master, [bodies[a].name.as_str(), plane.name.as_str()])
         }
         (Side::Body(a), Side::Body(b)) => {
             let (slave, master) = slave_and_master(document, bodies, X, a, b);
@@ -162,18 +204,12 @@ fn add_pair(
                 Some(rigid) => Master::Rigid(rigid),
                 None => Master::Surface(surface_of(plan, bodies, master)),
             };
-            let names = [bodies[slave].name.as_str(), bodies[master].name.as_str()];
-            (slave, side, Some(master), names)
+            (slave, side, [bodies[slave].name.as_str(), bodies[master].name.as_str()])
         }
-        (Side::Plane(_), Side::Plane(_)) => return,
+        (Side::Plane(_), Side::Plane(_)) => return None,
     };
-    let surface = surface_of(plan, bodies, slave);
-    // A solver named by the scene uses three unknowns per contact, with or without friction.
-    let keeps_tangential = document.keeps(Keep::TangentialReactions) || plan.solver.is_some();
-    let law = if keeps_tangential { ContactLaw::Coulomb(mu) } else { ContactLaw::of(mu) };
-    plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, law });
-    plan.pair_bodies.push((slave, master_body));
-    plan.pair_names.push(names.map(str::to_owned));
+    let pair = ContactPair { slave: surface_of(plan, bodies, slave), master, law: law(plan, document, mu) };
+    Some((pair, names.map(str::to_owned)))
 }
 
 /// The slave is the surface that is finer in the patch where the bodies move towards each other; against a rigid body, the

@@ -1,6 +1,6 @@
 //! Estimated run time of a plan, from the scene's table of costs.
 
-use super::{Integrator, Plan};
+use super::{ContactPlan, Integrator, Plan};
 use crate::mechanics::contact::Master;
 use crate::mechanics::force::ElementBlock;
 use crate::scene::cost::{FactorSize, StepLoad, element_s};
@@ -20,16 +20,18 @@ pub(super) fn element_steps_per_s(block: &ElementBlock, evaluated_bytes: usize) 
 pub(super) fn run_time_s(plan: &Plan, steps: u64, evaluated_bytes: usize) -> f64 {
     let evaluate =
         |block: &ElementBlock| block.elements.len() as f64 / element_steps_per_s(block, evaluated_bytes);
-    let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().map(move |pair| (contact, pair)));
+    // Without folds, the search for self-contact costs almost nothing.
+    let slaves = |contact: &ContactPlan| {
+        let nodes = |surface: usize| contact.surfaces[surface].nodes.len();
+        let listed = contact.pairs.listed().filter(|(_, pair)| pair.master != Master::Surface(pair.slave));
+        listed.map(|(_, pair)| nodes(pair.slave)).sum::<usize>()
+            + contact.pairs.every_two().surfaces().map(nodes).sum::<usize>()
+    };
     let load = StepLoad {
         elements: plan.element_count(),
         forces_s: plan.blocks.iter().map(evaluate).sum(),
         nodes: plan.node_count(),
-        slaves: pairs
-            // Without folds, the search for self-contact costs almost nothing.
-            .filter(|(_, pair)| pair.master != Master::Surface(pair.slave))
-            .map(|(contact, pair)| contact.surfaces[pair.slave].nodes.len())
-            .sum(),
+        slaves: plan.contact.as_ref().map_or(0, slaves),
     };
     let step_s = match &plan.integrator {
         Integrator::Explicit(_) => load.explicit_step_s(),

@@ -3,7 +3,7 @@
 use super::{Integrator, Plan};
 use crate::mechanics::contact::solution::compliance::MOST_NODES;
 use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Master, Reaction, Surface};
+use crate::mechanics::contact::{ContactPair, Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
@@ -93,15 +93,16 @@ fn contact_bytes(plan: &Plan) -> u64 {
     let Some(contact) = &plan.contact else { return 0 };
     let surface = |s: &Surface| s.faces.len() * BYTES_PER_FACE + s.nodes.len() * BYTES_PER_SURFACE_NODE;
     let surfaces: usize = contact.surfaces.iter().map(surface).sum();
-    let leaves: usize = contact
-        .pairs
-        .iter()
-        .map(|pair| match pair.master {
-            Master::Surface(master) => contact.surfaces[master].faces.len() * BYTES_PER_LEAF,
-            Master::Plane { .. } | Master::Rigid(_) => 0,
-        })
-        .sum();
-    let slaves: usize = contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()).sum();
+    let of_master = |pair: &ContactPair| match pair.master {
+        Master::Surface(master) => contact.surfaces[master].faces.len() * BYTES_PER_LEAF,
+        Master::Plane { .. } | Master::Rigid(_) => 0,
+    };
+    let nodes = |surface: usize| contact.surfaces[surface].nodes.len();
+    let every = || contact.pairs.every_two().surfaces();
+    let leaves = contact.pairs.listed().map(|(_, pair)| of_master(pair)).sum::<usize>()
+        + every().map(|surface| contact.surfaces[surface].faces.len() * BYTES_PER_LEAF).sum::<usize>();
+    let slaves = contact.pairs.listed().map(|(_, pair)| nodes(pair.slave)).sum::<usize>()
+        + every().map(nodes).sum::<usize>();
     let candidates = (CANDIDATES * slaves as f64) as usize;
     // Implicit steps store the compliance of these nodes: the response of all to a unit impulse at each.
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));

@@ -2,6 +2,7 @@
 
 mod asked;
 mod blocks;
+mod by_pair;
 mod compile;
 mod contact;
 mod contact_mass;
@@ -23,6 +24,7 @@ mod stepping;
 mod tests;
 
 pub use asked::CUTS;
+pub use by_pair::{ByPair, MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
 pub use compile::{compile, recompile};
 pub use distant::DistantPair;
 pub use holder::Holder;
@@ -32,12 +34,13 @@ pub use named_materials::NamedMaterialReport;
 pub use omitted::Omitted;
 pub use parts::CompileError;
 pub use refinement::RefinementReport;
-pub use report::{BlockReport, IntegratorReport, MOST_LISTED_PAIRS, PairReport, PlanReport};
+pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};
 
 use crate::mechanics::contact::detection::rigid_detection::MOST_POINTS;
+use crate::mechanics::contact::pairs::Pairs;
 use crate::mechanics::contact::solution::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Discretisation, Master, Surface};
 use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces, Erosion};
@@ -179,13 +182,11 @@ pub struct ContactPlan {
     /// Body index of each surface.
     pub surface_body: Vec<usize>,
     /// Contact pairs; those with a rigid side come last.
-    pub pairs: Vec<ContactPair>,
-    /// Number of pairs without a rigid side.
-    pub mesh_pairs: usize,
-    /// For each pair, the bodies of slave and master (`None` for a plane).
-    pub pair_bodies: Vec<(usize, Option<usize>)>,
-    /// Names of the two sides of each pair.
-    pub pair_names: Vec<[String; 2]>,
+    pub pairs: Pairs,
+    /// Body index of each rigid body.
+    pub rigid_body: Vec<usize>,
+    /// Names of the two sides of each listed pair.
+    pub listed_names: ByPair<[String; 2]>,
     /// Largest scaled residual of the solver [-].
     pub tolerance: f64,
     /// Discretisation of contact between two meshes.
@@ -333,8 +334,21 @@ pub struct MeasurePlan {
 }
 
 impl ContactPlan {
+    /// Bodies of slave and master of a pair; `None` for a plane.
+    pub fn bodies_of(&self, pair: &ContactPair) -> (usize, Option<usize>) {
+        let master = match pair.master {
+            Master::Surface(master) => Some(self.surface_body[master]),
+            Master::Rigid(rigid) => Some(self.rigid_body[rigid]),
+            Master::Plane { .. } => None,
+        };
+        (self.surface_body[pair.slave], master)
+    }
+    /// Bodies of slave and master of each pair, with the number of the pair.
+    pub fn each_bodies(&self) -> impl Iterator<Item = (usize, (usize, Option<usize>))> {
+        self.pairs.each().map(|(number, pair)| (number, self.bodies_of(&pair)))
+    }
     /// Largest number of contacts in a step: one for each slave node of each pair, two where it may lie in a valley, and
-    /// those between nodes.
+    /// those between nodes. Of every two of many bodies, a usual number: one for each node.
     pub fn most_contacts(&self) -> usize {
         self.most_mesh_contacts() + self.most_rigid_contacts()
     }
@@ -353,7 +367,9 @@ impl ContactPlan {
                 _ => slaves,
             }
         };
-        self.pairs[..self.mesh_pairs].iter().map(of_pair).sum()
+        let listed = self.pairs.listed().take_while(|(number, _)| *number < self.pairs.mesh_count());
+        let every = self.pairs.every_two().surfaces().map(|surface| self.surfaces[surface].nodes.len());
+        listed.map(|(_, pair)| of_pair(pair)).sum::<usize>() + every.sum::<usize>()
     }
     /// As [`ContactPlan::most_contacts`], for the pairs with a rigid side: two rigid sides touch in a few points, a face in
     /// one or two, or in a few where the surface has few faces.
@@ -362,7 +378,7 @@ impl ContactPlan {
             let Surface { nodes, faces } = &self.surfaces[pair.slave];
             nodes.len() + 2 * faces.len() + MOST_POINTS
         };
-        self.pairs[self.mesh_pairs..].iter().map(of_pair).sum()
+        self.pairs.rigid().0.iter().map(of_pair).sum()
     }
 }
 
@@ -371,10 +387,27 @@ impl Plan {
     pub fn most_contacts(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
     }
+    /// Names of slave and master of a pair, by its number; empty without contact.
+    pub fn names_of(&self, pair: usize) -> [&str; 2] {
+        let Some(contact) = &self.contact else { return [""; 2] };
+        if let Some([slave, master]) = contact.listed_names.get(pair) {
+            return [slave, master];
+        }
+        let (slave, master) = contact.bodies_of(&contact.pairs.get(pair));
+        [&self.bodies[slave].name, master.map_or("", |master| &self.bodies[master].name)]
+    }
+    /// Name of a pair in reports, such as "ball–thigh".
+    pub fn name_of(&self, pair: usize) -> String {
+        self.names_of(pair).join("–")
+    }
     /// Bodies that may come into contact with themselves.
     pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = &PlanBody> {
-        let pairs = self.contact.iter().flat_map(|contact| &contact.pair_bodies);
-        pairs.filter(|(slave, master)| *master == Some(*slave)).map(|(slave, _)| &self.bodies[*slave])
+        let bodies = |contact: &'_ ContactPlan, pair: &ContactPair| contact.bodies_of(pair);
+        let pairs = self
+            .contact
+            .iter()
+            .flat_map(move |contact| contact.pairs.listed().map(move |(_, pair)| bodies(contact, pair)));
+        pairs.filter(|(slave, master)| *master == Some(*slave)).map(|(slave, _)| &self.bodies[slave])
     }
     /// Whether the run is quasi-static, without mass.
     pub fn is_static(&self) -> bool {

@@ -1,6 +1,7 @@
 //! Features that a plan omits, each with its reason and, if there is one, the switch that keeps it.
 
 use super::Plan;
+use super::by_pair::MOST_LISTED_BODIES;
 use crate::mechanics::contact::ContactLaw;
 use crate::scene::Scene;
 use crate::scene::document::{FieldName, Keep, Role, SelfContact};
@@ -24,6 +25,15 @@ pub(super) fn omitted(plan: &Plan, scene: &Scene) -> Vec<Omitted> {
     optional(plan, scene, &mut list);
     absent(plan, scene, &mut list);
     list.0
+}
+
+/// Names, of many the first.
+fn in_words(names: &[impl AsRef<str>]) -> String {
+    let first: Vec<&str> = names.iter().take(MOST_LISTED_BODIES).map(AsRef::as_ref).collect();
+    match names.len() - first.len() {
+        0 => first.join(", "),
+        others => format!("{} and {others} others", first.join(", ")),
+    }
 }
 
 #[derive(Default)]
@@ -58,17 +68,22 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     list.add(
         !of_itself.is_empty() && !scene.document.keeps(Keep::IdleSelfContact),
         Some(Keep::IdleSelfContact),
-        format!("the search for self-contact of {} in most steps", of_itself.join(", ")),
+        format!("the search for self-contact of {} in most steps", in_words(&of_itself)),
         "parts cannot touch before their relative motion exceeds their distance",
     );
-    let pairs = plan.contact.iter().flat_map(|contact| &contact.pairs);
-    let smooth: Vec<&str> =
-        pairs.filter(|pair| pair.law == ContactLaw::Frictionless).map(|pair| pair.name.as_str()).collect();
+    let is_smooth = |law: ContactLaw| law == ContactLaw::Frictionless;
+    let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.listed());
+    let names = pairs.filter(|(_, pair)| is_smooth(pair.law)).map(|(number, _)| plan.name_of(number));
+    let every = plan.contact.iter().map(|contact| contact.pairs.every_two());
+    let of_every = every.filter(|every| !every.is_empty() && is_smooth(every.law()));
+    let smooth: Vec<String> = names
+        .chain(of_every.map(|every| format!("every two of {} meshes", every.surfaces().count())))
+        .collect();
     let relaxation = if plan.settle.is_some() { " after dynamic relaxation" } else { "" };
     list.add(
         !smooth.is_empty(),
         Some(Keep::TangentialReactions),
-        format!("tangential reactions of {}", smooth.join(", ")),
+        format!("tangential reactions of {}", in_words(&smooth)),
         format!("a frictionless contact has one unknown{relaxation}"),
     );
     let idle: Vec<String> = idle_fibres(scene).collect();

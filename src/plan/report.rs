@@ -1,5 +1,6 @@
 //! Report of a plan: what it kept, what it omitted and why, and its estimated cost.
 
+use super::by_pair::{MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
 use super::memory::MemoryReport;
 use super::named_materials::NamedMaterialReport;
 use super::omitted::{Omitted, omitted};
@@ -7,8 +8,8 @@ use super::refinement::RefinementReport;
 use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Integrator, Plan, SystemSize, cost};
-use crate::mechanics::contact::Master;
 use crate::mechanics::contact::solution::solvers::Method;
+use crate::mechanics::contact::{ContactPair, Master};
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::scene::document::Keep;
 use crate::scene::{IntegratorChoice, Scene};
@@ -37,15 +38,17 @@ pub struct PlanReport {
     /// Run time of these steps on one core [s] if every element is active in every step, from a fixed table of costs,
     /// without recording.
     pub expected_run_time_s: f64,
-    /// Element blocks, by kernel.
+    /// Element blocks, by kernel; of more than 64 the first.
     pub blocks: Vec<BlockReport>,
+    /// Number of all element blocks.
+    pub block_count: usize,
     /// Parts whose material is a set of the library.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub named_materials: Vec<NamedMaterialReport>,
     /// Bodies that are locally refined.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refinements: Vec<RefinementReport>,
-    /// Rigid bodies with their mass and inertia.
+    /// Rigid bodies with their mass and inertia; of more than 64 the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
     /// Contact pairs that are computed, with their surfaces and settings; of more than 64 the first.
@@ -181,11 +184,13 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         .blocks
         .iter()
         .enumerate()
+        .take(MOST_LISTED_BODIES)
         .map(|(i, block)| of_block(plan, block, steps.smallest_of(i), evaluated_bytes))
         .collect();
     let pairs: Vec<PairReport> = of_pairs(plan);
     let memory = MemoryReport::new(plan, forces_bytes);
-    let rigid_bodies = RigidReport::of(plan);
+    let mut rigid_bodies = RigidReport::of(plan);
+    rigid_bodies.truncate(MOST_LISTED_BODIES);
     let words =
         blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
     // What was kept, in words.
@@ -195,7 +200,18 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     kept.extend(statics_in_words(plan));
     let refinements = RefinementReport::of(plan, scene);
     kept.extend(refinements.iter().map(RefinementReport::in_words));
-    kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
+    kept.extend(words);
+    let (block_count, rigid_count) = (plan.blocks.len(), plan.rigid_bodies().len());
+    if block_count > blocks.len() {
+        kept.push(format!("{block_count} element blocks, of which the first {} are listed", blocks.len()));
+    }
+    if rigid_count > rigid_bodies.len() {
+        kept.push(format!(
+            "{rigid_count} rigid bodies, of which the first {} are listed",
+            rigid_bodies.len()
+        ));
+    }
+    kept.extend(pairs.iter().map(PairReport::in_words));
     let pair_count = plan.contact.as_ref().map_or(0, |contact| contact.pairs.len());
     if pair_count > pairs.len() {
         kept.push(format!("{pair_count} contact pairs, of which the first {} are listed", pairs.len()));
@@ -225,6 +241,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         integrator,
         kept,
         blocks,
+        block_count,
         named_materials: NamedMaterialReport::of(scene),
         refinements,
         rigid_bodies,
@@ -298,17 +315,13 @@ fn of_block(
     }
 }
 
-/// Most contact pairs that plan reports list, and that results and recordings list whether they touch or not: of a thousand bodies there
-/// are half a million.
-pub const MOST_LISTED_PAIRS: usize = 64;
-
 fn of_pairs(plan: &Plan) -> Vec<PairReport> {
     let Some(contact) = &plan.contact else { return Vec::new() };
-    let of_pair = |(index, pair): (usize, &crate::mechanics::contact::ContactPair)| {
-        let sides = plan.rigid.as_ref().map_or([None; 2], |rigid| rigid.of_pairs[index]);
+    let of_pair = |(index, pair): (usize, ContactPair)| {
+        let sides = plan.rigid.as_ref().map_or([None; 2], |rigid| rigid.sides_of(index));
         let shapes = sides.iter().flatten().map(|body| &plan.rigid_bodies()[*body as usize].shape);
         PairReport {
-            name: pair.name.clone(),
+            name: plan.name_of(index),
             slave_nodes: if sides[0].is_some() { 0 } else { contact.surfaces[pair.slave].nodes.len() },
             master_faces: match pair.master {
                 Master::Surface(master) => Some(contact.surfaces[master].faces.len()),
@@ -319,7 +332,7 @@ fn of_pairs(plan: &Plan) -> Vec<PairReport> {
             unknowns_per_contact: pair.law.unknowns(),
         }
     };
-    contact.pairs.iter().enumerate().take(MOST_LISTED_PAIRS).map(of_pair).collect()
+    contact.pairs.each().take(MOST_LISTED_PAIRS).map(of_pair).collect()
 }
 
 impl BlockReport {

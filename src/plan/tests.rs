@@ -67,7 +67,7 @@ fn each_switch_restores_its_item_and_nothing_else() {
         assert_eq!(other.fields.len(), if keep == Keep::UnaskedFields { 6 } else { 1 });
         let contact = other.contact.as_ref().unwrap();
         assert_eq!(contact.always_looks_at_itself, keep == Keep::IdleSelfContact);
-        let law = contact.pairs[0].law;
+        let law = contact.pairs.get(0).law;
         let expected = if keep == Keep::TangentialReactions {
             ContactLaw::Coulomb(0.0)
         } else {

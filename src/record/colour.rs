@@ -58,11 +58,13 @@ pub fn range(plan: &Plan) -> f64 {
 /// Plane-wave pressure of the fastest approach of any pair [Pa].
 fn impact_pressure(plan: &Plan) -> f64 {
     let Some(contact) = &plan.contact else { return 0.0 };
-    let impedance = |body: usize| {
-        let blocks = plan.blocks.iter().filter(|b| b.body == body);
-        blocks.map(|b| b.parameters.density * b.parameters.wave_speed()).fold(0.0, f64::max)
-    };
-    let pressure = |&(slave, master): &(usize, Option<usize>)| {
+    let mut impedances = vec![0.0_f64; plan.bodies.len()];
+    for block in &plan.blocks {
+        let of_block = block.parameters.density * block.parameters.wave_speed();
+        impedances[block.body] = of_block.max(impedances[block.body]);
+    }
+    let impedance = |body: usize| impedances[body];
+    let pressure = |(_, (slave, master)): (usize, (usize, Option<usize>))| {
         let (v, Z) = (plan.bodies[slave].flight_velocity, impedance(slave));
         match master {
             Some(m) if plan.bodies[m].rigid.is_some() => Z * (v - plan.bodies[m].flight_velocity).norm(),
@@ -73,7 +75,7 @@ fn impact_pressure(plan: &Plan) -> f64 {
             Some(_) => 0.0,
         }
     };
-    contact.pair_bodies.iter().map(pressure).fold(0.0, f64::max)
+    contact.each_bodies().map(pressure).fold(0.0, f64::max)
 }
 
 /// Largest von Mises stress at the start [Pa].

@@ -44,8 +44,9 @@ pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
 /// Arrays of the pair's contacts with r_n > 0; all empty if nothing touches.
 fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     let Some(contact) = &frame.plan.contact else { return Vec::new() };
-    let first_node = frame.plan.bodies[contact.pair_bodies[pair as usize].0].nodes.start;
-    let mu = contact.pairs[pair as usize].law.mu();
+    let sides = contact.pairs.get(pair as usize);
+    let first_node = frame.plan.bodies[contact.surface_body[sides.slave]].nodes.start;
+    let mu = sides.law.mu();
     let active = || frame.contacts_of(pair).filter(|(_, r)| r.impulse[0] > 0.0);
     let force = |impulse: f64| impulse / frame.mean_step;
     let tangential = |(c, r): (&Contact, &Reaction)| -> Vec3 {

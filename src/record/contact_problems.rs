@@ -1,11 +1,11 @@
 //! A recorder that saves the contact problems of a run, one JSON file each.
 //!
 //! Every [`EVERY_STEPS`]-th step with contacts is saved, starting with the first, and at most [`MOST_FILES`] in all. A
-//! scene with μ = ∞ in a pair is omitted, since JSON has no such number. Dynamic relaxation has no frames.
+//! step with μ = ∞ in a contact is omitted, since JSON has no such number. Dynamic relaxation has no frames.
 
 use super::contact_problem_file::{NamedContactProblem, contact_problem_document};
+use crate::mechanics::contact::RigidSides;
 use crate::mechanics::contact::solution::step_problem::step_problem;
-use crate::mechanics::contact::{ContactLaw, RigidSides};
 use crate::mechanics::rigid::Pose;
 use crate::plan::Plan;
 use crate::step::{Frame, Recorder, RecorderError};
@@ -21,7 +21,6 @@ pub const MOST_FILES: usize = 200;
 pub struct ContactProblemRecorder {
     folder: PathBuf,
     scene: String,
-    laws: Vec<ContactLaw>,
     steps_with_contact: u64,
     files: usize,
     /// Time of the last frame [s], once the clock runs.
@@ -35,7 +34,6 @@ impl ContactProblemRecorder {
         Self {
             folder,
             scene: scene.chars().map(plain).collect(),
-            laws: Vec::new(),
             steps_with_contact: 0,
             files: 0,
             last_time: None,
@@ -52,11 +50,12 @@ impl ContactProblemRecorder {
         let poses: Vec<Pose> = (0..plan.bodies.len()).filter_map(|body| frame.pose(body)).collect();
         let sides = plan.rigid.as_ref().map_or(RigidSides::NONE, |rigid| RigidSides {
             of_pairs: &rigid.of_pairs,
+            first: rigid.first_pair,
             bodies: &rigid.bodies,
             poses: &poses,
         });
         let masses = (&plan.inverse_mass[..], &sides);
-        let problem = step_problem(frame.contacts, frame.reactions, &self.laws, masses, h, frame.v_after)
+        let problem = step_problem(frame.contacts, frame.reactions, masses, h, frame.v_after)
             .map_err(|error| RecorderError(Box::new(error)))?;
         let name = format!("{}_{:08}_{}c", self.scene, frame.step, frame.contacts.len());
         let path = self.folder.join(format!("{name}.json"));
@@ -69,8 +68,7 @@ impl ContactProblemRecorder {
 }
 
 impl Recorder for ContactProblemRecorder {
-    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
-        self.laws = plan.contact.iter().flat_map(|c| &c.pairs).map(|pair| pair.law).collect();
+    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
         std::fs::create_dir_all(&self.folder).map_err(|error| RecorderError(Box::new(error)))
     }
 
@@ -84,7 +82,7 @@ impl Recorder for ContactProblemRecorder {
         }
         self.steps_with_contact += 1;
         let due = (self.steps_with_contact - 1).is_multiple_of(EVERY_STEPS);
-        let writable = self.laws.iter().all(|law| law.mu().is_finite());
+        let writable = frame.contacts.iter().all(|contact| contact.law.mu().is_finite());
         if due && writable && self.files < MOST_FILES && h > 0.0 {
             self.write(frame, h)?;
         }

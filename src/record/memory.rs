@@ -56,7 +56,7 @@ impl Sink for MemoryRecorder {
                 time: frame.time,
                 step: frame.step,
                 energy: frame.energy.clone(),
-                forces: measures.pairs.iter().map(|pair| pair.force.now().force).collect(),
+                forces: measures.pairs.values().map(|pair| pair.force.now().force).collect(),
                 active_contacts: frame.reactions.iter().filter(|r| r.impulse[0] > 0.0).count(),
             });
         }

@@ -31,7 +31,7 @@ impl Budget {
     pub const COMMAND_LINE: Self = Self {
         document_bytes: 64 * MB,
         mesh_bytes: 2 * GB,
-        bodies: 1_000,
+        bodies: 10_000,
         elements: 5_000_000,
         steps: 50_000_000,
         memory_bytes: 64 * GB,

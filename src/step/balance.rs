@@ -14,7 +14,7 @@
 //! It is no error of the motion, which starts from the exact position and velocity, but of evaluating at t_n quantities
 //! defined at half steps; it is therefore booked as external work.
 use super::branches::Branches;
-use super::energy::{BodyEnergy, BranchEnergy, Energy};
+use super::energy::{BodyEnergy, BranchEnergy, Energy, PairLedger};
 use super::ledger::Ledger;
 use super::motion::Motion;
 use super::state::State;
@@ -134,12 +134,13 @@ impl Ledger {
         // Velocities of both sides at the contact point, with flight and rotation.
         let [n, t1, t2] = &contact.frame;
         let impulse = n * p_n + t1 * p_1 + t2 * p_2;
-        let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
+        let sides = plan.pairs.get(contact.pair as usize);
+        let (slave_body, master_body) = plan.bodies_of(&sides);
         let flight =
             |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
         let turning =
             |side: usize| work.rigid.map_or_else(Vec3::zeros, |rigid| rigid.velocity(contact, side, v));
-        let has_rigid_side = contact.pair as usize >= plan.mesh_pairs;
+        let has_rigid_side = contact.pair as usize >= plan.pairs.mesh_count();
         let turning = if has_rigid_side { [turning(0), turning(1)] } else { [Vec3::zeros(); 2] };
         let stencil = &contact.stencil;
         let master_v =
@@ -154,7 +155,7 @@ impl Ledger {
         // velocity alone every change of the slip velocity would be miscounted as numerical dissipation of either sign.
         // The energy that a contact sticking at the end takes from the slip before is numerical: impact activation of a
         // lumped node.
-        let slides = p_1.hypot(p_2) >= plan.pairs[contact.pair as usize].law.mu() * p_n * (1.0 - SLIDING);
+        let slides = p_1.hypot(p_2) >= sides.law.mu() * p_n * (1.0 - SLIDING);
         let friction = if slides {
             let slip = slave_v(v) - if master_body.is_some() { master_v(v) } else { Vec3::zeros() };
             -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip))
@@ -167,7 +168,7 @@ impl Ledger {
         if let Some(b) = master_body {
             self.contact_work[b] += on_master;
         }
-        let pair = &mut self.pairs[contact.pair as usize];
+        let pair = self.pairs.of(contact.pair as usize, PairLedger::default);
         for (sum, p) in pair.impulse_n_s.iter_mut().zip(&impulse) {
             *sum += 0.5 * p;
         }
@@ -188,7 +189,7 @@ impl Ledger {
     /// Writes the ledger at t_n to `energy`; to be called between the two halves.
     pub(super) fn balance(&mut self, work: &StepWork, motion: &Motion, energy: &mut Energy) {
         energy.bodies.clear();
-        energy.pairs.clone_from(&self.pairs);
+        energy.pairs.copy_from(&self.pairs);
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
         for (b, body) in work.plan.bodies.iter().enumerate() {
             // Flight of the body as a whole, and motion of its nodes relative to it.
@@ -239,9 +240,9 @@ impl Ledger {
         self.note_at_hand(kinetic - common_motion(work, energy) + strain, kinetic);
         let initial = *self.initial.get_or_insert(kinetic + strain);
         let viscous: f64 = self.viscous.iter().sum::<f64>() - work.branches.of_bodies().iter().sum::<f64>();
-        let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
-        let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
-        let impact: f64 = self.pairs.iter().map(|p| p.impact_j).sum();
+        let friction: f64 = self.pairs.values().map(|p| p.friction_j).sum();
+        let numerical: f64 = self.pairs.values().map(|p| p.numerical_j).sum();
+        let impact: f64 = self.pairs.values().map(|p| p.impact_j).sum();
         let algorithmic: f64 = self.algorithmic.iter().sum();
         let eroded: f64 = self.eroded.iter().sum();
         energy.total_j = kinetic + strain + viscous + eroded + friction + numerical + impact + algorithmic;

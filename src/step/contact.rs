@@ -2,7 +2,6 @@
 
 use super::failure::FailureCause;
 use super::phase::Phase;
-use super::place::drift;
 use super::rigid::RigidStep;
 use super::state::SHIFTS;
 use crate::mechanics::contact::detection::detector::Detector;
@@ -15,7 +14,7 @@ use crate::mechanics::contact::solution::problem::ProblemError;
 use crate::mechanics::contact::solution::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
 use crate::mechanics::contact::solution::step_problem::{solve_step, take_off};
 use crate::mechanics::contact::stencil::MOST_NODES;
-use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction, RigidSides, Surface};
+use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surface};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
@@ -39,10 +38,6 @@ pub(super) struct ContactStep<'p> {
     surfaces: Cow<'p, [Surface]>,
     detector: Detector,
     guard: Guard,
-    laws: Vec<ContactLaw>,
-    stuck: Vec<ContactLaw>,
-    drift: Vec<Vec3>,
-    still: Vec<Vec3>,
     x_end: Vec<Vec3>,
     contacts: Vec<Contact>,
     reactions: Vec<Reaction>,
@@ -69,13 +64,12 @@ struct RigidContact<'p> {
 
 impl<'p> RigidContact<'p> {
     fn new(plan: &'p Plan, contact: &ContactPlan, surfaces: &[Surface]) -> Option<Self> {
-        let rigid = plan.rigid.as_ref().filter(|_| contact.mesh_pairs < contact.pairs.len())?;
-        let (pairs, most) = (contact.pairs.len(), contact.most_rigid_contacts());
-        let of_rigid = (&contact.pairs[..], contact.mesh_pairs);
+        let of_rigid = contact.pairs.rigid();
+        let rigid = plan.rigid.as_ref().filter(|_| !of_rigid.0.is_empty())?;
         Some(Self {
             plan: rigid,
             detector: RigidDetector::new(surfaces, of_rigid, &rigid.bodies, &plan.X),
-            projection: RigidProjection::new(plan.node_count(), pairs, most),
+            projection: RigidProjection::new(plan.node_count(), contact.most_rigid_contacts()),
             poses_end: Vec::with_capacity(rigid.bodies.len()),
         })
     }
@@ -83,7 +77,7 @@ impl<'p> RigidContact<'p> {
 
 /// Detectors of contacts between meshes and with planes.
 fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface]) -> (Detector, Guard) {
-    let pairs = &contact.pairs[..contact.mesh_pairs];
+    let pairs = &contact.pairs;
     let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation);
     let detector =
         if contact.always_looks_at_itself { detector.that_always_looks_at_itself() } else { detector };
@@ -94,25 +88,16 @@ impl<'p> ContactStep<'p> {
     pub fn new(plan: &'p Plan, contact: &'p ContactPlan) -> Self {
         // Capacity for every slave node at once: untouched pages cost nothing.
         let most = contact.most_contacts();
-        let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
         let surfaces = Cow::Borrowed(&contact.surfaces[..]);
         let (detector, guard) = detectors(plan, contact, &surfaces);
         Self {
             plan: contact,
             detector,
             guard,
-            laws: contact.pairs.iter().map(|p| p.law).collect(),
-            stuck: stuck(&contact.pairs),
-            still: vec![Vec3::zeros(); drift.len()],
-            drift,
             x_end: vec![Vec3::zeros(); plan.node_count()],
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
-            workspace: Workspace::with_capacity(
-                contact.most_mesh_contacts(),
-                contact.most_rigid_contacts(),
-                contact.pairs.len(),
-            ),
+            workspace: Workspace::with_capacity(contact.most_mesh_contacts(), contact.most_rigid_contacts()),
             moved: Vec::with_capacity(SHIFTS * most),
             rigid: RigidContact::new(plan, contact, &surfaces),
             surfaces,
@@ -150,7 +135,7 @@ impl<'p> ContactStep<'p> {
         let Some(method) = self.plan.solver else { return self.solve_by_sweeps(masses, h, phase, v) };
         self.reactions.clear();
         self.reactions.resize(self.contacts.len(), Reaction::default());
-        self.solve_as_problem(method, None, masses, h, phase, v)
+        self.solve_as_problem(method, None, masses, h, v)
     }
 
     /// Gauss–Seidel, and Newton's method if its sweeps do not converge.
@@ -166,10 +151,8 @@ impl<'p> ContactStep<'p> {
         let is_few = self.contacts.len() <= FEW && self.contacts.iter().all(has_mesh) && !phase.sticks();
         let max_sweeps = if is_few { FEW_SWEEPS } else { MOST_SWEEPS };
         let options = Options { tolerance: self.plan.tolerance, max_sweeps, acceptable: LARGEST_RESIDUAL };
-        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
-            laws,
             masses.1,
             masses.0,
             h,
@@ -187,7 +170,7 @@ impl<'p> ContactStep<'p> {
         if (is_few || !is_near) && !phase.sticks() {
             take_off(&self.contacts, &self.reactions, masses, h, v);
             let most = is_near.then_some(NEWTON_STEPS);
-            return self.solve_as_problem(Method::default(), most, masses, h, phase, v);
+            return self.solve_as_problem(Method::default(), most, masses, h, v);
         }
         self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
     }
@@ -199,7 +182,6 @@ impl<'p> ContactStep<'p> {
         max_iterations: Option<usize>,
         masses: (&[Vec3], &RigidSides),
         h: f64,
-        phase: Phase,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
         let options = solvers::Options {
@@ -208,8 +190,7 @@ impl<'p> ContactStep<'p> {
             max_iterations,
             ..solvers::Options::default()
         };
-        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
-        let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
+        let solved = solve_step(&self.contacts, &mut self.reactions, masses, h, v, &options);
         let report = solved.map_err(no_problem)?;
         report.map_or(Ok(()), |report| self.accept_report(&report))
     }
@@ -226,6 +207,7 @@ impl<'p> ContactStep<'p> {
         v: &[Vec3],
     ) -> Result<(), (FailureCause, String)> {
         self.find(plan, rigid, x, h, phase, v)?;
+        self.complete(plan, phase);
         let followers = plan.assembly.followers();
         if followers.is_empty() {
             return Ok(());
@@ -236,6 +218,19 @@ impl<'p> ContactStep<'p> {
             contact.stencil = contact.stencil.without(followers).ok_or_else(too_many)?;
         }
         Ok(())
+    }
+
+    /// Gives the contacts their laws and the relative flight of their sides.
+    fn complete(&mut self, plan: &Plan, phase: Phase) {
+        for of_pair in self.contacts.chunk_by_mut(|a, b| a.pair == b.pair) {
+            let pair = self.plan.pairs.get(of_pair[0].pair as usize);
+            let law = if phase.sticks() { ContactLaw::Coulomb(f64::INFINITY) } else { pair.law };
+            let (slave, master) = self.plan.bodies_of(&pair);
+            let flight = |body: usize| plan.bodies[body].flight_velocity;
+            let drift = flight(slave) - master.map_or(Vec3::zeros(), flight);
+            let drift = if phase.flies() { drift } else { Vec3::zeros() };
+            of_pair.iter_mut().for_each(|contact| contact.complete(law, drift));
+        }
     }
 
     /// Finds the contacts of the current surfaces.
@@ -249,7 +244,6 @@ impl<'p> ContactStep<'p> {
         v: &[Vec3],
     ) -> Result<(), (FailureCause, String)> {
         // Positions at the end of the step with the present velocities.
-        let drift = if phase.flies() { &self.drift } else { &self.still };
         // Contact depends on boundary nodes only.
         for (surface, &body) in self.surfaces.iter().zip(&self.plan.surface_body) {
             let flight = if phase.flies() { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
@@ -259,8 +253,8 @@ impl<'p> ContactStep<'p> {
         }
         // Contacts between meshes and with planes.
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
-        self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
-        self.guard.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
+        self.detector.detect(x, &self.x_end, &mut self.contacts).map_err(stopped)?;
+        self.guard.detect(x, &self.x_end, &mut self.contacts).map_err(stopped)?;
         // Contacts of rigid bodies, from their poses at the end of the step.
         let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
         let poses = rigid.work().sides.poses;
@@ -275,7 +269,7 @@ impl<'p> ContactStep<'p> {
         contact.poses_end.clear();
         contact.poses_end.extend(bodies.map(of_end));
         let motion = RigidMotion { x, x_end: &self.x_end, poses, poses_end: &contact.poses_end };
-        contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)
+        contact.detector.detect(&motion, &mut self.contacts).map_err(stopped)
     }
 
     /// Applies [`Self::accept`] to the report of a library solver.
@@ -322,16 +316,9 @@ impl<'p> ContactStep<'p> {
         (&mut self.contacts, &mut self.reactions)
     }
 
-    /// Friction coefficient of a contact [-], infinite during dynamic relaxation.
-    pub fn friction(&self, contact: &Contact, phase: Phase) -> f64 {
-        contact.law(if phase.sticks() { &self.stuck } else { &self.laws }).mu()
-    }
-
     /// Unknowns per contact: one if all are frictionless.
-    pub fn unknowns(&self, phase: Phase) -> usize {
-        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
-        let rubs = self.contacts.iter().any(|c| laws[c.pair as usize].unknowns() > 1);
-        if rubs { 3 } else { 1 }
+    pub fn unknowns(&self) -> usize {
+        if self.contacts.iter().any(|contact| contact.law.unknowns() > 1) { 3 } else { 1 }
     }
 
     /// Largest scaled residual of a converged solution [-].
@@ -358,16 +345,18 @@ impl<'p> ContactStep<'p> {
         fraction: f64,
     ) -> &[(u32, Vec3)] {
         let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
-        let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
+        let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.pairs.mesh_count());
         project_positions(&self.contacts[..meshes], &self.detector, (nodes, fraction), x, &mut self.moved);
         if let Some(RigidContact { plan, detector, projection, .. }) = &mut self.rigid {
-            projection.project(detector, &plan.of_pairs, (nodes, fraction), x, poses, &mut self.moved);
+            projection.project(
+                detector,
+                (&plan.of_pairs, plan.first_pair),
+                (nodes, fraction),
+                x,
+                poses,
+                &mut self.moved,
+            );
         }
         &self.moved
     }
-}
-
-/// Contact laws during dynamic relaxation: full stick.
-fn stuck(pairs: &[ContactPair]) -> Vec<ContactLaw> {
-    vec![ContactLaw::Coulomb(f64::INFINITY); pairs.len()]
 }

@@ -1,7 +1,7 @@
 //! Energies and momenta of bodies and contact pairs at one time.
 
 use super::branches::Branches;
-use crate::plan::Plan;
+use crate::plan::{ByPair, Plan};
 use serde::Serialize;
 
 /// Running sums of one contact pair.
@@ -70,8 +70,8 @@ pub struct Energy {
     pub bodies: Vec<BodyEnergy>,
     /// One entry for each relaxation time of each body.
     pub branches: Vec<BranchEnergy>,
-    /// One entry for each contact pair.
-    pub pairs: Vec<PairLedger>,
+    /// One entry for each contact pair, of many bodies for each that has touched.
+    pub pairs: ByPair<PairLedger>,
     /// Sum of kinetic and strain energy and of all dissipation: viscous, erosion, algorithmic, friction, impact,
     /// numerical contact [J].
     pub total_j: f64,
@@ -97,8 +97,9 @@ pub struct Energy {
 impl Energy {
     /// A zero ledger with capacity for the bodies and pairs of a plan.
     pub fn with_capacity(plan: &Plan) -> Self {
-        let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
-        let (bodies, pairs) = (Vec::with_capacity(plan.bodies.len()), Vec::with_capacity(pairs));
+        let pairs = plan.contact.as_ref().map(|contact| &contact.pairs);
+        let pairs = ByPair::new(pairs, |_| PairLedger::default());
+        let bodies = Vec::with_capacity(plan.bodies.len());
         let branches = Vec::with_capacity(Branches::of(plan).list().len());
         Self { bodies, branches, pairs, ..Self::default() }
     }
@@ -108,7 +109,7 @@ impl Energy {
         let mut branches = std::mem::take(&mut self.branches);
         bodies.clone_from(&other.bodies);
         branches.clone_from(&other.branches);
-        pairs.clone_from(&other.pairs);
+        pairs.copy_from(&other.pairs);
         *self = Self { bodies, branches, pairs, ..*other };
     }
     /// Kinetic + strain energy of a body, plus its dissipation by viscosity, erosion and the time integrator [J].
@@ -122,10 +123,10 @@ impl Energy {
     }
     /// Numerical contact dissipation of all pairs [J].
     pub fn numerical_contact_j(&self) -> f64 {
-        self.pairs.iter().map(|p| p.numerical_j).sum()
+        self.pairs.values().map(|p| p.numerical_j).sum()
     }
     /// Energy lost by impacts of rigid bodies, all pairs [J].
     pub fn impact_j(&self) -> f64 {
-        self.pairs.iter().map(|p| p.impact_j).sum()
+        self.pairs.values().map(|p| p.impact_j).sum()
     }
 }

@@ -458,8 +458,7 @@ impl ExplicitStepper<'_> {
     /// Whether a pair has its first reactions in this step.
     fn touches_anew(&self, state: &State) -> bool {
         let (contacts, reactions) = self.contacts();
-        let is_new = |pair: u32| state.ledger.pairs[pair as usize].impulse_n_s.iter().all(|p| *p == 0.0);
-        contacts.iter().zip(reactions).any(|(c, r)| r.impulse[0] != 0.0 && is_new(c.pair))
+        contacts.iter().zip(reactions).any(|(c, r)| r.impulse[0] != 0.0 && !state.ledger.has_touched(c.pair))
     }
 
     fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {

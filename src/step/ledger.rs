@@ -2,7 +2,7 @@
 
 use super::branches::Branches;
 use super::energy::PairLedger;
-use crate::plan::Plan;
+use crate::plan::{ByPair, Plan};
 
 /// Relative rounding error of a kinetic energy, with a wide margin [-].
 const ROUNDING: f64 = 1e-10;
@@ -29,8 +29,8 @@ pub struct Ledger {
     pub contact_work: Vec<f64>,
     /// Strain energy introduced by the position projection in each body [J].
     pub projection: Vec<f64>,
-    /// One entry for each contact pair.
-    pub pairs: Vec<PairLedger>,
+    /// One entry for each contact pair, of many bodies for each that has touched.
+    pub pairs: ByPair<PairLedger>,
     /// Kinetic + strain energy at the start [J]; set by the first step.
     pub initial: Option<f64>,
     /// Kinetic energy in the frame of the support, plus strain energy [J]: the energy available to an impact.
@@ -49,7 +49,7 @@ impl Ledger {
     /// A zero ledger for the bodies and pairs of a plan.
     pub fn new(plan: &Plan) -> Self {
         let bodies = plan.bodies.len();
-        let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
+        let pairs = plan.contact.as_ref().map(|contact| &contact.pairs);
         Self {
             viscous: vec![0.0; bodies],
             branches: vec![0.0; Branches::of(plan).list().len()],
@@ -58,7 +58,7 @@ impl Ledger {
             external: vec![0.0; bodies],
             contact_work: vec![0.0; bodies],
             projection: vec![0.0; bodies],
-            pairs: vec![PairLedger::default(); pairs],
+            pairs: ByPair::new(pairs, |_| PairLedger::default()),
             ..Self::default()
         }
     }
@@ -88,7 +88,7 @@ impl Ledger {
         external.clone_from(&other.external);
         contact_work.clone_from(&other.contact_work);
         projection.clone_from(&other.projection);
-        pairs.clone_from(&other.pairs);
+        pairs.copy_from(&other.pairs);
         (*initial, *touched, *peak_strain) = (other.initial, other.touched, other.peak_strain);
         (*at_hand, *stirred, *available) = (other.at_hand, other.stirred, other.available);
     }
@@ -104,7 +104,7 @@ impl Ledger {
 
     pub(super) fn dissipated(&self) -> f64 {
         let pairs =
-            self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
+            self.pairs.values().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
         let algorithmic = self.algorithmic.iter().map(|a| a.abs()).sum::<f64>();
         self.viscous.iter().chain(&self.eroded).sum::<f64>() + pairs + algorithmic
     }
@@ -120,11 +120,15 @@ impl Ledger {
         self.scale(plan).max(self.dissipated())
     }
 
+    /// Whether a pair has had an impulse, by its number.
+    pub(super) fn has_touched(&self, pair: u32) -> bool {
+        self.pairs.get(pair as usize).is_some_and(has_impulse)
+    }
+
     /// Updates the energy available to an impact [J], and at the first touch of a pair, that of the previous step;
     /// `kinetic` is the kinetic energy in the frame of the support [J].
     pub(super) fn note_at_hand(&mut self, at_hand: f64, kinetic: f64) {
-        let has_touched = |pair: &&PairLedger| pair.impulse_n_s.iter().any(|p| *p != 0.0);
-        let touched = self.pairs.iter().filter(has_touched).count();
+        let touched = self.pairs.values().filter(|pair| has_impulse(pair)).count();
         if self.initial.is_none() {
             self.available = at_hand;
         } else if touched > self.touched {
@@ -134,4 +138,8 @@ impl Ledger {
         self.at_hand = at_hand;
         self.stirred = self.stirred.max(UNDONE * at_hand).max(ROUNDING * kinetic);
     }
+}
+
+fn has_impulse(pair: &PairLedger) -> bool {
+    pair.impulse_n_s.iter().any(|p| *p != 0.0)
 }

@@ -4,7 +4,7 @@ use super::phase::Phase;
 use super::state::State;
 use crate::mechanics::contact::Surface;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ContactPlan, Plan};
+use crate::plan::Plan;
 
 /// Absolute positions x_n [m] of the current contact surfaces, into `x`.
 pub(super) fn place_surfaces(
@@ -21,10 +21,4 @@ pub(super) fn place_surfaces(
             x[node] = plan.X[node] + flight + state.u[node];
         }
     }
-}
-
-/// Relative flight velocity of the two bodies of a pair.
-pub(super) fn drift(plan: &Plan, contact: &ContactPlan, pair: usize) -> Vec3 {
-    let (slave, master) = contact.pair_bodies[pair];
-    plan.bodies[slave].flight_velocity - master.map_or(Vec3::zeros(), |b| plan.bodies[b].flight_velocity)
 }

@@ -105,8 +105,12 @@ impl<'p> RigidStep<'p> {
 
     /// The rigid bodies with their poses, for the ledger.
     pub fn work(&self) -> RigidWork<'_> {
-        let sides =
-            RigidSides { of_pairs: &self.plan.of_pairs, bodies: &self.plan.bodies, poses: &self.poses };
+        let sides = RigidSides {
+            of_pairs: &self.plan.of_pairs,
+            first: self.plan.first_pair,
+            bodies: &self.plan.bodies,
+            poses: &self.poses,
+        };
         RigidWork { plan: self.plan, sides }
     }
 }

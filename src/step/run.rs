@@ -367,7 +367,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
     }
     // Warnings of the stepper and of large numerical losses.
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
-    let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
+    let lost: f64 = state.ledger.pairs.values().map(|p| p.numerical_j).sum();
     let scale = state.ledger.turnover(plan);
     if lost > NOTABLE_LOSS * scale && scale > 0.0 {
         let remedy = match plan.integrator {

@@ -247,7 +247,7 @@ fn quantities(result: &RunResult) -> [(&'static str, Vec<f64>); 6] {
     let (state, energy) = (&result.state, &result.energy);
     let vectors = |values: &[crate::mechanics::tensor::Vec3]| values.iter().flatten().copied().collect();
     // Pairs omitted by a plan never touch: a pair of zeros makes no difference.
-    let touched = || state.ledger.pairs.iter().filter(|p| p.impulse_n_s.iter().any(|i| *i != 0.0));
+    let touched = || state.ledger.pairs.values().filter(|p| p.impulse_n_s.iter().any(|i| *i != 0.0));
     let impulses = touched().flat_map(|p| p.impulse_n_s).collect();
     let of_pair =
         |p: &crate::step::PairLedger| [p.friction_j, p.numerical_j, p.work_on_slave_j, p.work_on_master_j];

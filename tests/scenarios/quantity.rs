@@ -134,7 +134,7 @@ impl Quantity {
                 seen.at(*at_s, |row| row.energy.numerical_contact_j() / row.energy.turnover_j)
             }
             Self::FrictionWorkJPerKg { body } => {
-                let work = |row: &Row| row.energy.pairs.iter().map(|p| p.friction_j).sum::<f64>();
+                let work = |row: &Row| row.energy.pairs.values().map(|p| p.friction_j).sum::<f64>();
                 seen.at(None, work) / seen.mass[seen.body(body)]
             }
             Self::ImpulseNS { at_s, pair } => {

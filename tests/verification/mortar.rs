@@ -4,7 +4,6 @@
 //! where it is hardly one and a half, any discretisation ripples, by 27 and 68 %, and 15 and 9 %.
 
 use crate::rig::{assert_at_most, contact_force, plan, run};
-use contuse::mechanics::contact::Master;
 use serde_json::{Value, json};
 
 /// A solid ball of 30 mm over a block of 200 × 200 × 60 mm, held below.
@@ -90,12 +89,10 @@ fn impulse(discretisation: &str, around: u32, block: [u32; 3], slave: &str) -> f
     scene["contact"]["self_contact"] = json!("none");
     let mut plan = plan(&scene);
     let contact = plan.contact.as_mut().unwrap();
-    let (chosen, master) = contact.pair_bodies[0];
-    if plan.bodies[chosen].name != slave {
-        let pair = &mut contact.pairs[0];
-        let Master::Surface(other) = pair.master else { panic!("no mesh") };
-        (pair.slave, pair.master) = (other, Master::Surface(pair.slave));
-        contact.pair_bodies[0] = (master.unwrap(), Some(chosen));
+    let pair = contact.pairs.get(0);
+    if plan.bodies[contact.surface_body[pair.slave]].name != slave {
+        assert_eq!(contact.pairs.len(), 1);
+        contact.pairs = contact.pairs.exchanged().0;
     }
     let (_, state) = run(&plan, |_| {});
     state.ledger.pairs[0].impulse_n_s[2].abs()

@@ -48,7 +48,7 @@ fn impulse_with(mesh: Mesh, integrator: &Value) -> (f64, f64) {
     let plan = plan_with(&scene, Some(mesh));
     let mut last = Vec3::zeros();
     let (outcome, _) = run(&plan, |frame| {
-        last = frame.energy.pairs.last().map_or(last, |pair| Vec3::from(pair.impulse_n_s));
+        last = frame.energy.pairs.values().next_back().map_or(last, |pair| Vec3::from(pair.impulse_n_s));
     });
     (last.norm(), outcome.balance_error)
 }

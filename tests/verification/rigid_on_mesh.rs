@@ -56,7 +56,7 @@ fn a_steel_ball_indents_a_block_and_the_books_balance() {
     // A thousandth of a face of 5 mm.
     assert_at_most(deepest, 5e-6, "how deep a node is inside the ball [m]");
     // What the block took of the ball's momentum, the ball has lost.
-    let impulse = -Vec3::from(energy.pairs.last().unwrap().impulse_n_s);
+    let impulse = -Vec3::from(energy.pairs.values().next_back().unwrap().impulse_n_s);
     assert_at_most(
         (change - impulse).norm() / impulse.norm(),
         1e-9,
@@ -114,8 +114,9 @@ fn struck(integrator: &Value) -> (Vec3, f64) {
     scene["integrator"] = integrator.clone();
     let plan = plan(&scene);
     let mut impulse = Vec3::zeros();
-    let (outcome, _) =
-        run(&plan, |frame| impulse = -Vec3::from(frame.energy.pairs.last().unwrap().impulse_n_s));
+    let (outcome, _) = run(&plan, |frame| {
+        impulse = -Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s)
+    });
     (impulse, outcome.balance_error)
 }
 

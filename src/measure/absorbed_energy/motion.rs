@@ -1,7 +1,7 @@
 //! Energies, momenta and impulses of the sides of the impact at one time, in the frame of an observer.
 
 use crate::mechanics::tensor::Vec3;
-use crate::plan::Plan;
+use crate::plan::{ByPair, Plan};
 use crate::scene::document::Role;
 use crate::step::{Energy, PairLedger};
 
@@ -47,8 +47,7 @@ pub(super) struct Motion {
 impl Motion {
     /// State of the bodies of a side.
     pub fn of(side: &Side, time: f64, energy: &Energy) -> Self {
-        let impulses =
-            side.signs.iter().zip(&energy.pairs).map(|(sign, pair)| Vec3::from(pair.impulse_n_s) * *sign);
+        let impulses = energy.pairs.each().map(|(pair, of)| Vec3::from(of.impulse_n_s) * side.sign(pair));
         let start = Self { time, mass: side.mass, impulse: impulses.sum(), ..Self::default() };
         side.bodies.iter().map(|&b| &energy.bodies[b]).fold(start, |sum, b| Self {
             strain: sum.strain + b.strain_j,
@@ -92,7 +91,7 @@ pub(super) struct Side {
     /// Indices of the bodies.
     pub bodies: Vec<usize>,
     /// Sign of each pair's impulse for these bodies: 1 if they are the slave, −1 if the master, else 0.
-    pub signs: Vec<f64>,
+    pub signs: ByPair<f64>,
     /// Total mass of the bodies [kg].
     pub mass: f64,
 }
@@ -101,25 +100,41 @@ impl Side {
     /// The bodies with a role.
     pub fn new(plan: &Plan, role: Role) -> Self {
         let bodies: Vec<usize> = (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == role).collect();
-        let side = |body: usize| f64::from(u8::from(bodies.contains(&body)));
-        let sign = |&(slave, master): &(usize, Option<usize>)| side(slave) - master.map_or(0.0, side);
-        Self {
-            signs: pair_bodies(plan).iter().map(sign).collect(),
-            mass: bodies.iter().map(|&b| plan.bodies[b].mass).sum(),
-            bodies,
+        let mass = bodies.iter().map(|&b| plan.bodies[b].mass).sum();
+        let mut side = Self { signs: ByPair::default(), mass, bodies };
+        let pairs = plan.contact.as_ref().map(|contact| &contact.pairs);
+        side.signs = ByPair::new(pairs, |pair| side.sign_of(bodies_of(plan, pair)));
+        side
+    }
+
+    /// Sign of the impulse of a pair of slave and master for these bodies.
+    pub fn sign_of(&self, (slave, master): (usize, Option<usize>)) -> f64 {
+        let side = |body: usize| f64::from(u8::from(self.bodies.contains(&body)));
+        side(slave) - master.map_or(0.0, side)
+    }
+
+    /// Takes up the pairs of the ledger that are not listed in the plan.
+    pub fn take_up_pairs(&mut self, plan: &Plan, energy: &Energy) {
+        for (pair, _) in energy.pairs.each() {
+            if self.signs.get(pair).is_none() {
+                let sign = self.sign_of(bodies_of(plan, pair));
+                self.signs.of(pair, || sign);
+            }
         }
     }
-}
 
-impl Side {
+    fn sign(&self, pair: usize) -> f64 {
+        self.signs.get(pair).copied().unwrap_or(0.0)
+    }
+
     /// Sum of a ledger entry over the pairs that touch the side from outside.
     pub fn of_its_pairs(&self, energy: &Energy, line: fn(&PairLedger) -> f64) -> f64 {
-        let touching = self.signs.iter().zip(&energy.pairs).filter(|(sign, _)| **sign != 0.0);
+        let touching = energy.pairs.each().filter(|(pair, _)| self.sign(*pair) != 0.0);
         touching.map(|(_, pair)| line(pair)).sum()
     }
 }
 
-/// Slave and master body of each pair; a plane is no body.
-pub(super) fn pair_bodies(plan: &Plan) -> &[(usize, Option<usize>)] {
-    plan.contact.as_ref().map_or(&[][..], |contact| &contact.pair_bodies)
+/// Slave and master body of a pair, by its number; a plane is no body.
+fn bodies_of(plan: &Plan, pair: usize) -> (usize, Option<usize>) {
+    plan.contact.as_ref().map(|contact| contact.bodies_of(&contact.pairs.get(pair))).unwrap_or_default()
 }

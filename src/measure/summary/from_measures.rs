@@ -61,7 +61,7 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
 /// well.
 fn has_missed(measures: &Measures, plan: &Plan) -> bool {
     let has_tissue = measures.stress.is_some();
-    let of_two = || measures.pairs.iter().filter(|pair| !pair.is_of_itself());
+    let of_two = || measures.pairs.values().filter(|pair| !pair.is_of_itself());
     let mut counted = of_two().filter(|pair| pair.on_tissue || !has_tissue);
     let any = if has_tissue {
         plan.measures.moved_by_contact_alone

@@ -182,6 +182,11 @@ fn fraction_in_words(excess: String, numerics: &Numerics) -> String {
     }
 }
 
+/// Whether the pairs of every two bodies are too many to be listed.
+fn every_two_meet(plan: &Plan) -> bool {
+    plan.contact.as_ref().is_some_and(|contact| !contact.pairs.every_two().is_empty())
+}
+
 /// Warnings that follow from the measures.
 pub(super) fn own_warnings(
     measures: &Measures,
@@ -191,7 +196,7 @@ pub(super) fn own_warnings(
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     // Force windows.
-    let touched = measures.pairs.iter().filter(|pair| has_ended && pair.force.contact_span.is_some());
+    let touched = measures.pairs.values().filter(|pair| has_ended && pair.force.contact_span.is_some());
     warnings.extend(touched.filter_map(|pair| window_warning(pair, measures.time)));
     let fraction = numerics.numerical_contact_dissipation_fraction;
     // At the end the stepper itself issues this warning.
@@ -252,7 +257,8 @@ pub(super) fn own_warnings(
     }
     // Missed or unfinished contact.
     let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
-    let is_joined = measures.pairs.iter().any(|p| p.on_tissue) || missed().next().is_some();
+    let is_joined =
+        measures.pairs.values().any(|p| p.on_tissue) || missed().next().is_some() || every_two_meet(plan);
     if has_ended && measures.absorbed.is_some() && !is_joined {
         warnings.push("No contact pair involves the tissue: nothing can hit it.".to_owned());
     }
@@ -277,7 +283,7 @@ pub(super) fn own_warnings(
         }
     }
     // Unresolved patches and reflected waves.
-    for pair in &measures.pairs {
+    for pair in measures.pairs.values() {
         let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {
             warnings.push(format!(

@@ -66,7 +66,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         balance_error: balance,
         numerical_contact_dissipation_j: numerical,
         numerical_contact_dissipation_fraction: over(numerical, energy.turnover_j),
-        friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
+        friction_dissipation_j: energy.pairs.values().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_fraction: measures.hourglass.largest_fraction(),
         energy_fraction_beyond_law: measures.laws.fraction_beyond(),
         energy_fraction_beyond_declared_limits: measures.laws.fraction_beyond_declared(),

@@ -1,10 +1,11 @@
 //! Frictional contact by the bi-potential method.
 //!
-//! The data are a list of [`Surface`]s and [`ContactPair`]s (constant). [`detection`] finds the [`Contact`]s of a step: nodes with
+//! The data are a list of [`Surface`]s and their [`pairs`] (constant). [`detection`] finds the [`Contact`]s of a step: nodes with
 //! signed weights ([`stencil`]), a frame and a gap, whatever the geometry. [`solution`] knows these alone and changes the nodal
 //! velocities so that the law holds at the end of the step; [`projection`] removes the penetration that linearisation left.
 
 pub mod detection;
+pub mod pairs;
 pub mod projection;
 pub mod solution;
 pub mod stencil;
@@ -26,7 +27,7 @@ pub struct Surface {
 }
 
 /// The obstacle of the slave nodes of a pair.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Master {
     /// The faces of a surface, by index; for self-contact the slave's own.
     Surface(usize),
@@ -42,10 +43,8 @@ pub enum Master {
 }
 
 /// Two sides that may touch: the slave's nodes against the master's faces.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPair {
-    /// Name in reports, such as "ball–thigh".
-    pub name: String,
     /// Surface whose nodes are the slaves.
     pub slave: usize,
     /// The obstacle that they must not enter.
@@ -138,22 +137,27 @@ pub struct Contact {
     /// Point of action of the reaction, at the start of the step [m]: the slave node, or a point of a rigid body.
     pub point: Vec3,
     /// V_slave − V_master: the difference of the flight velocities of the two bodies [m/s], to which nodal velocities
-    /// are relative.
+    /// are relative. Zero from detection, which does not know it: [`Contact::complete`].
     pub drift: Vec3,
+    /// Its law, likewise; frictionless from detection.
+    pub law: ContactLaw,
 }
 
 impl Contact {
-    /// The law of this contact, given those of all pairs.
-    pub fn law(&self, laws: &[ContactLaw]) -> ContactLaw {
-        if self.kind == Kind::Side { ContactLaw::Frictionless } else { laws[self.pair as usize] }
+    /// Gives it the law of its pair, and the relative flight velocity of its two sides [m/s].
+    pub fn complete(&mut self, law: ContactLaw, drift: Vec3) {
+        self.law = if self.kind == Kind::Side { ContactLaw::Frictionless } else { law };
+        self.drift = drift;
     }
 }
 
 /// The rigid bodies that the contacts of a step rotate.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidSides<'a> {
-    /// Rigid bodies of slave and master of each pair, by index; empty if there are none.
+    /// Rigid bodies of slave and master, by index, of each pair with a rigid side; empty if there are none.
     pub of_pairs: &'a [[Option<u32>; 2]],
+    /// Number of the first of these pairs.
+    pub first: usize,
     /// All rigid bodies, by index.
     pub bodies: &'a [RigidBody],
     /// Their poses at the start of the step.
@@ -162,11 +166,12 @@ pub struct RigidSides<'a> {
 
 impl RigidSides<'_> {
     /// For contacts without any rigid side.
-    pub const NONE: RigidSides<'static> = RigidSides { of_pairs: &[], bodies: &[], poses: &[] };
+    pub const NONE: RigidSides<'static> = RigidSides { of_pairs: &[], first: 0, bodies: &[], poses: &[] };
 
     /// The rigid bodies of slave and master of a pair.
     pub fn of_pair(&self, pair: u32) -> [Option<u32>; 2] {
-        self.of_pairs.get(pair as usize).copied().unwrap_or([None; 2])
+        let place = (pair as usize).checked_sub(self.first);
+        place.and_then(|place| self.of_pairs.get(place).copied()).unwrap_or([None; 2])
     }
 }
 

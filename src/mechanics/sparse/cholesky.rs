@@ -5,6 +5,7 @@
 //! The matrix is in the order of elimination. Everything runs on one thread, so that the bits are always the same.
 
 use super::panels::Panels;
+use super::pattern_inverse::PatternInverse;
 use super::{SparseError, SymmetricMatrix};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -151,6 +152,11 @@ impl Cholesky {
                 to[i * unknowns.len() + j] = column[*row];
             }
         }
+    }
+
+    /// Entries of A⁻¹ in the pattern of the factor; `None` where [`Cholesky::panels`] is.
+    pub fn pattern_inverse(&self) -> Option<PatternInverse<'_>> {
+        self.panels().map(PatternInverse::new)
     }
 
     /// The panels of the factor of a positive definite matrix; `None` for small or very sparse ones, which are factored without panels.

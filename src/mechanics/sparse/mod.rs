@@ -8,12 +8,14 @@ mod cholesky;
 mod matrix;
 mod ordering;
 mod panels;
+mod pattern_inverse;
 #[cfg(test)]
 mod tests;
 mod unknowns;
 
 pub use cholesky::{Cholesky, Definiteness};
 pub use matrix::SymmetricMatrix;
+pub use pattern_inverse::PatternInverse;
 pub use unknowns::Unknowns;
 
 /// Why a sparse system cannot be built or factored.

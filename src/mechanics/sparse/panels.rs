@@ -8,17 +8,17 @@ use faer::{Accum, MatMut, MatRef, Par};
 
 /// A factor L in terms of its panels.
 pub(super) struct Panels<'a> {
-    symbolic: &'a SymbolicSupernodalCholesky<usize>,
+    pub symbolic: &'a SymbolicSupernodalCholesky<usize>,
     factor: SupernodalLltRef<'a, usize, f64>,
 }
 
 /// Columns `start..` of L: the triangle on the diagonal and the rows of the pattern below it, by columns.
-struct Panel<'a> {
-    start: usize,
-    columns: usize,
-    rows: usize,
-    pattern: &'a [usize],
-    values: &'a [f64],
+pub(super) struct Panel<'a> {
+    pub start: usize,
+    pub columns: usize,
+    pub rows: usize,
+    pub pattern: &'a [usize],
+    pub values: &'a [f64],
 }
 
 impl<'a> Panels<'a> {
@@ -26,7 +26,7 @@ impl<'a> Panels<'a> {
         Self { symbolic, factor: SupernodalLltRef::new(symbolic, values) }
     }
 
-    fn panel(&self, s: usize) -> Panel<'a> {
+    pub fn panel(&self, s: usize) -> Panel<'a> {
         let (start, end) = (self.symbolic.supernode_begin()[s], self.symbolic.supernode_end()[s]);
         let pattern = self.symbolic.supernode(s).pattern();
         let (columns, range) = (end - start, &self.symbolic.col_ptr_for_val()[s..s + 2]);
@@ -35,7 +35,7 @@ impl<'a> Panels<'a> {
     }
 
     /// Index of the panel of an unknown.
-    fn of(&self, unknown: usize) -> usize {
+    pub fn of(&self, unknown: usize) -> usize {
         self.symbolic.supernode_end().partition_point(|end| *end <= unknown)
     }
 

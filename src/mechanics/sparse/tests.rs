@@ -146,6 +146,44 @@ fn blocks_of_the_inverse_are_those_of_solutions() {
 }
 
 #[test]
+fn the_inverse_in_the_pattern_has_the_entries_of_the_whole_one() {
+    let (mut X, mut hexes, block) = cubes(6);
+    // A second body that nothing couples to the first.
+    let first = X.len() as u32;
+    X.push(Vec3::new(0.0, 0.0, 9.0));
+    hexes.push([first; 8]);
+    let unknowns = Unknowns::new(X.len(), |node, axis| is_free(&X, node, axis), hexes.iter()).unwrap();
+    let matrix = assemble(&X, &block, &unknowns, 0.5);
+    let mut factor = Cholesky::new(&matrix).unwrap();
+    factor.factorize(&matrix).unwrap();
+    let size = matrix.size();
+    let (all, mut inverse): (Vec<usize>, _) = ((0..size).collect(), vec![0.0; size * size]);
+    factor.inverse_block(&all, &mut inverse);
+    let largest = inverse.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    let pattern = factor.pattern_inverse().unwrap();
+    let mut found = 0;
+    for row in 0..size {
+        for column in 0..size {
+            if let Some(entry) = pattern.entry(row, column) {
+                found += 1;
+                assert!((entry - inverse[row * size + column]).abs() < 1e-6 * largest);
+            }
+        }
+    }
+    assert!(found > matrix.row.len() && found < size * size, "{found} of {size}²");
+    // All nodes of an element are in it.
+    let of_first = |axis: usize| unknowns.of(hexes[100][0] as usize, axis);
+    for node in hexes[100] {
+        for other in (0..3).filter_map(|axis| unknowns.of(node as usize, axis)) {
+            assert!((0..3).filter_map(of_first).all(|own| pattern.entry(own, other).is_some()));
+        }
+    }
+    let alone = unknowns.of(first as usize, 0).unwrap();
+    let other = unknowns.of(hexes[100][6] as usize, 0).unwrap();
+    assert!(pattern.entry(alone, other) == Some(0.0) && pattern.entry(alone, alone).unwrap() > 0.0);
+}
+
+#[test]
 fn the_tangent_of_the_assembly_is_that_of_its_elements() {
     let (X, hexes, block) = cubes(2);
     let unknowns = Unknowns::new(X.len(), |node, axis| is_free(&X, node, axis), hexes.iter()).unwrap();

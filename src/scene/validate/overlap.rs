@@ -2,6 +2,7 @@
 
 use super::Findings;
 use super::rigid_on_mesh::is_inside;
+use crate::mechanics::contact::detection::bodies::meeting;
 use crate::mechanics::contact::detection::detector::Detector;
 use crate::mechanics::contact::detection::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
 use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
@@ -23,8 +24,7 @@ enum Sides {
 /// Checks every pair that may touch; pairs with disjoint bounding boxes cost nothing.
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
-    let all = sides(document);
-    let (rigid, asked): (Vec<Sides>, Vec<Sides>) = all
+    let (rigid, asked): (Vec<Sides>, Vec<Sides>) = sides(document, &start.boxes)
         .into_iter()
         .filter(|sides| start.may_overlap(document, *sides))
         .partition(|sides| start.has_rigid_side(*sides));
@@ -40,7 +40,7 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
         asked_of.extend(std::iter::repeat_n(i, found.len()));
         pairs.extend(found);
     }
-    let mut detector = Detector::new(&start.surfaces, &pairs, &start.x);
+    let mut detector = Detector::new(&start.surfaces, &pairs.into_iter().collect(), &start.x);
     let overlaps = initial_overlaps(&mut detector, &start.x);
     for (i, sides) in asked.iter().enumerate() {
         let of_pair: Vec<&Overlap> = overlaps.iter().filter(|o| asked_of[o.pair] == i).collect();
@@ -58,9 +58,9 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     let pairs: Vec<ContactPair> = asked.iter().map(|sides| start.rigid_pair(document, *sides)).collect();
     let mut detector = RigidDetector::new(&start.surfaces, (&pairs, 0), &start.rigid, &start.x);
     let motion = RigidMotion { x: &start.x, x_end: &start.x, poses: &start.poses, poses_end: &start.poses };
-    let (drifts, mut contacts) = (vec![Vec3::zeros(); pairs.len()], Vec::new());
+    let mut contacts = Vec::new();
     // Non-finite positions are reported with the numbers that they come from.
-    if detector.detect(&motion, &drifts, &mut contacts).is_err() {
+    if detector.detect(&motion, &mut contacts).is_err() {
         return;
     }
     let mut is_reported = vec![false; asked.len()];
@@ -206,12 +206,12 @@ fn bounds(points: &[Vec3]) -> [Vec3; 2] {
     points.iter().fold(nothing, |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
-/// All pairs that may touch.
-fn sides(document: &SceneDocument) -> Vec<Sides> {
+/// All pairs that may touch; of every two bodies, those whose `boxes` [m] meet.
+fn sides(document: &SceneDocument, boxes: &[[Vec3; 2]]) -> Vec<Sides> {
     let count = document.bodies.len();
     let mut sides: Vec<Sides> = match &document.contact.pairs {
         ContactPairs::All(_) => {
-            let between = (0..count).flat_map(|a| (a + 1..count).map(move |b| Sides::Bodies(a, b)));
+            let between = meeting(boxes).into_iter().map(|(a, b)| Sides::Bodies(a, b));
             let onto = (0..count).flat_map(|a| (0..document.planes.len()).map(move |p| Sides::Plane(a, p)));
             between.chain(onto).collect()
         }
@@ -249,7 +249,7 @@ fn contact_pairs(document: &SceneDocument, sides: Sides) -> Vec<ContactPair> {
 }
 
 fn contact_pair(slave: usize, master: Master) -> ContactPair {
-    ContactPair { name: String::new(), slave, master, law: ContactLaw::Frictionless }
+    ContactPair { slave, master, law: ContactLaw::Frictionless }
 }
 
 fn plane_of(document: &SceneDocument, plane: usize) -> Master {

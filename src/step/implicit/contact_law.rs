@@ -12,7 +12,6 @@ use crate::mechanics::tensor::Vec3;
 use crate::step::contact::{ContactStep, no_problem};
 use crate::step::failure::FailureCause;
 use crate::step::interrupt::Ask;
-use crate::step::phase::Phase;
 
 /// Normal compliance below this fraction of the trace: no motion along n is possible.
 const IMMOVABLE: f64 = 1e-12;
@@ -28,7 +27,7 @@ pub(super) fn solve_contacts(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
-    (phase, interrupt): (Phase, Ask),
+    interrupt: Ask,
     v_free: &[Vec3],
 ) -> Result<(), (FailureCause, String)> {
     let named = contact.named_solver();
@@ -40,15 +39,15 @@ pub(super) fn solve_contacts(
         ..Options::default()
     };
     let contacts = contact.results().0;
-    let is_finite = contacts.iter().all(|c| contact.friction(c, phase).is_finite());
+    let is_finite = contacts.iter().all(|c| c.law.mu().is_finite());
     let by_products = match named {
         Some(method) => method == Method::AcceleratedGradient,
         None => are_many(contacts, sides),
     };
     let report = if by_products && is_finite {
-        solve_by_products(system, contact, sides, phase, &options, &|c| closing(step, c, sides, v_free))
+        solve_by_products(system, contact, sides, &options, &|c| closing(step, c, sides, v_free))
     } else {
-        solve_with_matrix(system, contact, sides, phase, &options, &|c| closing(step, c, sides, v_free))
+        solve_with_matrix(system, contact, sides, &options, &|c| closing(step, c, sides, v_free))
     };
     contact.accept_report(&report.map_err(no_problem)?)
 }
@@ -67,11 +66,10 @@ fn solve_with_matrix(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
-    phase: Phase,
     options: &Options,
     closing: &dyn Fn(&Contact) -> Local,
 ) -> Result<SolveReport, ProblemError> {
-    let unknowns = contact.unknowns(phase);
+    let unknowns = contact.unknowns();
     let mut W = system.delassus(contact.results().0, sides, unknowns);
     let rows = unknowns * contact.results().0.len();
     if drop_immovable(contact, unknowns, |c, i| W[(unknowns * c + i) * (rows + 1)]) {
@@ -80,7 +78,7 @@ fn solve_with_matrix(
     let (contacts, reactions) = contact.results();
     let q: Vec<f64> = contacts.iter().flat_map(|c| closing(c).into_iter().take(unknowns)).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
-    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c, phase)).collect();
+    let mu: Vec<f64> = contacts.iter().map(|c| c.law.mu()).collect();
     let report = if unknowns == 1 {
         solvers::solve_frictionless(&W, &q, &mut r, options)
     } else if contact.named_solver().is_none() && mu.iter().all(|mu| *mu == 0.0) {
@@ -98,7 +96,6 @@ fn solve_by_products(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
-    phase: Phase,
     options: &Options,
     closing: &dyn Fn(&Contact) -> Local,
 ) -> Result<SolveReport, ProblemError> {
@@ -109,7 +106,7 @@ fn solve_by_products(
     let (contacts, reactions) = contact.results();
     let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse).collect();
-    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c, phase)).collect();
+    let mu: Vec<f64> = contacts.iter().map(|c| c.law.mu()).collect();
     let product = &mut |r: &[f64], u: &mut [f64]| system.product(contacts, sides, r, u);
     let mut problem = MatrixFree { product, diagonal: &own, q: &q, mu: &mu };
     let report = solvers::solve_matrix_free(&mut problem, &mut r, options)?;

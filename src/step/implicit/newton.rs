@@ -203,14 +203,12 @@ impl Newton {
             return Err(Failure::new(step.state, FailureCause::NewtonNotConverged, message));
         }
         // Contact reactions and the velocity with them.
-        let when = (touch.phase, touch.interrupt);
-        solve_contacts(step, system, contact, &sides, when, v).map_err(failed)?;
+        solve_contacts(step, system, contact, &sides, touch.interrupt, v).map_err(failed)?;
         let (contacts, reactions) = contact.results();
         for (contact, reaction) in contacts.iter().zip(reactions) {
             add_impulse(contact, &sides, reaction.impulse, impulse);
         }
-        unknowns.gather(impulse, &mut self.x);
-        system.solve(&mut self.x);
+        system.respond(reactions, impulse, &mut self.x);
         unknowns.for_each(|unknown, node, axis| v[node][axis] += self.x[unknown]);
         step.plan.assembly.followers().follow(v);
         Ok(())

@@ -8,7 +8,7 @@ use crate::mechanics::contact::solution::compliance::{
     MOST_NODES, NodeCompliance, add_impulse, relative_velocity,
 };
 use crate::mechanics::contact::solution::delassus::Block;
-use crate::mechanics::contact::{Contact, RigidSides};
+use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::force::{EndOfStep, StiffnessBatch};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::sparse::{Cholesky, Definiteness, SparseError, SymmetricMatrix};
@@ -30,7 +30,9 @@ pub(super) struct System<'p> {
     diagonal: Vec<f64>,
     /// Nodal work array for products with W.
     field: Vec<Vec3>,
+    /// Solution of the last product with W, of these reactions; none if `pushed` is empty.
     unknown: Vec<f64>,
+    pushed: Vec<f64>,
     /// Linearisation point of S; `None` before the first.
     pub tangent: Option<Tangent>,
     /// Number of factorisations so far.
@@ -76,6 +78,7 @@ impl<'p> System<'p> {
             compliance: NodeCompliance::default(),
             kept: (Vec::new(), Kept::Nothing),
             field: vec![Vec3::zeros(); plan.node_count()],
+            pushed: Vec::new(),
             tangent: None,
             factored: 0,
         })
@@ -195,6 +198,7 @@ impl<'p> System<'p> {
     /// W of contacts, row by row [1/kg], as [`NodeCompliance::delassus`]. It is kept until the matrix or the contacts
     /// change, or until [`System::forget_contacts`].
     pub fn delassus(&mut self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
+        self.pushed.clear();
         if let (kept, Kept::All(W)) = &self.kept
             && kept == contacts
             && W.len() == (unknowns * contacts.len()).pow(2)
@@ -215,6 +219,7 @@ impl<'p> System<'p> {
 
     /// Diagonal blocks of W [1/kg] only; kept like W.
     pub fn own_blocks(&mut self, contacts: &[Contact], rigid: &RigidSides) -> Vec<Block> {
+        self.pushed.clear();
         if let (kept, Kept::Own(blocks)) = &self.kept
             && kept == contacts
         {
@@ -234,6 +239,8 @@ impl<'p> System<'p> {
         }
         self.options.unknowns.gather(&self.field, &mut self.unknown);
         self.factor.solve(&mut self.unknown);
+        self.pushed.clear();
+        self.pushed.extend_from_slice(r);
         self.field.fill(Vec3::zeros());
         self.options.unknowns.scatter(&self.unknown, &mut self.field);
         for (contact, u) in contacts.iter().zip(u.chunks_exact_mut(3)) {
@@ -241,9 +248,22 @@ impl<'p> System<'p> {
         }
     }
 
+    /// `S⁻¹ Cᵀ r` into `x`, given `Cᵀ r` as impulses of the nodes; known where the last product was that of these
+    /// `reactions`.
+    pub fn respond(&mut self, reactions: &[Reaction], impulses: &[Vec3], x: &mut [f64]) {
+        let r = reactions.iter().flat_map(|reaction| reaction.impulse);
+        if !self.pushed.is_empty() && r.eq(self.pushed.iter().copied()) {
+            x.copy_from_slice(&self.unknown);
+        } else {
+            self.options.unknowns.gather(impulses, x);
+            self.factor.solve(x);
+        }
+    }
+
     /// Starts a new step: the poses of rigid bodies may have changed, and with them W of the same contacts.
     pub fn forget_contacts(&mut self) {
         self.kept = (Vec::new(), Kept::Nothing);
+        self.pushed.clear();
     }
 
     fn solve_compliance(&mut self, nodes: Vec<u32>) {

@@ -6,6 +6,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::document::Role;
 use crate::step::{Frame, Recorder, RecorderError};
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Contact is over after no touch for this fraction of its duration [-], and at least this time [s].
@@ -24,8 +25,8 @@ pub(super) struct Watch<'a> {
     contact_is_over: &'a AtomicBool,
     /// The projectile, and its momentum before the first contact [kg m/s].
     projectile: Option<(usize, Vec3)>,
-    /// Whether each pair has touched so far.
-    touched: Vec<bool>,
+    /// Pairs that have touched so far.
+    touched: BTreeSet<usize>,
     /// First and last time with contact [s].
     contact_span: Option<[f64; 2]>,
     /// Deepest penetration of a candidate contact at the start of a step [m], not negative.
@@ -44,7 +45,7 @@ impl<'a> Watch<'a> {
             penetration: Penetration::default(),
             contact_is_over,
             projectile: None,
-            touched: Vec::new(),
+            touched: BTreeSet::new(),
             contact_span: None,
             deepest: 0.0,
             initial: 0.0,
@@ -68,7 +69,7 @@ impl Recorder for Watch<'_> {
         self.deflection = Deflection::new(plan);
         self.projectile =
             plan.bodies.iter().position(|b| b.role == Role::Projectile).map(|body| (body, Vec3::zeros()));
-        self.touched = vec![false; plan.contact.as_ref().map_or(0, |contact| contact.pairs.len())];
+        self.touched = BTreeSet::new();
         Ok(())
     }
 
@@ -85,10 +86,10 @@ impl Recorder for Watch<'_> {
         let acting = frame.contacts.iter().zip(frame.reactions).filter(|(_, r)| r.impulse[0] > 0.0);
         let is_touching = acting.clone().next().is_some();
         for (contact, _) in acting {
-            self.touched[contact.pair as usize] = true;
+            self.touched.insert(contact.pair as usize);
         }
         if frame.is_look_time {
-            self.penetration.accumulate(frame, |pair| self.touched[pair]);
+            self.penetration.accumulate(frame, |pair| self.touched.contains(&pair));
         }
         // Whether the projectile still moves in its initial direction.
         let goes_on = self.projectile.as_mut().is_some_and(|(body, before)| {

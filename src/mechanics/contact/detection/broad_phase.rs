@@ -39,7 +39,7 @@ impl Motion<'_> {
     }
 }
 
-fn to_parry(p: &Vec3) -> Vector {
+pub(super) fn to_parry(p: &Vec3) -> Vector {
     Vector::new(p.x, p.y, p.z)
 }
 

@@ -21,16 +21,19 @@
 //!
 //! The result depends on the positions alone, never on the age of the list of the broad phase.
 
+use super::bodies::meeting;
 use super::boundary::Boundary;
 pub use super::broad_phase::reach;
 use super::broad_phase::{FaceTree, Motion, SweptBox, swept_box};
 use super::finder::Finder;
 use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
-use super::pair::{Moved, PairState, Side};
+use super::pair::{Moved, PairState, Side, slack};
 use super::time_of_impact::Search;
-use crate::mechanics::contact::{Contact, ContactPair, Discretisation, Surface};
+use crate::mechanics::contact::pairs::Pairs;
+use crate::mechanics::contact::{Contact, Discretisation, Master, Surface};
 use crate::mechanics::tensor::Vec3;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Slack of the list of a surface against itself, as a fraction of its mean face size. The nearest relevant faces are
@@ -67,11 +70,26 @@ pub struct DetectionReport {
     pub impacts: usize,
 }
 
+/// One of the surfaces of which every two are a pair.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    surface: usize,
+    /// How far its nodes may move before the pairs in reach are found anew [m].
+    slack: f64,
+}
+
 /// Finds contacts; stores the topology of the surfaces and a list of candidates.
 #[derive(Clone, Debug)]
 pub struct Detector {
     boundaries: Vec<Boundary>,
-    pairs: Vec<PairState>,
+    pairs: Pairs,
+    /// Listed pairs, and those of every two surfaces whose boxes met when the lists were made, ascending by number.
+    states: Vec<PairState>,
+    /// Buffers of pairs that are no longer near.
+    idle: Vec<PairState>,
+    /// The surfaces of which every two are a pair, as of the last search for those in reach.
+    near: Vec<Near>,
+    is_averaged: bool,
     /// Tree over the faces of each surface that is the master of another one, refitted where one of its pairs needs a list.
     trees: Vec<Option<FaceTree>>,
     /// Room for the boxes of the surfaces, and for the slack of each tree [m], negative where no pair needs it.
@@ -91,24 +109,25 @@ pub struct Detector {
 impl Detector {
     /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart). Pairs
     /// with a rigid side are left to [`super::rigid_detection`].
-    pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
+    pub fn new(surfaces: &[Surface], pairs: &Pairs, x: &[Vec3]) -> Self {
         let boundaries: Vec<Boundary> = surfaces.iter().map(|s| Boundary::new(s, x)).collect();
-        let are_few = pairs.len() <= FEW_PAIRS;
-        let pairs: Vec<PairState> =
-            pairs.iter().filter_map(|p| PairState::new(p, &boundaries, x, are_few)).collect();
+        let (are_few, rest) = (pairs.len() <= FEW_PAIRS, Arc::from(x));
+        let states: Vec<PairState> =
+            pairs.listed().filter_map(|p| PairState::new(p, &boundaries, &rest, are_few)).collect();
         let moved = vec![Moved::default(); boundaries.len()];
-        let others = || pairs.iter().filter(|pair| pair.own.is_none());
+        let others = || states.iter().filter(|pair| pair.own.is_none());
         let mut trees: Vec<Option<FaceTree>> = vec![None; boundaries.len()];
         let mut meets_others = vec![true; boundaries.len()];
-        for pair in pairs.iter().filter(|pair| pair.own.is_some()) {
+        for pair in states.iter().filter(|pair| pair.own.is_some()) {
             meets_others[pair.slave] = false;
+        }
+        let of_others = others().filter_map(|pair| pair.side.master());
+        for master in of_others.chain(pairs.every_two().surfaces()) {
+            meets_others[master] = true;
+            trees[master].get_or_insert_with(|| FaceTree::new(&boundaries[master], x));
         }
         for pair in others() {
             meets_others[pair.slave] = true;
-            if let Some(master) = pair.side.master() {
-                meets_others[master] = true;
-                trees[master].get_or_insert_with(|| FaceTree::new(&boundaries[master], x));
-            }
         }
         Self {
             boxes: Vec::with_capacity(boundaries.len()),
@@ -116,7 +135,11 @@ impl Detector {
             trees,
             meets_others,
             boundaries,
-            pairs,
+            pairs: pairs.clone(),
+            states,
+            idle: Vec::new(),
+            near: Vec::new(),
+            is_averaged: false,
             snapshots: Vec::new(),
             moved,
             own_slack: OWN_SLACK,
@@ -134,10 +157,12 @@ impl Detector {
     /// Uses the given discretisation for the contacts of two meshes.
     #[must_use]
     pub fn with(mut self, discretisation: Discretisation) -> Self {
-        for pair in &mut self.pairs {
-            let is_averaged = discretisation == Discretisation::Mortar
-                && pair.side.master().is_some_and(|master| master != pair.slave);
-            pair.averager = is_averaged.then(|| Averager::new(&self.boundaries[pair.slave]));
+        self.is_averaged = discretisation == Discretisation::Mortar;
+        if self.is_averaged {
+            for pair in &mut self.states {
+                let is_of_two = pair.side.master().is_some_and(|master| master != pair.slave);
+                pair.averager = is_of_two.then(|| Averager::new(&self.boundaries[pair.slave]));
+            }
         }
         self
     }
@@ -145,8 +170,7 @@ impl Detector {
     /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
     ///
     /// `x` [m] are the absolute positions of all nodes at the start of the step, `x_end` [m] those at its end in the
-    /// absence of contact, `drifts` [m/s] the difference of flight velocities of each pair, slave less master, copied
-    /// into the contacts.
+    /// absence of contact.
     ///
     /// # Errors
     /// [`DetectionError::NotFinite`]; `contacts` is empty then.
@@ -154,21 +178,19 @@ impl Detector {
         &mut self,
         x: &[Vec3],
         x_end: &[Vec3],
-        drifts: &[Vec3],
         contacts: &mut Vec<Contact>,
     ) -> Result<DetectionReport, DetectionError> {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        let Self { boundaries, pairs, trees, snapshots, moved, search, .. } = self;
-        for (i, pair) in pairs.iter_mut().enumerate() {
+        let Self { boundaries, states, trees, snapshots, moved, search, .. } = self;
+        for pair in states.iter_mut() {
             let first = contacts.len();
             let master_moved = match &pair.own {
                 Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
                 None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
             };
-            let finder =
-                Finder { pair, index: i as u32, boundaries, trees, motion, master_moved, drift: drifts[i] };
+            let finder = Finder { pair, boundaries, trees, motion, master_moved };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
             if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
                 averager.average(&boundaries[pair.slave], &boundaries[master], x, &mut contacts[first..]);
@@ -180,8 +202,8 @@ impl Detector {
     /// Rebuilds lists that no longer cover this step; returns whether any was.
     fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         let mut rebuilt = self.update_lists_of_others(motion)?;
-        let Self { boundaries, pairs, own_slack, .. } = self;
-        for pair in pairs.iter_mut().filter(|pair| pair.own.is_some()) {
+        let Self { boundaries, states, own_slack, .. } = self;
+        for pair in states.iter_mut().filter(|pair| pair.own.is_some()) {
             let slave = pair.slave;
             let updated =
                 pair.update_own_list(boundaries, motion, *own_slack * boundaries[slave].mean_size());
@@ -194,11 +216,11 @@ impl Detector {
     fn update_lists_of_others(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         if !self.snapshots.is_empty() {
             self.measure_motion(motion)?;
-            let covered = self.pairs.iter().filter(|pair| pair.own.is_none()).all(|pair| {
+            let covered = self.states.iter().filter(|pair| pair.own.is_none()).all(|pair| {
                 let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].since_list);
                 pair.candidates.cover(self.moved[pair.slave].since_list, of_master)
             });
-            if covered {
+            if covered && self.near.iter().all(|near| self.moved[near.surface].since_list <= near.slack) {
                 return Ok(false);
             }
         }
@@ -208,13 +230,14 @@ impl Detector {
             snapshot.extend(boundary.nodes.iter().map(|&n| motion.x[n as usize]));
         }
         self.measure_motion(motion)?;
+        self.boxes.clear();
+        self.boxes.extend(self.boundaries.iter().map(|boundary| swept_box(boundary, motion)));
+        self.find_near_pairs();
         // Which pairs are near, and how far their lists reach; then one tree for all pairs of a master.
-        let Self { boundaries, pairs, trees, boxes, slacks, moved, .. } = self;
-        boxes.clear();
-        boxes.extend(boundaries.iter().map(|boundary| swept_box(boundary, motion)));
+        let Self { boundaries, states, trees, boxes, slacks, moved, .. } = self;
         slacks.clear();
         slacks.resize(boundaries.len(), -1.0);
-        for pair in pairs.iter_mut().filter(|pair| pair.own.is_none()) {
+        for pair in states.iter_mut().filter(|pair| pair.own.is_none()) {
             let of_master = pair.side.master().map_or(0.0, |master| moved[master].in_step);
             let in_step = moved[pair.slave].in_step + of_master;
             if let Some((master, slack)) = pair.begin_list(boundaries, boxes, motion, in_step) {
@@ -226,10 +249,44 @@ impl Detector {
                 tree.refit(boundary, motion, *slack);
             }
         }
-        for pair in pairs.iter_mut().filter(|pair| pair.own.is_none()) {
+        for pair in states.iter_mut().filter(|pair| pair.own.is_none()) {
             pair.fill_list(boundaries, trees, motion);
         }
         Ok(true)
+    }
+
+    /// Of every two surfaces, takes up the pairs that may come within reach before one of the two has moved by its slack.
+    fn find_near_pairs(&mut self) {
+        let every = self.pairs.every_two();
+        if every.is_empty() {
+            return;
+        }
+        // The others follow the listed ones.
+        let listed =
+            self.states.partition_point(|state| (state.number as usize) < self.pairs.unlisted().start);
+        self.idle.extend(self.states.drain(listed..));
+        self.near.clear();
+        self.near.extend(every.surfaces().map(|surface| {
+            let boundary = &self.boundaries[surface];
+            Near { surface, slack: slack(self.moved[surface].in_step, boundary.mean_size()) }
+        }));
+        let grown = |near: &Near| {
+            let [low, high] =
+                self.boxes[near.surface].map_or([Vec3::repeat(f64::INFINITY); 2], |(l, h)| [l, h]);
+            // Faces reach a part of their size, edges a part of their length.
+            let edges = NEAR * (high - low).norm();
+            let reach = near.slack + reach(self.boundaries[near.surface].largest_size) + edges;
+            [low.add_scalar(-reach), high.add_scalar(reach)]
+        };
+        let boxes: Vec<[Vec3; 2]> = self.near.iter().map(grown).collect();
+        for (first, second) in meeting(&boxes) {
+            let number = self.pairs.unlisted().start + every.number(first, second);
+            let pair = self.pairs.get(number);
+            let Master::Surface(master) = pair.master else { continue };
+            let mut state = PairState::of_two(number, [pair.slave, master], self.idle.pop());
+            state.averager = self.is_averaged.then(|| Averager::new(&self.boundaries[pair.slave]));
+            self.states.push(state);
+        }
     }
 
     fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
@@ -269,27 +326,42 @@ impl Detector {
         &self.boundaries[surface]
     }
 
+    /// State of a pair that is listed or has come near.
+    fn state(&self, pair: usize) -> Option<&PairState> {
+        let found = self.states.binary_search_by_key(&pair, |state| state.number as usize);
+        found.ok().map(|place| &self.states[place])
+    }
+
     /// The slave's surface of a pair.
     pub(in crate::mechanics::contact) fn slave_boundary(&self, pair: usize) -> &Boundary {
-        &self.boundaries[self.pairs[pair].slave]
+        &self.boundaries[self.pairs.get(pair).slave]
     }
 
     /// The master's surface of a pair, `None` for a plane.
     pub(in crate::mechanics::contact) fn master_boundary(&self, pair: usize) -> Option<&Boundary> {
-        self.pairs[pair].side.master().map(|master| &self.boundaries[master])
+        match self.pairs.get(pair).master {
+            Master::Surface(master) => Some(&self.boundaries[master]),
+            Master::Plane { .. } | Master::Rigid(_) => None,
+        }
     }
 
     /// Point and normal of a pair's plane with the size [m] that tolerances refer to, `None` for a surface.
     pub(in crate::mechanics::contact) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
-        match self.pairs[pair].side {
+        match self.state(pair)?.side {
             Side::Plane { point, frame, size } => Some((point, frame[0], size)),
             Side::Surface { .. } => None,
         }
     }
 
-    /// Slave surface of each pair, and its master surface unless that is a plane.
-    pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
-        self.pairs.iter().map(|p| (p.slave, p.side.master()))
+    /// Number and slave surface of each listed or near pair, and its master surface unless that is a plane.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (usize, usize, Option<usize>)> {
+        self.states.iter().map(|p| (p.number as usize, p.slave, p.side.master()))
+    }
+
+    /// Number, slave and master surface of each listed or near pair of two different surfaces.
+    pub(super) fn pairs_of_two(&self) -> impl Iterator<Item = (u32, [usize; 2])> {
+        let others = self.states.iter().filter(|pair| pair.own.is_none());
+        others.filter_map(|pair| Some((pair.number, [pair.slave, pair.side.master()?])))
     }
 }
 

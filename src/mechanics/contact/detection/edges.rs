@@ -20,8 +20,9 @@ use super::frame::local_frame;
 use super::narrow_phase::NEAR;
 use super::time_of_impact::Search;
 use crate::mechanics::contact::ALLOWED;
+use crate::mechanics::contact::pairs::Pairs;
 use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, ContactPair, Kind, Master};
+use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Kind, Master};
 use crate::mechanics::tensor::Vec3;
 use std::f64::consts::PI;
 
@@ -53,17 +54,8 @@ struct Edge {
     is_sharp: bool,
 }
 
-/// A pair of two surfaces.
-struct EdgePair {
-    /// Number of the pair.
-    number: u32,
-    /// Surface indices of slave and master.
-    surfaces: [usize; 2],
-}
-
 /// Finds the contacts of edges in the pairs of meshes.
 pub(super) struct EdgeFinder {
-    pairs: Vec<EdgePair>,
     /// Edges of each surface that is in a pair.
     edges: Vec<Vec<Edge>>,
     /// Box around each of these surfaces over the step [m].
@@ -79,17 +71,13 @@ pub(super) struct EdgeFinder {
 type Ends<'a> = (&'a [Vec3], &'a [Vec3]);
 
 impl EdgeFinder {
-    /// Edges of the pairs of the `detector`, with the positions `x` [m] of all nodes at the start of the run; an edge
-    /// whose angle grows by `bent` [rad] is sharp.
-    pub fn new(detector: &Detector, pairs: &[ContactPair], x: &[Vec3], bent: f64) -> Self {
-        let of_pair = |(number, pair): (usize, &ContactPair)| {
-            let Master::Surface(master) = pair.master else { return None };
-            let surfaces = [pair.slave, master];
-            (master != pair.slave).then_some(EdgePair { number: number as u32, surfaces })
-        };
-        let pairs: Vec<EdgePair> = pairs.iter().enumerate().filter_map(of_pair).collect();
+    /// Edges of the surfaces of the `pairs` of a detector, with the positions `x` [m] of all nodes at the start of the
+    /// run; an edge whose angle grows by `bent` [rad] is sharp.
+    pub fn new(detector: &Detector, pairs: &Pairs, x: &[Vec3], bent: f64) -> Self {
         let mut edges = vec![Vec::new(); detector.surface_count()];
-        for surface in pairs.iter().flat_map(|pair| pair.surfaces) {
+        let master = |pair: &ContactPair| if let Master::Surface(m) = pair.master { m } else { pair.slave };
+        let listed = pairs.listed().flat_map(|(_, pair)| [pair.slave, master(pair)]);
+        for surface in listed.chain(pairs.every_two().surfaces()) {
             if edges[surface].is_empty() {
                 edges[surface] = edges_of(detector.boundary(surface), x);
             }
@@ -97,18 +85,26 @@ impl EdgeFinder {
         let most = edges.iter().map(Vec::len).max().unwrap_or(0);
         let near = [0, 1].map(|_| Vec::with_capacity(most));
         let boxes = vec![[Vec3::zeros(); 2]; edges.len()];
-        Self { pairs, edges, boxes, bent, near, search: Search::default() }
+        Self { edges, boxes, bent, near, search: Search::default() }
     }
 
-    /// Appends the contacts of a step.
-    pub fn detect(&mut self, detector: &Detector, ends: Ends, drifts: &[Vec3], contacts: &mut Vec<Contact>) {
-        let Self { pairs, edges, boxes, bent, near, search } = self;
+    /// Appends the contacts of a step, of the pairs that the `detector`, with slave and master exchanged, has found near;
+    /// `number` gives the number of each.
+    pub fn detect(
+        &mut self,
+        detector: &Detector,
+        number: impl Fn(u32) -> u32,
+        ends: Ends,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let Self { edges, boxes, bent, near, search } = self;
         for (surface, of_it) in
             boxes.iter_mut().enumerate().filter(|(surface, _)| !edges[*surface].is_empty())
         {
             *of_it = box_of(detector.boundary(surface), ends);
         }
-        for EdgePair { number, surfaces } in pairs.iter() {
+        for (pair, [master, slave]) in detector.pairs_of_two() {
+            let surfaces = [slave, master];
             // The part of space that both surfaces come near to.
             let boundaries = surfaces.map(|surface| detector.boundary(surface));
             let [a, b] = surfaces.map(|surface| boxes[surface]);
@@ -133,7 +129,7 @@ impl EdgeFinder {
                 let others = if a.is_sharp { &near[1][..] } else { &near[1][..sharp] };
                 for b in others {
                     if let Some(found) = contact_of([a, b], boundaries, ends, search) {
-                        contacts.push(Contact { pair: *number, drift: drifts[*number as usize], ..found });
+                        contacts.push(Contact { pair: number(pair), ..found });
                     }
                 }
             }
@@ -261,7 +257,7 @@ fn are_sharp(edges: [&Edge; 2]) -> bool {
     edges.iter().all(|edge| edge.is_sharp && edge.start > SHARP)
 }
 
-/// The contact of two edges; pair number and drift are set by the caller.
+/// The contact of two edges; the pair number is set by the caller.
 fn contact_of(
     edges: [&Edge; 2],
     boundaries: [&Boundary; 2],
@@ -339,5 +335,6 @@ fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[V
         gap,
         point: place(of_slave, a),
         drift: Vec3::zeros(),
+        law: ContactLaw::Frictionless,
     })
 }

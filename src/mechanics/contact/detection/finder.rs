@@ -10,7 +10,7 @@ use super::self_contact::is_beside;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
 use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, Kind};
+use crate::mechanics::contact::{Contact, ContactLaw, Kind};
 use crate::mechanics::tensor::Vec3;
 use std::cell::OnceCell;
 
@@ -30,13 +30,11 @@ pub const VALLEY: f64 = 0.9;
 /// Finds the contacts of one pair in one step.
 pub(super) struct Finder<'a> {
     pub pair: &'a PairState,
-    pub index: u32,
     pub boundaries: &'a [Boundary],
     /// Trees of the masters of other surfaces.
     pub trees: &'a [Option<FaceTree>],
     pub motion: Motion<'a>,
     pub master_moved: Moved,
-    pub drift: Vec3,
 }
 
 impl Finder<'_> {
@@ -83,7 +81,7 @@ impl Finder<'_> {
         let gap = |x: &[Vec3]| frame[0].dot(&(x[node as usize] - point));
         let (start, end) = (gap(self.motion.x), gap(self.motion.x_end));
         (start.min(end) <= NEAR * size).then_some(Contact {
-            pair: self.index,
+            pair: self.pair.number,
             kind: Kind::Node,
             slave: node,
             face: u32::MAX,
@@ -91,7 +89,8 @@ impl Finder<'_> {
             frame: *frame,
             gap: start,
             point: self.motion.x[node as usize],
-            drift: self.drift,
+            drift: Vec3::zeros(),
+            law: ContactLaw::Frictionless,
         })
     }
 
@@ -304,7 +303,7 @@ impl Finder<'_> {
     ) -> Contact {
         let point = self.motion.x[slave as usize];
         let stencil = Stencil::node_on_face(slave, &master.faces[face as usize], weights);
-        let (pair, drift) = (self.index, self.drift);
-        Contact { pair, kind: Kind::Node, slave, face, stencil, frame, gap, point, drift }
+        let (pair, drift, law) = (self.pair.number, Vec3::zeros(), ContactLaw::Frictionless);
+        Contact { pair, kind: Kind::Node, slave, face, stencil, frame, gap, point, drift, law }
     }
 }

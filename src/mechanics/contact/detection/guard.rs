@@ -10,8 +10,9 @@
 use super::detector::{DetectionError, Detector};
 use super::edges::{BENT, EdgeFinder};
 use super::frame::local_frame;
+use crate::mechanics::contact::pairs::Pairs;
 use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{ALLOWED, Contact, ContactPair, Discretisation, Kind, Master, Surface};
+use crate::mechanics::contact::{ALLOWED, Contact, ContactLaw, Discretisation, Kind, Surface};
 use crate::mechanics::tensor::Vec3;
 
 /// Shape function of a node above which a place on a face coincides with that node.
@@ -21,42 +22,31 @@ const AT_NODE: f64 = 0.999;
 pub struct Guard {
     /// Detector of the pairs with slave and master exchanged.
     reversed: Detector,
-    /// Number of each of its pairs in the original list.
-    pairs: Vec<u32>,
+    /// Number of each of its listed pairs in the original list, and of the first of the others.
+    listed: Vec<usize>,
+    first_unlisted: usize,
     edges: EdgeFinder,
-    still: Vec<Vec3>,
     found: Vec<Contact>,
 }
 
 impl Guard {
     /// For the `pairs` of two different meshes, for none with [`Discretisation::NodeToSurface`]; `x` [m] are the
     /// positions of all nodes at the start of the run.
-    pub fn new(
-        surfaces: &[Surface],
-        pairs: &[ContactPair],
-        discretisation: Discretisation,
-        x: &[Vec3],
-    ) -> Self {
-        let pairs = if discretisation == Discretisation::NodeToSurface { &[] } else { pairs };
+    pub fn new(surfaces: &[Surface], pairs: &Pairs, discretisation: Discretisation, x: &[Vec3]) -> Self {
+        let none = Pairs::default();
+        let pairs = if discretisation == Discretisation::NodeToSurface { &none } else { pairs };
         // Mortar contact controls the mean over a smooth face, not single edges.
         let bent = if discretisation == Discretisation::Mortar { f64::INFINITY } else { BENT };
-        let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
-            Master::Surface(master) if master != pair.slave => Some((
-                index as u32,
-                ContactPair { slave: master, master: Master::Surface(pair.slave), ..pair.clone() },
-            )),
-            _ => None,
-        };
-        let (numbers, reversed): (Vec<u32>, Vec<ContactPair>) =
-            pairs.iter().enumerate().filter_map(exchanged).unzip();
-        let most = reversed.iter().map(|pair| surfaces[pair.slave].nodes.len()).sum();
+        let (reversed, listed) = pairs.exchanged();
+        let slaves = reversed.listed().map(|(_, pair)| pair.slave).chain(reversed.every_two().surfaces());
+        let most = slaves.map(|slave| surfaces[slave].nodes.len()).sum();
         let reversed_detector = Detector::new(surfaces, &reversed, x);
         Self {
-            edges: EdgeFinder::new(&reversed_detector, pairs, x, bent),
+            edges: EdgeFinder::new(&reversed_detector, &reversed, x, bent),
             reversed: reversed_detector,
-            still: vec![Vec3::zeros(); numbers.len()],
             found: Vec::with_capacity(most),
-            pairs: numbers,
+            first_unlisted: pairs.unlisted().start,
+            listed,
         }
     }
 
@@ -69,20 +59,20 @@ impl Guard {
         &mut self,
         x: &[Vec3],
         x_end: &[Vec3],
-        drifts: &[Vec3],
         contacts: &mut Vec<Contact>,
     ) -> Result<(), DetectionError> {
-        if self.pairs.is_empty() {
-            return Ok(());
-        }
         let before = contacts.len();
         // Master nodes that close against slave faces, to the allowed depth.
         let is_held = |pair: u32, slave: u32, contacts: &[Contact]| {
             contacts[..before].binary_search_by_key(&(pair, slave), |c| (c.pair, c.slave)).is_ok()
         };
-        self.reversed.detect(x, x_end, &self.still, &mut self.found)?;
+        self.reversed.detect(x, x_end, &mut self.found)?;
+        let number = |pair: u32| {
+            let unlisted = (pair as usize).saturating_sub(self.listed.len()) + self.first_unlisted;
+            self.listed.get(pair as usize).map_or(unlisted, |number| *number) as u32
+        };
         for found in self.found.iter().filter(|found| found.kind != Kind::Side) {
-            let pair = self.pairs[found.pair as usize];
+            let pair = number(found.pair);
             let face_size = self
                 .reversed
                 .master_boundary(found.pair as usize)
@@ -94,11 +84,11 @@ impl Guard {
                 continue;
             }
             // A slave node with a contact of its own makes this one redundant.
-            let new = exchanged_contact(found, pair, gap, &drifts[pair as usize]);
+            let new = exchanged_contact(found, pair, gap);
             contacts.extend(new.filter(|new| !(is_at_node(found) && is_held(pair, new.slave, contacts))));
         }
         // Edges against edges.
-        self.edges.detect(&self.reversed, (x, x_end), drifts, contacts);
+        self.edges.detect(&self.reversed, number, (x, x_end), contacts);
         if contacts.len() > before {
             contacts.sort_unstable_by_key(|c| (c.pair, c.slave, c.face, c.stencil.nodes().last().copied()));
         }
@@ -113,7 +103,7 @@ fn is_at_node(found: &Contact) -> bool {
 
 /// The contact in terms of the original pair: the nodes of the face are its slave side. `None` for a face without
 /// weights.
-fn exchanged_contact(found: &Contact, pair: u32, gap: f64, drift: &Vec3) -> Option<Contact> {
+fn exchanged_contact(found: &Contact, pair: u32, gap: f64) -> Option<Contact> {
     let of_face = || found.stencil.master().map(|(node, w)| (node, -w));
     let heaviest = of_face().fold((0, 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
     Some(Contact {
@@ -125,7 +115,8 @@ fn exchanged_contact(found: &Contact, pair: u32, gap: f64, drift: &Vec3) -> Opti
         frame: local_frame(&-found.frame[0], &found.frame[1]),
         gap,
         point: found.point,
-        drift: *drift,
+        drift: Vec3::zeros(),
+        law: ContactLaw::Frictionless,
     })
 }
 

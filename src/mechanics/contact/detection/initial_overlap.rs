@@ -29,7 +29,7 @@ pub struct Overlap {
 /// depth; in self-contact, nodes held by detection count as inside. Positions that are not finite do not overlap.
 pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
     let mut overlaps = overlaps_with_itself(detector, x);
-    for (pair, (slave, master)) in detector.sides().enumerate().filter(|(_, (s, m))| *m != Some(*s)) {
+    for (pair, slave, master) in detector.sides().filter(|(_, s, m)| *m != Some(*s)) {
         for &node in &detector.boundary(slave).nodes {
             let place = x[node as usize];
             let (depth, size) = match (detector.plane(pair), master) {
@@ -51,11 +51,10 @@ pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
 }
 
 fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
-    let of_itself: Vec<bool> = detector.sides().map(|(slave, master)| master == Some(slave)).collect();
+    let of_itself: Vec<bool> = detector.sides().map(|(_, slave, master)| master == Some(slave)).collect();
     let mut contacts = Vec::new();
     // Positions that are not finite are reported elsewhere, with the values that cause them.
-    let found = of_itself.contains(&true)
-        && detector.detect(x, x, &vec![Vec3::zeros(); of_itself.len()], &mut contacts).is_ok();
+    let found = of_itself.contains(&true) && detector.detect(x, x, &mut contacts).is_ok();
     let is_inside = |contact: &&Contact| {
         let (pair, face) = (contact.pair as usize, contact.face as usize);
         of_itself[pair] && -contact.gap > TOLERANCE * detector.slave_boundary(pair).sizes[face]
@@ -112,20 +111,14 @@ mod tests {
             let below = cube(Vec3::zeros(), 1.0, &mut x);
             let above = cube(Vec3::new(0.45, 0.45, 1.0 - lower), 0.1, &mut x);
             let pairs = [
+                ContactPair { slave: 1, master: Master::Surface(0), law: ContactLaw::Frictionless },
                 ContactPair {
-                    name: "a".into(),
-                    slave: 1,
-                    master: Master::Surface(0),
-                    law: ContactLaw::Frictionless,
-                },
-                ContactPair {
-                    name: "b".into(),
                     slave: 0,
                     master: Master::Plane { point: Vec3::zeros(), normal: Vec3::z() },
                     law: ContactLaw::Frictionless,
                 },
             ];
-            let mut detector = Detector::new(&[below, above], &pairs, &x);
+            let mut detector = Detector::new(&[below, above], &pairs.into_iter().collect(), &x);
             let found = initial_overlaps(&mut detector, &x);
             // The upper cube is 0.1 high: sunk by 0.4, all its nodes are inside.
             let lowest: Vec<f64> =

@@ -3,6 +3,7 @@
 //! [`detector`] and [`guard`] find nodes against faces, edges against edges and averages over faces (mortar);
 //! [`rigid_detection`] rigid shapes against nodes and against each other.
 
+pub mod bodies;
 mod boundary;
 mod broad_phase;
 pub mod closest_point;

@@ -7,6 +7,7 @@ use super::mortar::Averager;
 use super::self_contact::{Exclusions, OwnMotion};
 use crate::mechanics::contact::{ContactPair, Master};
 use crate::mechanics::tensor::Vec3;
+use std::sync::Arc;
 
 /// Number of steps of the present motion for which a list is made, within the bounds below.
 const STEPS_PER_LIST: f64 = 12.0;
@@ -16,6 +17,8 @@ const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
 /// A pair, with the data that detection stores for it.
 #[derive(Clone, Debug)]
 pub(super) struct PairState {
+    /// Number of the pair.
+    pub number: u32,
     /// Index of the slave's surface.
     pub slave: usize,
     /// The obstacle that the slave must not enter.
@@ -28,6 +31,11 @@ pub(super) struct PairState {
     pub averager: Option<Averager>,
     /// Motion of the surface relative to itself, in self-contact.
     pub own: Option<OwnMotion>,
+}
+
+/// Distance [m] by which a list reaches farther than a step of so much motion [m], for faces of this mean size [m].
+pub(super) fn slack(in_step: f64, size: f64) -> f64 {
+    (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size)
 }
 
 /// A master, prepared for detection.
@@ -66,7 +74,12 @@ impl Side {
 
 impl PairState {
     /// State of a pair at the start, with memory for a full list if it is one of few; `None` for a rigid master.
-    pub fn new(pair: &ContactPair, boundaries: &[Boundary], x: &[Vec3], is_one_of_few: bool) -> Option<Self> {
+    pub fn new(
+        (number, pair): (usize, &ContactPair),
+        boundaries: &[Boundary],
+        x: &Arc<[Vec3]>,
+        is_one_of_few: bool,
+    ) -> Option<Self> {
         let side = match pair.master {
             Master::Rigid(_) => return None,
             Master::Surface(master) => Side::Surface {
@@ -83,7 +96,15 @@ impl PairState {
         let slaves = if is_one_of_few { boundaries[pair.slave].nodes.len() } else { 0 };
         let candidates = Candidates::with_capacity(slaves);
         let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
-        Some(Self { slave: pair.slave, side, candidates, must_fill: false, averager: None, own })
+        let number = number as u32;
+        Some(Self { number, slave: pair.slave, side, candidates, must_fill: false, averager: None, own })
+    }
+
+    /// The state of a pair of two surfaces, in the buffers of another one if there is such.
+    pub fn of_two(number: usize, [slave, master]: [usize; 2], buffers: Option<Self>) -> Self {
+        let candidates = buffers.map_or_else(|| Candidates::with_capacity(0), |state| state.candidates);
+        let (number, side) = (number as u32, Side::Surface { master, itself: None });
+        Self { number, slave, side, candidates, must_fill: false, averager: None, own: None }
     }
 
     /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
@@ -121,18 +142,23 @@ impl PairState {
         in_step: f64,
     ) -> Option<(usize, f64)> {
         let slave = &boundaries[self.slave];
-        let slack =
-            |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
         match &self.side {
             Side::Surface { master: index, .. } => {
                 let master = &boundaries[*index];
-                let slack = slack(master.mean_size());
+                let slack = slack(in_step, master.mean_size());
                 let clearance = clearance(boxes[self.slave], boxes[*index], master);
                 self.must_fill = self.candidates.begin(slack, clearance);
                 self.must_fill.then_some((*index, slack))
             }
             Side::Plane { point, frame, size } => {
-                self.candidates.rebuild_plane(slave, point, &frame[0], reach(*size), motion, slack(*size));
+                self.candidates.rebuild_plane(
+                    slave,
+                    point,
+                    &frame[0],
+                    reach(*size),
+                    motion,
+                    slack(in_step, *size),
+                );
                 None
             }
         }

@@ -22,7 +22,7 @@ use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::time_of_impact::first_meeting;
 use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, ContactPair, Kind, Master, Surface};
+use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Kind, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody, Shape};
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::shape::SharedShape;
@@ -84,7 +84,7 @@ pub struct RigidDetector {
 }
 
 impl RigidDetector {
-    /// For the `pairs` from number `first` on, which have a rigid side; `x` [m] are the positions of all nodes at the
+    /// For the `pairs` with a rigid side, numbered from `first` on; `x` [m] are the positions of all nodes at the
     /// start of the run.
     pub fn new(
         surfaces: &[Surface],
@@ -103,14 +103,14 @@ impl RigidDetector {
                 Master::Plane { point, normal } => Side::Plane(point, local_frame(&normal, &Vec3::zeros())),
                 Master::Surface(_) => return None,
             };
-            Some((index as u32, slave(pair), master))
+            Some(((first + index) as u32, slave(pair), master))
         };
         let faces = surfaces.iter().map(|surface| surface.faces.len()).max().unwrap_or(0);
         Self {
             near: Vec::with_capacity(faces),
             bodies: bodies.to_vec(),
             shapes: bodies.iter().map(|body| parry_shape(&body.shape)).collect(),
-            pairs: pairs.iter().enumerate().skip(first).filter_map(of_pair).collect(),
+            pairs: pairs.iter().enumerate().filter_map(of_pair).collect(),
             manifolds: ManifoldFinder::default(),
             touches: Vec::with_capacity(MOST_POINTS),
         }
@@ -129,19 +129,18 @@ impl RigidDetector {
             Side::Body(body) => self.bodies[*body].shape.size(),
             Side::Plane(..) => f64::INFINITY,
         };
-        let found = self.pairs.iter().find(|(index, ..)| *index == pair);
+        let found =
+            self.pairs.binary_search_by_key(&pair, |(index, ..)| *index).ok().map(|place| &self.pairs[place]);
         found.map_or(0.0, |(_, slave, master)| of_side(slave).min(of_side(master)))
     }
 
-    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces; `drifts` as for deformable
-    /// pairs.
+    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces.
     ///
     /// # Errors
     /// [`DetectionError::BodyNotFinite`] where the pose of a body is not finite; nothing is appended then.
     pub fn detect(
         &mut self,
         motion: &RigidMotion,
-        drifts: &[Vec3],
         contacts: &mut Vec<Contact>,
     ) -> Result<(), DetectionError> {
         if let Some(body) = motion.poses.iter().chain(motion.poses_end).position(|pose| !pose.is_finite()) {
@@ -149,7 +148,7 @@ impl RigidDetector {
         }
         let Self { bodies, shapes, pairs, manifolds, touches, near: near_faces } = self;
         for (index, slave, master) in pairs.iter() {
-            let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
+            let finder = Finder { pair: *index, bodies, motion };
             match (slave, master) {
                 (Side::Mesh(MeshSide { boundary, size, owns }), Side::Body(body)) => {
                     let near = reach(*size);
@@ -179,7 +178,6 @@ impl RigidDetector {
 /// Finds the contacts of one pair in one step.
 struct Finder<'a> {
     pair: u32,
-    drift: Vec3,
     bodies: &'a [RigidBody],
     motion: &'a RigidMotion<'a>,
 }
@@ -380,7 +378,8 @@ impl Finder<'_> {
             frame: local_frame(normal, &Vec3::zeros()),
             gap,
             point,
-            drift: self.drift,
+            drift: Vec3::zeros(),
+            law: ContactLaw::Frictionless,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::boundary::Boundary;
 use super::broad_phase::Motion;
 use super::closest_point::Patch;
 use crate::mechanics::tensor::Vec3;
+use std::sync::Arc;
 
 /// Distance in sizes of a face within which a face behind a node at the start of the run is the far side of the
 /// node's own wall.
@@ -12,14 +13,14 @@ const WALL: f64 = 2.0;
 /// Faces excluded from self-contact by node: faces around the node, and the far side of thin walls.
 #[derive(Clone, Debug)]
 pub(super) struct Exclusions {
-    /// Positions of all nodes at the start of the run [m].
-    rest: Vec<Vec3>,
+    /// Positions of all nodes at the start of the run [m], shared by all surfaces.
+    rest: Arc<[Vec3]>,
 }
 
 impl Exclusions {
     /// For surfaces that start at the positions `x` [m] of all nodes.
-    pub fn new(x: &[Vec3]) -> Self {
-        Self { rest: x.to_vec() }
+    pub fn new(x: &Arc<[Vec3]>) -> Self {
+        Self { rest: Arc::clone(x) }
     }
 
     /// Whether the node never meets the face.

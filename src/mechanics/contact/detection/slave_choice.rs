@@ -26,6 +26,13 @@ pub fn choose_slave(first: &Surface, second: &Surface, x: &[Vec3], motion: &Vec3
     if b < a * (1.0 - 1e-9) { Slave::Second } else { Slave::First }
 }
 
+/// Mean size of the faces of a surface [m], the square root of their area, at the positions `x` [m].
+pub fn mean_face_size(surface: &Surface, x: &[Vec3]) -> f64 {
+    let mut mean = Mean::default();
+    surface.faces.iter().for_each(|face| mean.add(Patch::new(face, x).area().sqrt()));
+    mean.value().unwrap_or(0.0)
+}
+
 /// Mean area of the faces of `own` that may be met while it moves by `motion` relative to `other`.
 fn mean_patch_area(own: &Surface, other: &Surface, x: &[Vec3], motion: &Vec3) -> f64 {
     let Some((low, high)) = bounds(other, x) else { return 0.0 };

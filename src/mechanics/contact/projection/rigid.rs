@@ -15,7 +15,7 @@ use super::meshes::{CAP, MovableNodes, SLOW, TOLERANCE};
 use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::detection::rigid_faces::ALLOWED;
 use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
-use crate::mechanics::contact::{Contact, ContactLaw, Kind, Reaction, RigidSides};
+use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, rotated};
 use crate::mechanics::tensor::Vec3;
 
@@ -25,8 +25,6 @@ const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable:
 /// Buffers of the projection, kept from step to step.
 pub struct RigidProjection {
     contacts: Vec<Contact>,
-    laws: Vec<ContactLaw>,
-    still: Vec<Vec3>,
     /// Displacement of each node [m], and rotation of each spin node [rad]; zero between calls.
     d: Vec<Vec3>,
     reactions: Vec<Reaction>,
@@ -34,25 +32,23 @@ pub struct RigidProjection {
 }
 
 impl RigidProjection {
-    /// For so many nodes and pairs, and at most so many contacts.
-    pub fn new(nodes: usize, pairs: usize, contacts: usize) -> Self {
+    /// For so many nodes, and at most so many contacts.
+    pub fn new(nodes: usize, contacts: usize) -> Self {
         Self {
             contacts: Vec::with_capacity(contacts),
-            laws: vec![ContactLaw::Frictionless; pairs],
-            still: vec![Vec3::zeros(); pairs],
             d: vec![Vec3::zeros(); nodes],
             reactions: Vec::with_capacity(contacts),
-            workspace: Workspace::with_capacity(0, contacts, pairs),
+            workspace: Workspace::with_capacity(0, contacts),
         }
     }
 
     /// Separates what overlaps at the positions `x` [m] and `poses` by translation and rotation. `of_pairs`: the
-    /// rigid bodies of each pair; `nodes`: mobility of the nodes of meshes; `fraction`: fraction of [`CAP`] that may be
+    /// rigid bodies of each pair with a rigid side, and the number of the first; `nodes`: mobility of the nodes of meshes; `fraction`: fraction of [`CAP`] that may be
     /// removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
     pub fn project(
         &mut self,
         detector: &mut RigidDetector,
-        of_pairs: &[[Option<u32>; 2]],
+        (of_pairs, first): (&[[Option<u32>; 2]], usize),
         (nodes, fraction): (MovableNodes, f64),
         x: &mut [Vec3],
         poses: &mut [Pose],
@@ -61,7 +57,7 @@ impl RigidProjection {
         self.contacts.clear();
         let motion = RigidMotion { x, x_end: x, poses, poses_end: poses };
         // Positions that are not finite are reported by the next step.
-        if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
+        if detector.detect(&motion, &mut self.contacts).is_err() {
             return;
         }
         for contact in &mut self.contacts {
@@ -76,7 +72,7 @@ impl RigidProjection {
         }
         let bodies = detector.bodies();
         let size = |contact: &Contact| {
-            let sides = of_pairs[contact.pair as usize].iter().flatten();
+            let sides = of_pairs[contact.pair as usize - first].iter().flatten();
             sides.map(|body| bodies[*body as usize].shape.size()).fold(f64::INFINITY, f64::min)
         };
         if self.contacts.iter().all(|contact| contact.gap >= -TOLERANCE * size(contact)) {
@@ -89,9 +85,9 @@ impl RigidProjection {
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;
         }
-        let rigid = RigidSides { of_pairs, bodies, poses };
-        let Self { contacts, laws, d, reactions, workspace, .. } = self;
-        solve_with_rigid(contacts, laws, &rigid, nodes.inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
+        let rigid = RigidSides { of_pairs, first, bodies, poses };
+        let Self { contacts, d, reactions, workspace, .. } = self;
+        solve_with_rigid(contacts, &rigid, nodes.inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
         // Apply the displacements and rotations.
         for contact in &self.contacts {
             for &node in contact.stencil.nodes() {

@@ -10,7 +10,7 @@ use super::contact_row::MomentArms;
 use super::delassus::Block;
 use super::local::Local;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::sparse::{Cholesky, Unknowns};
+use crate::mechanics::sparse::{Cholesky, PatternInverse, Unknowns};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Number of contact nodes beyond which W is not formed: G of so many takes 160 MB.
@@ -116,22 +116,57 @@ impl NodeCompliance {
         W
     }
 
-    /// The diagonal blocks of W, computed for a few contacts at a time to save memory.
+    /// The diagonal blocks of W. The nodes of one side of a contact are mostly those of one element, so that the inverse in the
+    /// pattern of the factor has them; the others are solved for, a few contacts at a time to save memory.
     pub fn own_blocks(
         contacts: &[Contact],
         rigid: &RigidSides,
         unknowns: &Unknowns,
         factor: &mut Cholesky,
     ) -> Vec<Block> {
-        let mut blocks = Vec::with_capacity(contacts.len());
+        let mut blocks = vec![Block::default(); contacts.len()];
+        let own = |of: &Self, contacts: &[Contact]| -> Vec<Block> {
+            let (W, rows) = (of.delassus(contacts, rigid, 3), 3 * contacts.len());
+            let of_contact =
+                |c: usize| [0, 1, 2].map(|i| [0, 1, 2].map(|j| W[(3 * c + i) * rows + 3 * c + j]));
+            (0..contacts.len()).map(of_contact).collect()
+        };
+        let mut others: Vec<usize> = (0..contacts.len()).collect();
+        if let Some(inverse) = factor.pattern_inverse() {
+            others.retain(|&c| {
+                let contact = &contacts[c..=c];
+                let nodes = Self::default().nodes_with(contact, rigid);
+                let few = Self::of_pattern(nodes, unknowns, &inverse);
+                let found = few.map(|few| own(&few, contact));
+                blocks[c] = found.as_ref().map_or(blocks[c], |found| found[0]);
+                found.is_none()
+            });
+        }
         let mut few = Self::default();
-        for chunk in contacts.chunks(CONTACTS_AT_A_TIME) {
-            few.solve(Self::default().nodes_with(chunk, rigid), unknowns, factor);
-            let (W, rows) = (few.delassus(chunk, rigid, 3), 3 * chunk.len());
-            let own = |c: usize, i: usize| std::array::from_fn(|j| W[(3 * c + i) * rows + 3 * c + j]);
-            blocks.extend((0..chunk.len()).map(|c| std::array::from_fn(|i| own(c, i))));
+        for chunk in others.chunks(CONTACTS_AT_A_TIME) {
+            let of_chunk: Vec<Contact> = chunk.iter().map(|&c| contacts[c].clone()).collect();
+            few.solve(Self::default().nodes_with(&of_chunk, rigid), unknowns, factor);
+            for (&c, block) in chunk.iter().zip(own(&few, &of_chunk)) {
+                blocks[c] = block;
+            }
         }
         blocks
+    }
+
+    /// That of `nodes` (ascending), if the pattern has all their entries.
+    fn of_pattern(nodes: Vec<u32>, unknowns: &Unknowns, inverse: &PatternInverse) -> Option<Self> {
+        let n = 3 * nodes.len();
+        let mut values = vec![0.0; n * n];
+        let unknown = |i: usize| unknowns.of(nodes[i / 3] as usize, i % 3);
+        for row in 0..n {
+            for column in 0..=row {
+                if let (Some(i), Some(j)) = (unknown(row), unknown(column)) {
+                    let entry = inverse.entry(i, j)?;
+                    (values[row * n + column], values[column * n + row]) = (entry, entry);
+                }
+            }
+        }
+        Some(Self { nodes, values })
     }
 
     /// Rows of G and coefficients of the nodes of a contact.

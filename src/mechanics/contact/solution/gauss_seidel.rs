@@ -25,7 +25,7 @@
 //! Elsewhere long sequences of sweeps are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that
 //! hold the same rigid body are so strongly coupled that sweeps alone take hundreds.
 //!
-//! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks.
+//! A pair whose law is [`ContactLaw::Frictionless`](crate::mechanics::contact::ContactLaw::Frictionless) has one unknown per contact: no tangents and no 3×3 blocks.
 //! The law is chosen once for a run of contacts. Coulomb's law with μ = 0 has three unknowns, and gives the same
 //! normal impulses and end velocities to the last bit: its tangential impulses are exact zeros, and the residual
 //! excludes what friction does not resist.
@@ -35,7 +35,7 @@ mod rows;
 
 use super::contact_row::{MomentArms, NormalRow, Row};
 use super::local::Local;
-use crate::mechanics::contact::{Contact, ContactLaw, Kind, Reaction, RigidSides};
+use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
 use extrapolation::Extrapolation;
 use rows::{Block, Friction, Rows, Sums};
@@ -108,7 +108,7 @@ struct Conjugate {
 
 /// Finds impulses and end velocities such that every contact obeys its law.
 ///
-/// `contacts` sorted by pair; `laws` one per pair; `inverse_mass` per node and axis [1/kg], 0 where fixed; `h` [s]
+/// `contacts` sorted by pair; `inverse_mass` per node and axis [1/kg], 0 where fixed; `h` [s]
 /// the step over which the end velocities act; `v` [m/s] per node, v* in, v⁺ out; `reactions` is resized to the
 /// contacts. Velocities of nodes without a reaction keep their bits.
 ///
@@ -116,7 +116,6 @@ struct Conjugate {
 #[allow(clippy::too_many_arguments)] // each is an array of its own owner; a struct of borrows would only rename them
 pub fn solve(
     contacts: &[Contact],
-    laws: &[ContactLaw],
     inverse_mass: &[Vec3],
     h: f64,
     v: &mut [Vec3],
@@ -125,7 +124,7 @@ pub fn solve(
     workspace: &mut Workspace,
 ) -> SolveReport {
     let none = RigidSides::NONE;
-    solve_with_rigid(contacts, laws, &none, inverse_mass, h, v, reactions, options, workspace)
+    solve_with_rigid(contacts, &none, inverse_mass, h, v, reactions, options, workspace)
 }
 
 /// As [`solve`], with sides that may be rigid bodies.
@@ -135,7 +134,6 @@ pub fn solve(
 #[allow(clippy::too_many_arguments)] // as for `solve`
 pub fn solve_with_rigid(
     contacts: &[Contact],
-    laws: &[ContactLaw],
     rigid: &RigidSides,
     inverse_mass: &[Vec3],
     h: f64,
@@ -146,7 +144,7 @@ pub fn solve_with_rigid(
 ) -> SolveReport {
     reactions.clear();
     reactions.resize(contacts.len(), Reaction::default());
-    workspace.prepare(contacts, laws, rigid, inverse_mass, h);
+    workspace.prepare(contacts, rigid, inverse_mass, h);
 
     // The scale of the residual; if no contact closes, p = 0 is the solution.
     let closing = workspace.closing(v);
@@ -204,12 +202,12 @@ pub fn solve_with_rigid(
 }
 
 impl Workspace {
-    /// Reserves memory for so many contacts of so many pairs, and for so many with a rigid side.
-    pub fn with_capacity(contacts: usize, rigid_contacts: usize, pairs: usize) -> Self {
+    /// Reserves memory for so many contacts of meshes, and for so many with a rigid side.
+    pub fn with_capacity(contacts: usize, rigid_contacts: usize) -> Self {
         Self {
             meshes: Rows::with_capacity(contacts),
             rigid: Rows::with_capacity(rigid_contacts),
-            blocks: Vec::with_capacity(pairs + contacts),
+            blocks: Vec::with_capacity(contacts + rigid_contacts),
             extrapolation: Extrapolation::with_capacity(contacts + rigid_contacts),
             conjugate: Conjugate::with_capacity(if rigid_contacts > 0 {
                 contacts + rigid_contacts
@@ -219,14 +217,7 @@ impl Workspace {
         }
     }
 
-    fn prepare(
-        &mut self,
-        contacts: &[Contact],
-        laws: &[ContactLaw],
-        rigid: &RigidSides,
-        inverse_mass: &[Vec3],
-        h: f64,
-    ) {
+    fn prepare(&mut self, contacts: &[Contact], rigid: &RigidSides, inverse_mass: &[Vec3], h: f64) {
         self.meshes.clear();
         self.rigid.clear();
         self.blocks.clear();
@@ -235,7 +226,7 @@ impl Workspace {
         let is_alike =
             |a: &Contact, b: &Contact| a.pair == b.pair && (a.kind == Kind::Side) == (b.kind == Kind::Side);
         for run in contacts.chunk_by(is_alike) {
-            let law = run[0].law(laws);
+            let law = run[0].law;
             let sides = rigid.of_pair(run[0].pair);
             let turns = sides != [None; 2];
             let rows = if turns {

@@ -5,13 +5,13 @@ use super::contact_row::{MomentArms, Row};
 use super::delassus::{Block, Delassus};
 use super::problem::{ContactProblem, ProblemError};
 use super::solvers::{self, Options, SolveReport};
-use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
+use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// The problem whose solution is the impulses of a step of length `h` [s]: `u = W p + q` [m/s] with `u_n` the end-of-step
 /// gap over h, as in [`super::gauss_seidel`].
 ///
-/// `laws` one per pair; `inverse_mass` per node and axis [1/kg]; `v` [m/s] the velocities *after* the impulses of
+/// `inverse_mass` per node and axis [1/kg]; `v` [m/s] the velocities *after* the impulses of
 /// `reactions`, which are subtracted again; `rigid` the bodies that they rotate.
 ///
 /// # Errors
@@ -19,7 +19,6 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 pub fn step_problem(
     contacts: &[Contact],
     reactions: &[Reaction],
-    laws: &[ContactLaw],
     (inverse_mass, rigid): (&[Vec3], &RigidSides),
     h: f64,
     v: &[Vec3],
@@ -29,7 +28,7 @@ pub fn step_problem(
     take_off(contacts, reactions, (inverse_mass, rigid), h, &mut free);
     // Free velocities and coefficients of friction.
     let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
-    let mu = contacts.iter().map(|c| c.law(laws).mu()).collect();
+    let mu = contacts.iter().map(|c| c.law.mu()).collect();
     // (node, contact, ∂(relative velocity)/∂v of the node), sorted so that the contacts of a node are adjacent.
     let mut entries: Vec<(u32, usize, Mat3)> = Vec::new();
     for (c, row) in rows.iter().enumerate() {
@@ -74,7 +73,6 @@ pub fn take_off(
 pub fn solve_step(
     contacts: &[Contact],
     reactions: &mut [Reaction],
-    laws: &[ContactLaw],
     masses: (&[Vec3], &RigidSides),
     h: f64,
     v: &mut [Vec3],
@@ -89,7 +87,7 @@ pub fn solve_step(
     }
     // Solve for their reactions, and apply these.
     let chosen: Vec<Contact> = movable.iter().map(|&c| contacts[c].clone()).collect();
-    let problem = step_problem(&chosen, &[], laws, masses, h, v)?;
+    let problem = step_problem(&chosen, &[], masses, h, v)?;
     let mut r: Vec<f64> = movable.iter().flat_map(|&c| reactions[c].impulse).collect();
     reactions.fill(Reaction::default());
     let report = solvers::solve(&problem, &mut r, options);
@@ -116,7 +114,7 @@ fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], A: &Mat3) -> Block {
 mod tests {
     use super::*;
     use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
-    use crate::mechanics::contact::{Kind, stencil::Stencil};
+    use crate::mechanics::contact::{ContactLaw, Kind, stencil::Stencil};
 
     #[test]
     fn the_impulses_of_a_step_solve_the_problem_of_the_step() {
@@ -132,19 +130,18 @@ mod tests {
             gap: 1e-4 * f64::from(slave),
             point: Vec3::zeros(),
             drift: Vec3::new(0.3, 0.1, -5.0),
+            law: ContactLaw::Coulomb(0.4),
         };
         let contacts = [contact(4, [0.1, 0.2, 0.3, 0.4]), contact(5, [0.4, 0.3, 0.2, 0.1])];
-        let (laws, h) = ([ContactLaw::Coulomb(0.4)], 1e-3);
+        let h = 1e-3;
         let inverse_mass: Vec<Vec3> = (0..6).map(|i| Vec3::repeat(1.0 + f64::from(i))).collect();
         let mut v: Vec<Vec3> = (0..6).map(|i| Vec3::new(0.1 * f64::from(i), 0.2, -0.1)).collect();
         let mut reactions = Vec::new();
         let options = Options { tolerance: 1e-13, max_sweeps: 1000, acceptable: 0.0 };
         let mut workspace = Workspace::default();
-        let report =
-            solve(&contacts, &laws, &inverse_mass, h, &mut v, &mut reactions, &options, &mut workspace);
+        let report = solve(&contacts, &inverse_mass, h, &mut v, &mut reactions, &options, &mut workspace);
         assert!(report.converged);
-        let problem =
-            step_problem(&contacts, &reactions, &laws, (&inverse_mass, &RigidSides::NONE), h, &v).unwrap();
+        let problem = step_problem(&contacts, &reactions, (&inverse_mass, &RigidSides::NONE), h, &v).unwrap();
         let r: Vec<f64> = reactions.iter().flat_map(|reaction| reaction.impulse).collect();
         assert!(r[0] > 0.0 && r[3] > 0.0);
         assert!(problem.error_scaled(&r) <= 1e-12, "{:e}", problem.error_scaled(&r));

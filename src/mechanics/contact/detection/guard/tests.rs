@@ -1,7 +1,9 @@
 use super::super::narrow_phase::eval_proximity;
 use super::*;
+use crate::mechanics::contact::pairs::Pairs;
 use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
 use crate::mechanics::contact::{ContactLaw, Reaction};
+use crate::mechanics::contact::{ContactPair, Master};
 
 /// A box of n³ cells, given its corner `at` and its size, rotated about its centre; its boundary surface.
 fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Vec<Vec3>) -> Surface {
@@ -38,17 +40,14 @@ fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Ve
 }
 
 fn pair(slave: usize, master: usize) -> ContactPair {
-    let name = "pair".into();
-    ContactPair { name, slave, master: Master::Surface(master), law: ContactLaw::Frictionless }
+    ContactPair { slave, master: Master::Surface(master), law: ContactLaw::Frictionless }
 }
 
 /// All contacts of a step, including those of slave nodes.
 fn contacts_of(surfaces: &[Surface], x0: &[Vec3], x: &[Vec3], x_end: &[Vec3]) -> Vec<Contact> {
-    let (pairs, drifts, mut contacts) = ([pair(0, 1)], [Vec3::zeros()], Vec::new());
-    Detector::new(surfaces, &pairs, x0).detect(x, x_end, &drifts, &mut contacts).unwrap();
-    Guard::new(surfaces, &pairs, Discretisation::TwoPass, x0)
-        .detect(x, x_end, &drifts, &mut contacts)
-        .unwrap();
+    let (pairs, mut contacts): (Pairs, _) = ([pair(0, 1)].into_iter().collect(), Vec::new());
+    Detector::new(surfaces, &pairs, x0).detect(x, x_end, &mut contacts).unwrap();
+    Guard::new(surfaces, &pairs, Discretisation::TwoPass, x0).detect(x, x_end, &mut contacts).unwrap();
     contacts
 }
 
@@ -60,7 +59,7 @@ fn plain() -> nalgebra::Rotation3<f64> {
 /// surface move as one: what contact gives to some of them is distributed to the others until nothing closes any
 /// more.
 fn fly(surfaces: &[Surface], x: &mut [Vec3], velocity: Vec3, h: f64, steps: usize) {
-    let (pairs, drifts) = ([pair(0, 1)], [Vec3::zeros()]);
+    let pairs: Pairs = [pair(0, 1)].into_iter().collect();
     let (mut detector, mut guard) =
         (Detector::new(surfaces, &pairs, x), Guard::new(surfaces, &pairs, Discretisation::TwoPass, x));
     let inverse_mass = vec![Vec3::repeat(1.0); x.len()];
@@ -69,13 +68,12 @@ fn fly(surfaces: &[Surface], x: &mut [Vec3], velocity: Vec3, h: f64, steps: usiz
     let mut contacts = Vec::new();
     for _ in 0..steps {
         let x_end: Vec<Vec3> = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
-        detector.detect(x, &x_end, &drifts, &mut contacts).unwrap();
-        guard.detect(x, &x_end, &drifts, &mut contacts).unwrap();
+        detector.detect(x, &x_end, &mut contacts).unwrap();
+        guard.detect(x, &x_end, &mut contacts).unwrap();
         for _ in 0..if contacts.is_empty() { 0 } else { 200 } {
             let mut reactions = vec![Reaction::default(); contacts.len()];
             let report = solve(
                 &contacts,
-                &[ContactLaw::Frictionless],
                 &inverse_mass,
                 h,
                 &mut v,
@@ -167,15 +165,15 @@ fn a_node_far_inside_is_held_by_the_closest_face_of_all_at_any_age_of_the_list()
     let small = cube(Vec3::new(0.4, 0.3, 0.55), 0.1, 1, &plain(), &mut x);
     let big = cube(Vec3::zeros(), 1.0, 4, &plain(), &mut x);
     let surfaces = [small.clone(), big];
-    let (pairs, drifts, mut contacts) = ([pair(0, 1)], [Vec3::zeros()], Vec::new());
+    let (pairs, mut contacts): (Pairs, _) = ([pair(0, 1)].into_iter().collect(), Vec::new());
     let mut aged = Detector::new(&surfaces, &pairs, &x);
     for k in 0..40 {
         let mut moved = x.clone();
         let way = Vec3::new(0.0, 0.0, 0.4 - 0.02 * f64::from(k));
         small.nodes.iter().for_each(|&node| moved[node as usize] += way);
-        aged.detect(&moved, &moved, &drifts, &mut contacts).unwrap();
+        aged.detect(&moved, &moved, &mut contacts).unwrap();
         let from_aged = contacts.clone();
-        Detector::new(&surfaces, &pairs, &x).detect(&moved, &moved, &drifts, &mut contacts).unwrap();
+        Detector::new(&surfaces, &pairs, &x).detect(&moved, &moved, &mut contacts).unwrap();
         assert_eq!(from_aged, contacts, "step {k}");
         for &node in &small.nodes {
             let s = moved[node as usize];

@@ -26,10 +26,10 @@ fn sheet(n: u32, m: u32, turned: bool, x: &mut Vec<Vec3>, place: impl Fn(f64, f6
 
 fn contacts(slave: Surface, master: Surface, x: &[Vec3], by: Discretisation) -> Vec<Contact> {
     let (master, law) = ([slave, master], ContactLaw::Frictionless);
-    let pair = ContactPair { name: "test".into(), slave: 0, master: Master::Surface(1), law };
+    let pair = ContactPair { slave: 0, master: Master::Surface(1), law };
     let mut found = Vec::new();
-    let mut detector = Detector::new(&master, &[pair], x).with(by);
-    detector.detect(x, x, &[Vec3::zeros()], &mut found).unwrap();
+    let mut detector = Detector::new(&master, &[pair].into_iter().collect(), x).with(by);
+    detector.detect(x, x, &mut found).unwrap();
     found
 }
 

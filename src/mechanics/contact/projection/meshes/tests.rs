@@ -17,15 +17,10 @@ fn pressed(depth: f64, inverse_mass: [f64; 2]) -> (Vec<Vec3>, Vec<Vec3>, Detecto
     masses.push(Vec3::repeat(inverse_mass[1]));
     let master = Surface { nodes: vec![0, 1, 2, 3], faces: vec![[0, 1, 2, 3]] };
     let slave = Surface { nodes: vec![4], faces: Vec::new() };
-    let pair = ContactPair {
-        name: "test".into(),
-        slave: 1,
-        master: Master::Surface(0),
-        law: ContactLaw::Frictionless,
-    };
-    let mut detector = Detector::new(&[master, slave], &[pair], &x);
+    let pair = ContactPair { slave: 1, master: Master::Surface(0), law: ContactLaw::Frictionless };
+    let mut detector = Detector::new(&[master, slave], &[pair].into_iter().collect(), &x);
     let mut contacts = Vec::new();
-    detector.detect(&x, &x, &[Vec3::zeros()], &mut contacts).unwrap();
+    detector.detect(&x, &x, &mut contacts).unwrap();
     (x, masses, detector, contacts)
 }
 

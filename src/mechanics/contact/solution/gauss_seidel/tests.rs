@@ -5,6 +5,7 @@
 use super::super::contact_row::squared;
 use super::super::local::natural_map;
 use super::*;
+use crate::mechanics::contact::ContactLaw;
 use crate::mechanics::contact::Kind;
 use crate::mechanics::contact::solution::local::proj_coulomb_cone;
 use crate::mechanics::contact::stencil::Stencil;
@@ -41,6 +42,7 @@ fn contact(slave: u32, master: [u32; 4], weights: [f64; 4], frame: [Vec3; 3], ga
         gap,
         point: Vec3::zeros(),
         drift: Vec3::zeros(),
+        law: ContactLaw::Frictionless,
     }
 }
 
@@ -105,6 +107,10 @@ fn stacked(v: &[Vec3]) -> nalgebra::DVector<f64> {
     nalgebra::DVector::from_iterator(3 * v.len(), v.iter().flat_map(|p| [p.x, p.y, p.z]))
 }
 
+fn under(law: ContactLaw, contacts: &[Contact]) -> Vec<Contact> {
+    contacts.iter().map(|contact| Contact { law, ..contact.clone() }).collect()
+}
+
 fn run(
     contacts: &[Contact],
     mu: f64,
@@ -115,8 +121,7 @@ fn run(
     let mut reactions = Vec::new();
     let options = Options { max_sweeps: 20_000, ..Options::default() };
     let report = solve(
-        contacts,
-        &[ContactLaw::of(mu)],
+        &under(ContactLaw::of(mu), contacts),
         inverse_mass,
         h,
         v,
@@ -242,8 +247,7 @@ fn one_unknown_gives_the_bits_of_three_without_friction() {
             let (mut v, mut reactions) = (v_star.clone(), Vec::new());
             let (options, mut workspace) = (Options::default(), Workspace::default());
             let report = solve(
-                &contacts,
-                &[law],
+                &under(law, &contacts),
                 &inverse_mass,
                 0.1,
                 &mut v,
@@ -347,8 +351,7 @@ fn running_out_of_sweeps_is_said() {
     let options = Options { max_sweeps: 2, tolerance: 1e-14, acceptable: 0.0 };
     let mut reactions = Vec::new();
     let report = solve(
-        &contacts,
-        &[ContactLaw::Coulomb(0.3)],
+        &under(ContactLaw::Coulomb(0.3), &contacts),
         &inverse_mass,
         0.1,
         &mut v,

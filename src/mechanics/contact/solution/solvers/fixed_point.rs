@@ -52,6 +52,9 @@ pub(super) trait Iterate {
     /// Replaces the reactions and updates their velocities.
     fn set_reactions(&mut self, r: &[f64]);
 
+    /// Replaces the reactions where their velocities `u = W r + q` are known, but for rounding.
+    fn set_known(&mut self, r: &[f64], u: &[f64]);
+
     /// Product `W x` with a vector.
     fn product(&mut self, x: &[f64]) -> Vec<f64>;
 
@@ -100,6 +103,11 @@ impl Iterate for Scaled {
 
     fn set_reactions(&mut self, r: &[f64]) {
         Self::set_reactions(self, r);
+    }
+
+    fn set_known(&mut self, r: &[f64], u: &[f64]) {
+        self.r.copy_from_slice(r);
+        self.u.copy_from_slice(u);
     }
 
     fn product(&mut self, x: &[f64]) -> Vec<f64> {

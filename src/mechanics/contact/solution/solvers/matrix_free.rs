@@ -1,10 +1,10 @@
-//! Matrix-free solution of problems with too many contacts for W to fit into memory: projected gradient with
-//! momentum, which needs only products with W.
+//! Matrix-free solution of problems with too many contacts for W to fit into memory, by products with W only: Newton steps,
+//! and projected gradients with momentum where these fail.
 
-use super::accelerated_gradient;
 use super::fixed_point::{At, Iterate, MAX_STEPS};
 use super::method::Method;
-use super::options::{LARGEST_OF_FREE, Limits, Options, SolveReport};
+use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
+use super::{accelerated_gradient, newton_krylov};
 use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
 
@@ -20,7 +20,7 @@ pub struct MatrixFree<'a> {
     pub mu: &'a [f64],
 }
 
-/// As [`super::solve`], by [`Method::AcceleratedGradient`].
+/// As [`super::solve`], by [`Method::AcceleratedGradient`] if the options name it, else by Newton steps first.
 ///
 /// # Errors
 /// [`ProblemError`] where lengths do not match, numbers are not valid, or a μ is not finite.
@@ -33,25 +33,31 @@ pub fn solve_matrix_free(
     // Solve in dimensionless numbers.
     let d = mean_diagonals(problem.diagonal.iter().copied());
     let root: Vec<f64> = d.iter().map(|d| d.sqrt()).collect();
-    let limits = Limits {
+    let limits = |most: usize| Limits {
         tolerance: options.tolerance,
-        iterations: options.max_iterations.unwrap_or(MAX_STEPS),
+        iterations: options.max_iterations.unwrap_or(most),
         interrupt: options.interrupt,
     };
+    let own: Vec<Block> =
+        problem.diagonal.iter().zip(&d).map(|(own, d)| own.map(|row| row.map(|w| w / d))).collect();
     let mut scaled = Scaled::new(problem, &root, r);
-    let ending = accelerated_gradient::solve(&mut scaled, &limits);
+    let (mut solver, mut ending) = (Method::Newton, Ending { iterations: 0, error: f64::INFINITY });
+    if options.method != Method::AcceleratedGradient {
+        ending = newton_krylov::solve(&mut scaled, &own, &limits(newton_krylov::MAX_STEPS));
+    }
+    if !(ending.error <= options.tolerance) {
+        let last = accelerated_gradient::solve(&mut scaled, &limits(MAX_STEPS));
+        ending.iterations += last.iterations;
+        solver = Method::AcceleratedGradient;
+    }
     // Errors of the solution in the units of the problem.
     for (i, (r, scaled)) in r.iter_mut().zip(&scaled.r).enumerate() {
         *r = scaled / root[i / 3];
     }
-    let mut u = vec![0.0; r.len()];
-    (problem.product)(r, &mut u);
-    for (u, q) in u.iter_mut().zip(problem.q) {
-        *u += q;
-    }
+    let u: Vec<f64> = scaled.u.iter().enumerate().map(|(i, u)| u * root[i / 3]).collect();
     let errors = Errors::new(&d, (problem.q, problem.mu), r, &u);
     Ok(SolveReport {
-        solver: Method::AcceleratedGradient,
+        solver,
         iterations: ending.iterations,
         error_scaled: errors.scaled,
         error_plain: errors.plain,
@@ -102,8 +108,10 @@ impl<'p, 'a> Scaled<'p, 'a> {
         let q: Vec<f64> = problem.q.iter().enumerate().map(|(i, q)| q / root[i / 3]).collect();
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let start: Vec<f64> = r.iter().enumerate().map(|(i, r)| r * root[i / 3]).collect();
-        let mut scaled = Self { problem, root, q_size, r: Vec::new(), u: Vec::new(), q };
-        scaled.set_reactions(&start);
+        let mut scaled = Self { problem, root, q_size, u: q.clone(), r: start, q };
+        if scaled.r.iter().any(|r| *r != 0.0) {
+            scaled.set_reactions(&scaled.r.clone());
+        }
         scaled
     }
 }
@@ -119,6 +127,11 @@ impl Iterate for Scaled<'_, '_> {
         for (u, q) in self.u.iter_mut().zip(&self.q) {
             *u += q;
         }
+    }
+
+    fn set_known(&mut self, r: &[f64], u: &[f64]) {
+        self.r.copy_from_slice(r);
+        self.u.copy_from_slice(u);
     }
 
     fn product(&mut self, x: &[f64]) -> Vec<f64> {

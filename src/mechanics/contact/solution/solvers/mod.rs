@@ -14,6 +14,7 @@ mod local_newton;
 mod matrix_free;
 mod method;
 mod newton;
+mod newton_krylov;
 mod nsgs;
 mod options;
 mod proximal;
