@@ -2,7 +2,7 @@
 
 use super::CliError;
 use crate::mesh::Mesh;
-use crate::mesh::read::MeshFormat;
+use crate::mesh::read::{FieldNames, MeshFormat};
 use crate::mesh::segmentation::LabelVolume;
 use crate::scene::build::{read_file, read_scan};
 use crate::scene::problem::Pointer;
@@ -33,7 +33,7 @@ fn source_of(path: &Path) -> (FolderSource, String) {
 /// The mesh of a file, and the name of the file without its folder; files that it includes are in the same folder.
 pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
     let (source, name) = source_of(path);
-    let read = read_file(&source, &name, Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
+    let read = read_file(&source, (&name, &FieldNames::new()), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
     let (mesh, _) = read.map_err(crate::scene::Problem::alone)?;
     Ok((mesh, name))
 }

@@ -21,6 +21,7 @@ pub mod document;
 pub mod elements;
 pub mod exposed_faces;
 pub mod first_scene;
+pub mod element_values;
 pub mod frames;
 pub mod integrator_choice;
 pub mod integrator_document;
@@ -44,6 +45,7 @@ pub mod refinement;
 pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
+mod rigid_surface;
 pub mod schema;
 pub mod segmentation_document;
 pub mod solver_document;
@@ -116,6 +118,7 @@ impl Scene {
             body.mesh = refined(&body.mesh)?;
             body.part_entry = eightfold(&body.part_entry);
             body.axes = eightfold(&body.axes);
+            body.law_of = eightfold(&body.law_of);
         }
         Ok(())
     }
@@ -143,10 +146,13 @@ pub struct SceneBody {
     pub mesh: Mesh,
     /// Number of elements before local refinement, and how many of them were split.
     pub refined: Option<[usize; 2]>,
-    /// Law of each entry of the body's `parts`.
+    /// Law of each entry of the body's `parts`, then the laws of elements whose stiffness differs from that.
     pub materials: Vec<crate::mechanics::material::Material>,
+    /// For every element, the index of its law in `materials`.
+    pub law_of: Vec<u32>,
     /// For every element, the index of its entry in the body's `parts`.
     pub part_entry: Vec<u32>,
-    /// Material axes of every element (columns e1, e2, e3 in reference axes); empty when no law of the body has fibres.
+    /// Material axes of every element (columns e1, e2, e3 in reference axes, oblique where arrays give two families); empty when no law of
+    /// the body has fibres.
     pub axes: Vec<Mat3>,
 }
