@@ -20,6 +20,7 @@ mod deformation;
 pub mod document;
 pub mod elements;
 pub mod exposed_faces;
+mod file_problem;
 pub mod first_scene;
 pub mod element_values;
 pub mod frames;

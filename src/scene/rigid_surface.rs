@@ -1,6 +1,6 @@
 //! Rigid bodies of triangulated surfaces.
 
-use super::build::{mesh_problem, source_problem};
+use super::file_problem::{mesh_problem, source_problem};
 use super::problem::{Pointer, Problem};
 use super::source::MeshSource;
 use super::validate::Findings;

@@ -69,7 +69,7 @@ impl Solid {
     /// Of a closed surface of triangles, counter-clockwise seen from outside; positions in metres.
     ///
     /// # Errors
-    /// Why it has no hull: no volume, or corners so close that planes cannot be told apart.
+    /// Why it has no hull: no volume, or corners too close to each other.
     pub fn new(x: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self, String> {
         // About a point of the surface, so that no digits are lost where it is far from the origin.
         let origin = *x.first().ok_or("it has no points")?;
