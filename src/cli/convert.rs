@@ -58,7 +58,8 @@ pub fn convert(args: &ConvertArgs, out: &mut dyn Write) -> Result<Exit, CliError
     let has = |extension: &str| has_extension(&args.output, extension);
     if !has("msh") && !has("vtu") {
         let output = args.output.display();
-        let message = format!("{output}: meshes are written to files whose names end in .msh (Gmsh) or .vtu (VTK)");
+        let message =
+            format!("{output}: meshes are written to files whose names end in .msh (Gmsh) or .vtu (VTK)");
         return Err(CliError::Usage(message));
     }
     let (mesh, fields) = if has_extension(&args.input, "json") {
@@ -83,7 +84,9 @@ pub fn convert(args: &ConvertArgs, out: &mut dyn Write) -> Result<Exit, CliError
     }
     if !mesh.hanging.is_empty() {
         let hanging = mesh.hanging.len();
-        eprintln!("note: {hanging} nodes hang between elements of two sizes; files say nothing of that, so a scene cannot use this mesh");
+        eprintln!(
+            "note: {hanging} nodes hang between elements of two sizes; files say nothing of that, so a scene cannot use this mesh"
+        );
     }
     writeln!(out, "{}: {} elements, {} nodes", args.output.display(), mesh.cells.len(), mesh.nodes.len())?;
     Ok(Exit::Success)
@@ -124,7 +127,11 @@ fn body_of_scene(args: &ConvertArgs) -> Result<(Mesh, Fields), CliError> {
         None => meshed().next().filter(|_| meshed().count() == 1),
     };
     let (index, _) = found.ok_or_else(|| {
-        CliError::Usage(format!("{}: name one of its bodies with a mesh by --body: {}", args.input.display(), names()))
+        CliError::Usage(format!(
+            "{}: name one of its bodies with a mesh by --body: {}",
+            args.input.display(),
+            names()
+        ))
     })?;
     let body = &loaded.scene.bodies[index];
     Ok((body.mesh.clone(), fields_of(document, index, body)))

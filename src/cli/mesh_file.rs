@@ -33,7 +33,8 @@ fn source_of(path: &Path) -> (FolderSource, String) {
 /// The mesh of a file, and the name of the file without its folder; files that it includes are in the same folder.
 pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
     let (source, name) = source_of(path);
-    let read = read_file(&source, (&name, &FieldNames::new()), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
+    let read =
+        read_file(&source, (&name, &FieldNames::new()), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
     let (mesh, _) = read.map_err(crate::scene::Problem::alone)?;
     Ok((mesh, name))
 }

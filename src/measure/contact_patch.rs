@@ -217,8 +217,11 @@ impl PatchGeometry {
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
             let surface = frame.plan.bodies[body].boundary_after(frame.erosion);
-            *self =
-                Self { gone, rigid_master: self.rigid_master.clone(), ..Self::new(body, &surface, self.is_master) };
+            *self = Self {
+                gone,
+                rigid_master: self.rigid_master.clone(),
+                ..Self::new(body, &surface, self.is_master)
+            };
         }
         let position = |node: u32| frame.position_in(body, node);
         self.evaluation += 1;

@@ -94,7 +94,8 @@ pub fn gradients(
         let cell = mesh.cells.get(element);
         let (mut sum, mut volume) = (Vec3::zeros(), 0.0);
         for_each_point(&local, cell, &mesh.nodes, |gradients, weight| {
-            let at_point: Vec3 = gradients.iter().zip(cell.nodes).map(|(g, node)| g * phi[*node as usize]).sum();
+            let at_point: Vec3 =
+                gradients.iter().zip(cell.nodes).map(|(g, node)| g * phi[*node as usize]).sum();
             sum += at_point * weight;
             volume += weight;
         });
@@ -148,7 +149,8 @@ impl<'a> System<'a> {
         y.fill(0.0);
         for (nodes, matrix) in self.each() {
             for (node, row) in nodes.iter().zip(matrix.chunks_exact(nodes.len())) {
-                y[*node as usize] += row.iter().zip(nodes).map(|(k, other)| k * x[*other as usize]).sum::<f64>();
+                y[*node as usize] +=
+                    row.iter().zip(nodes).map(|(k, other)| k * x[*other as usize]).sum::<f64>();
             }
         }
         for (node, masters) in self.followers.each() {
@@ -180,7 +182,8 @@ impl<'a> System<'a> {
     fn solve(&self, from: &[u32], to: &[u32]) -> Result<Vec<f64>, LaplaceError> {
         let diagonal = self.diagonal();
         // Nodes of the elements, or masters of such nodes; hanging nodes follow.
-        let is_unknown = |node: &u32| diagonal[*node as usize] > 0.0 && !self.followers.contains(*node as usize);
+        let is_unknown =
+            |node: &u32| diagonal[*node as usize] > 0.0 && !self.followers.contains(*node as usize);
         let mut given = vec![false; diagonal.len()];
         let mut phi = vec![0.0; diagonal.len()];
         for (at_end, nodes) in [(false, from), (true, to)] {
@@ -195,7 +198,8 @@ impl<'a> System<'a> {
         if count > 0 {
             return Err(LaplaceError::Meet { count });
         }
-        let inverse: Vec<f64> = (0..).zip(&diagonal)
+        let inverse: Vec<f64> = (0..)
+            .zip(&diagonal)
             .map(|(node, d)| if is_unknown(&node) && !given[node as usize] { 1.0 / d } else { 0.0 })
             .collect();
         self.iterate(&inverse, &mut phi)?;

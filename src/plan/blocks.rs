@@ -67,8 +67,7 @@ pub(super) fn add_blocks(
         });
     }
     for (place, inputs) in inputs.iter().enumerate().filter(|(_, inputs)| !inputs.is_empty()) {
-        let (law, kind) =
-            (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
+        let (law, kind) = (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
         let (part, material) = (&document.parts[entry_of[law]], &body.materials[law]);
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },

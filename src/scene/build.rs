@@ -3,26 +3,26 @@
 use super::RigidSceneBody;
 use super::budget::Budget;
 use super::document::{
-    BodyDocument, MeshDocument, MeshFileDocument, PartDocument, PlacementDocument, RigidDocument, SceneDocument,
-    ShapeDocument,
+    BodyDocument, MeshDocument, MeshFileDocument, PartDocument, PlacementDocument, RigidDocument,
+    SceneDocument, ShapeDocument,
 };
+use super::file_problem::{mesh_problem, scan_problem, source_problem, table_not_found};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
 use super::refinement::Meshes;
+use super::rigid_surface;
 use super::segmentation_document::SegmentationDocument;
-use super::source::MeshSource;
-use super::file_problem::{mesh_problem, scan_problem, source_problem, table_not_found};
+use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;
 use super::validate::rigid::check_of_shape;
-use super::rigid_surface;
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
 use crate::mesh::read::table::add_table;
 use crate::mesh::read::{FieldNames, MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
 use crate::mesh::segmentation::read::read_labels;
 use crate::mesh::segmentation::{self, LabelVolume};
-use crate::mesh::Mesh;
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -45,6 +45,8 @@ pub struct Builder<'a> {
     fields: FieldNames,
     /// SHA-256 of each file, by its name in the scene.
     pub file_hashes: BTreeMap<String, [u8; 32]>,
+    /// Scans and surfaces, by their names in the scene.
+    pub kept_files: BTreeMap<String, MeshBytes>,
     /// Elements that the budget still allows.
     elements_left: u64,
 }
@@ -59,6 +61,7 @@ impl<'a> Builder<'a> {
             files: BTreeMap::new(),
             fields: parts.flat_map(PartDocument::array_names).cloned().collect(),
             file_hashes: BTreeMap::new(),
+            kept_files: BTreeMap::new(),
             elements_left: budget.elements,
         }
     }
@@ -109,8 +112,8 @@ impl<'a> Builder<'a> {
             ShapeDocument::Stl { name, scale, convex_hull } => {
                 let place = here.key("shape");
                 let read = rigid_surface::read(self.source, (name, self.budget.mesh_bytes), *scale, &place);
-                let (solid, hash) = read.map_err(|problem| out.push(problem)).ok()?;
-                self.file_hashes.insert(name.clone(), hash);
+                let (solid, file) = read.map_err(|problem| out.push(problem)).ok()?;
+                self.keep(name, file);
                 rigid_surface::check_hull(&solid, *convex_hull, &place.key("convex_hull"), out)?;
                 pose.orientation *= solid.axes;
                 Shape::Polyhedron(Arc::new(solid.hull))
@@ -179,12 +182,17 @@ impl<'a> Builder<'a> {
         }
         let place = here.key("name");
         let read = read_scan(self.source, &scan.name, self.budget.mesh_bytes, &place);
-        let (volume, hash) = read.map_err(|problem| out.push(problem)).ok()?;
-        self.file_hashes.insert(scan.name.clone(), hash);
+        let (volume, file) = read.map_err(|problem| out.push(problem)).ok()?;
+        self.keep(&scan.name, file);
         let made = segmentation::mesh(&volume, &scan.options(self.elements_left));
         let mesh = made.map_err(|error| out.push(scan_problem(&error, here))).ok()?;
         self.spend(mesh.cells.len() as u64, here, out)?;
         Some(mesh)
+    }
+
+    fn keep(&mut self, name: &str, file: MeshBytes) {
+        self.file_hashes.insert(name.to_owned(), Sha256::digest(&file.bytes).into());
+        self.kept_files.insert(name.to_owned(), file);
     }
 
     /// The mesh of a file, with the arrays of its elements that bodies name, and with its table.
@@ -202,7 +210,9 @@ impl<'a> Builder<'a> {
                 Problem::error("bad_table", &place, error.to_string())
                     .value(name.as_str())
                     .limit("CSV with a header: element or part, then names of columns")
-                    .remedy("correct this line; `contuse mesh info` shows the parts and the number of elements")
+                    .remedy(
+                        "correct this line; `contuse mesh info` shows the parts and the number of elements",
+                    )
             })?;
         }
         Ok(mesh)
@@ -260,7 +270,7 @@ pub fn read_file(
     Ok((mesh.map_err(|error| mesh_problem(&error, place).value(name))?, file_hashes))
 }
 
-/// The labels of a file of a source, of at most `limit` bytes after decompression, and the SHA-256 of the file.
+/// The labels of a file of a source, of at most `limit` bytes after decompression, and the file.
 ///
 /// # Errors
 /// Why it cannot be read, as a problem at `place`.
@@ -269,7 +279,7 @@ pub fn read_scan(
     name: &str,
     limit: u64,
     place: &Pointer,
-) -> Result<(LabelVolume, [u8; 32]), Problem> {
+) -> Result<(LabelVolume, MeshBytes), Problem> {
     let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
     let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
     let format = format.and_then(MeshFormat::volume).ok_or_else(|| {
@@ -282,7 +292,7 @@ pub fn read_scan(
     })?;
     let volume = read_labels(&found.bytes, format, limit);
     let volume = volume.map_err(|error| scan_problem(&error, place).value(name))?;
-    Ok((volume, Sha256::digest(&found.bytes).into()))
+    Ok((volume, found))
 }
 
 /// Only some parts of a mesh; every unknown name is a problem.

@@ -14,8 +14,8 @@ pub use super::mesh_document::{
     RotationDocument,
 };
 pub use super::part_document::{
-    ErosionDocument, FibreFrameDocument, Formulation, PartDocument, SofteningDocument, StiffnessFactorDocument,
-    SurfaceDocument,
+    ErosionDocument, FibreFrameDocument, Formulation, PartDocument, SofteningDocument,
+    StiffnessFactorDocument, SurfaceDocument,
 };
 pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};

@@ -78,9 +78,12 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
                 .limit("an axis outside the elements of the part, for fibres around it")
                 .remedy("move the axis, or choose a constant frame")
         }
-        NoAxes::NoArray { family: number, scalars } => {
-            no_array(mesh, family(*number), (*scalars, "three components"), &here.key("families").index(*number))
-        }
+        NoAxes::NoArray { family: number, scalars } => no_array(
+            mesh,
+            family(*number),
+            (*scalars, "three components"),
+            &here.key("families").index(*number),
+        ),
         NoAxes::Families { of_law } => {
             let message = "the arrays are not the fibre families of the law";
             Problem::error("families_of_law", &here.key("families"), message)
@@ -94,17 +97,23 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
             Problem::error("no_direction", &here.key("families").index(*number), message)
                 .value(elements.iter().take(LISTED).copied().collect::<Vec<usize>>())
                 .limit("a vector of finite length > 0 in every element of the part")
-                .remedy("fill these elements in the file or the table; numbers are those of `contuse mesh info`")
+                .remedy(
+                    "fill these elements in the file or the table; numbers are those of `contuse mesh info`",
+                )
         }
         NoAxes::Surface { at_end, reason } => {
             let key = if *at_end { "to" } else { "from" };
             let known = mesh.node_sets.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            Problem::error("no_surface", &here.key(key), format!("no fibres run between these surfaces: {reason}"))
-                .limit("two surfaces of the part, without common nodes")
-                .remedy(format!(
-                    "name a set ({known}) or an adjacent part ({}), as {{\"set\": …}} or {{\"part\": …}}",
-                    mesh.parts.join(", ")
-                ))
+            Problem::error(
+                "no_surface",
+                &here.key(key),
+                format!("no fibres run between these surfaces: {reason}"),
+            )
+            .limit("two surfaces of the part, without common nodes")
+            .remedy(format!(
+                "name a set ({known}) or an adjacent part ({}), as {{\"set\": …}} or {{\"part\": …}}",
+                mesh.parts.join(", ")
+            ))
         }
         NoAxes::Flat(elements) => {
             let message = format!("no fibre runs through {}: the gradient vanishes there", named(elements));
@@ -113,11 +122,13 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
                 .limit("both surfaces at every piece of the part")
                 .remedy("give pieces that no surface, or only one, touches another part, or choose surfaces that bound all of it")
         }
-        NoAxes::NoPlane(None) => {
-            Problem::error("missing_plane", &here.key("plane"), "the fibres of the law are not all along e1")
-                .limit("a direction in the plane of e1 and e2, for such a law")
-                .remedy("add \"plane\", such as [0, 0, 1]; or give the law one family along e1: \"angles_deg\": [0]")
-        }
+        NoAxes::NoPlane(None) => Problem::error(
+            "missing_plane",
+            &here.key("plane"),
+            "the fibres of the law are not all along e1",
+        )
+        .limit("a direction in the plane of e1 and e2, for such a law")
+        .remedy("add \"plane\", such as [0, 0, 1]; or give the law one family along e1: \"angles_deg\": [0]"),
         NoAxes::NoPlane(Some(elements)) => {
             let message = format!("e1 is along this direction in {}", named(elements));
             Problem::error("parallel_directions", &here.key("plane"), message)
@@ -224,15 +235,18 @@ fn factors(
     different.sort_unstable();
     different.dedup();
     out.require(different.len() <= MOST_FACTORS, || {
-        let range = elements.iter().fold([f64::INFINITY, 0.0_f64], |[low, high], e| {
-            [low.min(values[*e]), high.max(values[*e])]
-        });
+        let range = elements
+            .iter()
+            .fold([f64::INFINITY, 0.0_f64], |[low, high], e| [low.min(values[*e]), high.max(values[*e])]);
         // A hundredth more, and the ends rounded inwards.
         let ratio = 1.0 + (1.01 * (range[1] / range[0]).ln() / (MOST_FACTORS - 2) as f64).exp_m1();
         Problem::error("too_many_factors", &place, "the part has too many different factors of stiffness")
             .value(different.len())
             .limit(format!("at most {MOST_FACTORS}"))
-            .remedy(format!("add \"rounded_to_ratio\": {:.3}, or round the numbers in the file", ratio + 5e-4))
+            .remedy(format!(
+                "add \"rounded_to_ratio\": {:.3}, or round the numbers in the file",
+                ratio + 5e-4
+            ))
     });
     (different.len() <= MOST_FACTORS).then_some(factors)
 }

@@ -180,12 +180,7 @@ fn along_line(line: &[Vec3]) -> Option<impl Fn(Vec3) -> Option<(Vec3, Vec3)>> {
 }
 
 /// Axes that take the families of a law to arrays of the mesh.
-fn of_arrays(
-    names: &[String],
-    law: &Material,
-    mesh: &Mesh,
-    elements: &[usize],
-) -> Result<Vec<Mat3>, NoAxes> {
+fn of_arrays(names: &[String], law: &Material, mesh: &Mesh, elements: &[usize]) -> Result<Vec<Mat3>, NoAxes> {
     // Unit vectors, the first two as given: the third is normal to them.
     let frame = |a: Vec3, b: Option<Vec3>| -> Option<Mat3> {
         let Some(b) = b else { return Some(any_frame(a)) };

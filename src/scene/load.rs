@@ -8,7 +8,7 @@ use super::elements;
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::read::read;
-use super::source::{FolderSource, MeshSource};
+use super::source::{FolderSource, KeptFiles, MeshSource};
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap, softening};
@@ -102,10 +102,10 @@ fn complete(
     match parts {
         Some(parts) if problems.iter().all(|p| !p.is_error()) => {
             document.integrator = parts.integrator;
-            let Parts { content_hash, choice, bodies, mesh_files, .. } = parts;
+            let Parts { content_hash, choice, bodies, mesh_files, kept_files, .. } = parts;
             let warnings = problems.iter().map(ToString::to_string).collect();
             Ok(Loaded {
-                scene: Scene { document, choice, bodies, warnings, content_hash, mesh_files },
+                scene: Scene { document, choice, bodies, warnings, content_hash, mesh_files, kept_files },
                 warnings: problems,
                 estimate: parts.estimate,
                 bodies: parts.summaries,
@@ -217,6 +217,7 @@ fn with_bodies(scene: &Scene, document: &SceneDocument, bodies: Vec<SceneBody>) 
         bodies,
         warnings: scene.warnings.clone(),
         mesh_files: scene.mesh_files.clone(),
+        kept_files: scene.kept_files.clone(),
     }
 }
 
@@ -230,6 +231,7 @@ struct Parts {
     estimate: Estimate,
     content_hash: String,
     mesh_files: BTreeMap<String, [u8; 32]>,
+    kept_files: KeptFiles,
 }
 
 /// Checks the document, makes the meshes and checks them. Returns the parts if all bodies could be made and the document is
@@ -266,8 +268,10 @@ fn examine(
         chosen.map_or_else(|| (document.integrator.clone(), None), |(i, c)| (i, Some(c)));
     let estimate = estimate::check(document, &integrator, &bodies, budget, &mut out);
     let content_hash = content_hash(document, &builder.file_hashes);
-    let mesh_files = builder.file_hashes;
-    (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files }))
+    let (mesh_files, kept_files) = (builder.file_hashes, KeptFiles::new(builder.kept_files));
+    let parts =
+        Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files, kept_files };
+    (out, Some(parts))
 }
 
 /// The meshes of all bodies, placed and locally refined, with the problems found; none for rigid bodies.

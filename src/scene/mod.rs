@@ -18,11 +18,11 @@ mod choice;
 pub mod cost;
 mod deformation;
 pub mod document;
+pub mod element_values;
 pub mod elements;
 pub mod exposed_faces;
 mod file_problem;
 pub mod first_scene;
-pub mod element_values;
 pub mod frames;
 pub mod integrator_choice;
 pub mod integrator_document;
@@ -63,7 +63,7 @@ pub use integrator_choice::{IntegratorChoice, SteppingEstimate};
 pub use load::{Loaded, load, load_document, load_file, load_parsed, on_meshes_of, with_motion};
 pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
-pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
+pub use source::{FolderSource, KeptFiles, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -87,6 +87,8 @@ pub struct Scene {
     pub content_hash: String,
     /// SHA-256 of each mesh file, by its name in the document.
     pub mesh_files: BTreeMap<String, [u8; 32]>,
+    /// Its scans and surfaces: a scene of the same bodies in other sizes reads them again.
+    pub kept_files: KeptFiles,
 }
 
 impl Scene {

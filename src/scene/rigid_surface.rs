@@ -2,25 +2,24 @@
 
 use super::file_problem::{mesh_problem, source_problem};
 use super::problem::{Pointer, Problem};
-use super::source::MeshSource;
+use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;
 use crate::mechanics::rigid::Solid;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::read::stl::read_stl;
-use sha2::{Digest, Sha256};
 
 /// Volume of the hull over that of the surface up to which a surface is convex: its coordinates are rounded.
 const CONVEX: f64 = 1.001;
 /// Most planes of a hull: every node near the body is compared with each of them in every step.
 const MOST_PLANES: usize = 600;
 
-/// The body inside the surface of a file of at most so many bytes, scaled; and the SHA-256 of the file.
+/// The body inside the surface of a file of at most so many bytes, scaled; and the file.
 pub(super) fn read(
     source: &dyn MeshSource,
     (name, limit): (&str, u64),
     scale: f64,
     here: &Pointer,
-) -> Result<(Solid, [u8; 32]), Problem> {
+) -> Result<(Solid, MeshBytes), Problem> {
     let place = here.key("name");
     let found = source.read(name, limit).map_err(|error| source_problem(&error, &place).value(name))?;
     let surface = read_stl(&found.bytes).map_err(|error| mesh_problem(&error, &place).value(name))?;
@@ -39,7 +38,7 @@ pub(super) fn read(
             .limit(format!("at most {MOST_PLANES}"))
             .remedy("reduce the surface, as `decimate` of PyVista does; plane faces cost nothing"));
     }
-    Ok((solid, Sha256::digest(&found.bytes).into()))
+    Ok((solid, found))
 }
 
 /// Contact knows convex shapes only: whether another one is replaced by its hull has to be said. `None` if it is not.

@@ -95,6 +95,10 @@ fn a_brick_of_triangles_bounces_off_a_plane_as_a_box_does() {
     let (of_box, impulse_of_box, _) = end(&boxed, false);
     let (of_surface, impulse, _) = end(&surface, false);
     assert!(impulse_of_box.norm() > 0.01, "{impulse_of_box}");
-    assert_at_most((impulse - impulse_of_box).norm() / impulse_of_box.norm(), 1e-6, "difference of the impulse");
+    assert_at_most(
+        (impulse - impulse_of_box).norm() / impulse_of_box.norm(),
+        1e-6,
+        "difference of the impulse",
+    );
     assert_at_most((of_surface - of_box).norm(), 1e-6, "difference of the velocity [m/s]");
 }

@@ -139,7 +139,17 @@ impl Polyhedron {
         if planes.len() < 4 || !(inner_radius > ROUNDING * size) {
             return Err("its hull has no thickness".into());
         }
-        Ok(Self { triangles, planes, middle, inner_radius, thickness, volume, inertia_per_mass, parry, corners })
+        Ok(Self {
+            triangles,
+            planes,
+            middle,
+            inner_radius,
+            thickness,
+            volume,
+            inertia_per_mass,
+            parry,
+            corners,
+        })
     }
 
     /// Corners in the axes of the body [m].

@@ -185,7 +185,10 @@ impl Corners {
             let (what, remedy) = if (there + back) % 2 == 1 {
                 ("is open", "close its holes, as `fill_holes` of PyVista does, and export again")
             } else {
-                ("is not turned to one side", "orient its triangles alike, as `compute_normals` of PyVista does")
+                (
+                    "is not turned to one side",
+                    "orient its triangles alike, as `compute_normals` of PyVista does",
+                )
             };
             return Err(MeshError::Unsupported {
                 what: format!("the surface {what} at {count} edges, the first from ({a}) to ({b})"),
@@ -265,7 +268,10 @@ mod tests {
             read_stl(ascii[..end].as_bytes()).unwrap_err();
         }
         assert!(refusal(ascii.replacen("vertex 3", "vertex inf", 1).as_bytes()).contains("line"));
-        assert!(refusal(ascii.replacen("endloop", "vertex", 1).as_bytes()).starts_with("line 7: expected endloop"));
+        assert!(
+            refusal(ascii.replacen("endloop", "vertex", 1).as_bytes())
+                .starts_with("line 7: expected endloop")
+        );
         assert!(refusal(b"solid\nendsolid\n").contains("no triangle"));
         assert!(refusal(b"").contains("84 bytes"));
     }

@@ -103,7 +103,8 @@ fn read_header(header: &str) -> Result<(Rows, Vec<String>), String> {
 /// Makes fields of the columns: vectors of those that end in `_x`, `_y`, `_z`.
 fn add_columns(mesh: &mut Mesh, names: Vec<String>, columns: Vec<Vec<f64>>) -> Result<(), MeshError> {
     let mut columns: BTreeMap<String, Vec<f64>> = names.into_iter().zip(columns).collect();
-    let bases: Vec<String> = columns.keys().filter_map(|name| Some(name.strip_suffix("_x")?.to_owned())).collect();
+    let bases: Vec<String> =
+        columns.keys().filter_map(|name| Some(name.strip_suffix("_x")?.to_owned())).collect();
     for base in bases {
         let named = ["_x", "_y", "_z"].map(|axis| format!("{base}{axis}"));
         if named.iter().all(|name| columns.contains_key(name)) {
@@ -132,7 +133,8 @@ mod tests {
     #[test]
     fn columns_become_fields_of_elements_or_parts() {
         let mut mesh = mesh();
-        add_table(&mut mesh, b"\xef\xbb\xbfelement, a_x,a_y ,a_z,s\r\n# the top\n2,0,0,1,0.5\n\n0,1,0,0,2\n").unwrap();
+        add_table(&mut mesh, b"\xef\xbb\xbfelement, a_x,a_y ,a_z,s\r\n# the top\n2,0,0,1,0.5\n\n0,1,0,0,2\n")
+            .unwrap();
         assert_eq!(mesh.fields.names().collect::<Vec<_>>(), ["a", "s"]);
         let Some(ElementField::Vectors(a)) = mesh.fields.get("a") else { panic!("no vectors") };
         assert_eq!((a[0], a[2]), (Vec3::x(), Vec3::z()));
@@ -169,6 +171,8 @@ mod tests {
         assert!(add_table(&mut mesh(), columns.as_bytes()).is_err());
         let mut twice = mesh();
         add_table(&mut twice, b"element,a\n0,1").unwrap();
-        assert!(add_table(&mut twice, b"part,a\nlow,1").unwrap_err().to_string().contains("two arrays \"a\""));
+        assert!(
+            add_table(&mut twice, b"part,a\nlow,1").unwrap_err().to_string().contains("two arrays \"a\"")
+        );
     }
 }

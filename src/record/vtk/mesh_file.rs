@@ -10,8 +10,13 @@ use std::io::{self, Write};
 ///
 /// # Errors
 /// If writing fails.
-pub fn write_vtu(mesh: &Mesh, fields: &BTreeMap<String, ElementField>, out: &mut dyn Write) -> io::Result<()> {
-    let reals = |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
+pub fn write_vtu(
+    mesh: &Mesh,
+    fields: &BTreeMap<String, ElementField>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let reals =
+        |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
     let coordinates = reals(&mut mesh.nodes.iter().flat_map(|x| x.iter().copied()));
     let points = Array::new("Points", NumberType::Float64, 3, &coordinates);
     let cells = CellArrays::new(mesh.cells.iter().map(|cell| {
@@ -77,7 +82,10 @@ mod tests {
             let asked: FieldNames = ["s", "v", "absent"].map(String::from).into();
             let read = read_mesh_with(&bytes, MeshFormat::Vtu, &asked, &mut |_| Err(String::new())).unwrap();
             assert_eq!((&read.nodes, &read.cells, &read.part_of), (&mesh.nodes, &mesh.cells, &mesh.part_of));
-            assert_eq!((&read.node_sets, &read.parts[..]), (&mesh.node_sets, &["part_1", "part_2"].map(String::from)[..]));
+            assert_eq!(
+                (&read.node_sets, &read.parts[..]),
+                (&mesh.node_sets, &["part_1", "part_2"].map(String::from)[..])
+            );
             for (name, field) in &fields {
                 assert_eq!(read.fields.get(name), Some(field));
             }

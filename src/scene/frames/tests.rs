@@ -58,13 +58,18 @@ fn a_cylindrical_frame_turns_about_its_axis() {
     assert_eq!(found, [Mat3::from_columns(&[Vec3::y(), Vec3::z(), Vec3::x()])]);
     let through = frame(json!({"kind": "cylindrical", "origin_m": [2, 0, 0], "axis": [0, 2, 0]}));
     assert_eq!(axes_of(Some(&through), &along(), &mesh, &elements), Err(NoAxes::OnAxis(vec![0])));
-    assert_eq!(axes_of(Some(&frame(json!({"kind": "mesh"}))), &along(), &mesh, &elements), Err(NoAxes::MeshHasNone));
+    assert_eq!(
+        axes_of(Some(&frame(json!({"kind": "mesh"}))), &along(), &mesh, &elements),
+        Err(NoAxes::MeshHasNone)
+    );
 }
 
 #[test]
 fn a_centre_line_of_many_points_leads_around_a_bend() {
     let (mesh, elements) = mapped(6, bent_tube);
-    let point = |i: i32| [1.5 * (f64::from(i) * FRAC_PI_2 / 30.0).cos(), 0.4, 1.5 * (f64::from(i) * FRAC_PI_2 / 30.0).sin()];
+    let point = |i: i32| {
+        [1.5 * (f64::from(i) * FRAC_PI_2 / 30.0).cos(), 0.4, 1.5 * (f64::from(i) * FRAC_PI_2 / 30.0).sin()]
+    };
     let line = frame(json!({"kind": "centre_line", "points_m": (0..=30).map(point).collect::<Vec<_>>()}));
     let found = axes_of(Some(&line), &along(), &mesh, &elements).unwrap();
     for (element, axes) in found.iter().enumerate() {
@@ -75,7 +80,8 @@ fn a_centre_line_of_many_points_leads_around_a_bend() {
     }
     // A straight line is exact; an element on it has any frame, if all fibres run along the line.
     let (bar, elements) = mapped(3, |x| *x);
-    let axis = frame(json!({"kind": "centre_line", "points_m": [[0.5, 0.5, -1], [0.5, 0.5, 0.3], [0.5, 0.5, 2]]}));
+    let axis =
+        frame(json!({"kind": "centre_line", "points_m": [[0.5, 0.5, -1], [0.5, 0.5, 0.3], [0.5, 0.5, 2]]}));
     let found = axes_of(Some(&axis), &along(), &bar, &elements).unwrap();
     assert!(found.iter().all(|axes| is_orthonormal(axes) && axes.column(0) == Vec3::z()));
     let oblique = law(json!({"angles_deg": [30, -30]}));

@@ -11,7 +11,9 @@ const ELEMENTS: usize = 27;
 /// A mesh as a legacy file of VTK, with arrays of its cells by name: each value as text.
 fn vtk(mesh: &Mesh, arrays: &[(&str, &str, &dyn Fn(f64) -> String)]) -> String {
     let (nodes, cells) = (mesh.nodes.len(), mesh.cells.len());
-    let mut text = format!("# vtk DataFile Version 3.0\ncube\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {nodes} double\n");
+    let mut text = format!(
+        "# vtk DataFile Version 3.0\ncube\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {nodes} double\n"
+    );
     mesh.nodes.iter().for_each(|x| writeln!(text, "{} {} {}", x.x, x.y, x.z).unwrap());
     writeln!(text, "CELLS {cells} {}", 9 * cells).unwrap();
     for cell in mesh.cells.iter() {
@@ -73,7 +75,9 @@ const PART: &str = "/bodies/0/parts/0";
 
 fn load_arrays(document: &Value) -> Result<Loaded, Problems> {
     let table = "element,soft,along_x,along_y,along_z\n".to_owned()
-        + &(0..ELEMENTS).map(|e| format!("{e},{},0,0,{}\n", if e % 2 == 0 { 0.5 } else { 1.0 }, e + 1)).collect::<String>();
+        + &(0..ELEMENTS)
+            .map(|e| format!("{e},{},0,0,{}\n", if e % 2 == 0 { 0.5 } else { 1.0 }, e + 1))
+            .collect::<String>();
     let files = Files(vec![
         ("cube.vtk", cube_with_arrays()),
         ("cube.csv", table.into_bytes()),
@@ -149,7 +153,8 @@ fn many_factors_are_rounded_as_asked_by_at_most_half_a_step() {
     let body = &loaded.scene.bodies[0];
     assert!(body.materials.len() <= 1 + 7, "{}", body.materials.len());
     for e in 0..ELEMENTS {
-        let factor = body.materials[body.law_of[e] as usize].moduli_at_rest().0 / body.materials[0].moduli_at_rest().0;
+        let factor =
+            body.materials[body.law_of[e] as usize].moduli_at_rest().0 / body.materials[0].moduli_at_rest().0;
         assert!((factor / (1.0 + 0.01 * e as f64)).ln().abs() <= 0.5 * 1.05_f64.ln() + 1e-12);
     }
 }
@@ -157,7 +162,8 @@ fn many_factors_are_rounded_as_asked_by_at_most_half_a_step() {
 #[test]
 fn what_is_wrong_with_arrays_is_listed_with_its_place_and_a_remedy() {
     let table = |name: &str| ("/bodies/0/mesh/file/table", json!(name));
-    let families = |names: Value| ("/bodies/0/parts/0/fibre_frame", json!({"kind": "arrays", "families": names}));
+    let families =
+        |names: Value| ("/bodies/0/parts/0/fibre_frame", json!({"kind": "arrays", "families": names}));
     let factor = |name: &str| ("/bodies/0/parts/0/stiffness_factor", json!({"array": name}));
     let frame = |frame: Value| ("/bodies/0/parts/0/fibre_frame", frame);
     for (change, pointer, code, words) in [
@@ -165,40 +171,71 @@ fn what_is_wrong_with_arrays_is_listed_with_its_place_and_a_remedy() {
         (table("bad.csv"), "/bodies/0/mesh/file/table", "bad_table", "line 2"),
         (table("twice.csv"), "/bodies/0/mesh/file/table", "bad_table", "two arrays \"grade\""),
         (families(json!(["fibers"])), "/bodies/0/parts/0/fibre_frame/families/0", "no_array", "\"fibers\""),
-        (families(json!(["grade"])), "/bodies/0/parts/0/fibre_frame/families/0", "no_array", "three components"),
-        (families(json!(["fibre", "second"])), "/bodies/0/parts/0/fibre_frame/families", "families_of_law", "it has 1"),
+        (
+            families(json!(["grade"])),
+            "/bodies/0/parts/0/fibre_frame/families/0",
+            "no_array",
+            "three components",
+        ),
+        (
+            families(json!(["fibre", "second"])),
+            "/bodies/0/parts/0/fibre_frame/families",
+            "families_of_law",
+            "it has 1",
+        ),
         (families(json!([])), "/bodies/0/parts/0/fibre_frame/families", "families_of_law", "it has 1"),
         (families(json!(["zero"])), "/bodies/0/parts/0/fibre_frame/families/0", "no_direction", "element 4 "),
         (families(json!(["nan"])), "/bodies/0/parts/0/fibre_frame/families/0", "no_direction", "element 7 "),
         (factor("fibre"), "/bodies/0/parts/0/stiffness_factor/array", "no_array", "one component"),
-        (factor("negative"), "/bodies/0/parts/0/stiffness_factor/array", "out_of_range", "26 elements (1, 2, "),
+        (
+            factor("negative"),
+            "/bodies/0/parts/0/stiffness_factor/array",
+            "out_of_range",
+            "26 elements (1, 2, ",
+        ),
         (
             frame(json!({"kind": "centre_line", "points_m": [[0, 0, 0]]})),
-            "/bodies/0/parts/0/fibre_frame/points_m", "out_of_range", "2 to",
+            "/bodies/0/parts/0/fibre_frame/points_m",
+            "out_of_range",
+            "2 to",
         ),
         (
             frame(json!({"kind": "centre_line", "points_m": [[0, 0, 0], [0, 0, 0], [0, 0, 1]]})),
-            "/bodies/0/parts/0/fibre_frame/points_m/0", "no_direction", "the next",
+            "/bodies/0/parts/0/fibre_frame/points_m/0",
+            "no_direction",
+            "the next",
         ),
         (
             frame(json!({"kind": "centre_line", "points_m": [[0, 0, 0], [0, 0, 1], [0, 0, 0.5]]})),
-            "/bodies/0/parts/0/fibre_frame/points_m/1", "no_direction", "turns back",
+            "/bodies/0/parts/0/fibre_frame/points_m/1",
+            "no_direction",
+            "turns back",
         ),
         (
             frame(json!({"kind": "laplace", "from": {"set": "low"}, "to": {"set": "z_max"}})),
-            "/bodies/0/parts/0/fibre_frame/from", "no_surface", "z_min",
+            "/bodies/0/parts/0/fibre_frame/from",
+            "no_surface",
+            "z_min",
         ),
         (
             frame(json!({"kind": "laplace", "from": {"set": "z_min"}, "to": {"set": "x_max"}})),
-            "/bodies/0/parts/0/fibre_frame/to", "no_surface", "meet at 4 nodes",
+            "/bodies/0/parts/0/fibre_frame/to",
+            "no_surface",
+            "meet at 4 nodes",
         ),
         (
-            frame(json!({"kind": "laplace", "from": {"set": "z_min"}, "to": {"set": "z_max"}, "plane": [0, 0, 1]})),
-            "/bodies/0/parts/0/fibre_frame/plane", "parallel_directions", "27 elements",
+            frame(
+                json!({"kind": "laplace", "from": {"set": "z_min"}, "to": {"set": "z_max"}, "plane": [0, 0, 1]}),
+            ),
+            "/bodies/0/parts/0/fibre_frame/plane",
+            "parallel_directions",
+            "27 elements",
         ),
         (
             ("/bodies/0/parts/0/stiffness_factor/rounded_to_ratio", json!(1.0)),
-            "/bodies/0/parts/0/stiffness_factor/rounded_to_ratio", "out_of_range", "2.5 %",
+            "/bodies/0/parts/0/stiffness_factor/rounded_to_ratio",
+            "out_of_range",
+            "2.5 %",
         ),
     ] {
         let problems = load_arrays(&with(&[change])).unwrap_err();

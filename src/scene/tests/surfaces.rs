@@ -108,10 +108,17 @@ fn what_is_wrong_with_a_surface_is_listed_with_its_place() {
         (name("cube.msh"), "/bodies/0/rigid/shape/name", "bad_mesh", "byte"),
         (name("ball.stl"), "/bodies/0/rigid/shape/name", "too_many_planes", "decimate"),
         (("/bodies/0/rigid/shape/scale", json!(0)), "/bodies/0/rigid/shape/scale", "not_positive", "0.001"),
-        (("/bodies/0/spin_rad_per_s", json!([1e6, 0, 0])), "/bodies/0/spin_rad_per_s", "impossible_spin", "rim"),
+        (
+            ("/bodies/0/spin_rad_per_s", json!([1e6, 0, 0])),
+            "/bodies/0/spin_rad_per_s",
+            "impossible_spin",
+            "rim",
+        ),
         (
             ("/bodies/0/rigid/inertia_kg_m2", json!([1.0, 1.0, 1.0])),
-            "/bodies/0/rigid/inertia_kg_m2/0", "impossible_inertia", "homogeneous",
+            "/bodies/0/rigid/inertia_kg_m2/0",
+            "impossible_inertia",
+            "homogeneous",
         ),
     ] {
         let problems = load_surface(&[change]).unwrap_err();
@@ -123,6 +130,7 @@ fn what_is_wrong_with_a_surface_is_listed_with_its_place() {
     document["bodies"][0].as_object_mut().unwrap().remove("rigid");
     set(&mut document, "/bodies/0/mesh", json!({"file": {"name": "brick.stl"}}));
     let files = Files(vec![("brick.stl", stl(&[brick()]))]);
-    let message = load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap_err().to_string();
+    let message =
+        load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap_err().to_string();
     assert!(message.contains("\"kind\": \"stl\""), "{message}");
 }

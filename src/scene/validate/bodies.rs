@@ -1,10 +1,10 @@
 //! Checks of the parts of a body that need the document alone: density, material, element, fibre frame, placement.
 
 use super::{Findings, prony, softening};
+use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{
     BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
-use crate::mechanics::tensor::Vec3;
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeSet;
 
@@ -173,7 +173,8 @@ fn check_line(points: &[[f64; 3]], here: &Pointer, out: &mut Findings) {
     for (i, way) in ways.iter().enumerate() {
         let turns_back = i > 0 && matches!((ways[i - 1], way), (Some(a), Some(b)) if (a + b).norm() < 1e-6);
         out.require(way.is_some() && !turns_back, || {
-            let what = if turns_back { "the line turns back here" } else { "this point is the next one, too" };
+            let what =
+                if turns_back { "the line turns back here" } else { "this point is the next one, too" };
             Problem::error("no_direction", &here.index(i), what)
                 .value(points[i].to_vec())
                 .limit("points that differ from the next, on a line that does not turn back")

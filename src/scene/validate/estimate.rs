@@ -115,7 +115,8 @@ fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     // Of each law; every one belongs to some element, or is that of a part.
     let mut speeds = vec![0.0; body.materials.len()];
     let of_parts = (0..written.parts.len()).map(|entry| (entry, entry));
-    let of_elements = body.law_of.iter().zip(&body.part_entry).map(|(law, entry)| (*law as usize, *entry as usize));
+    let of_elements =
+        body.law_of.iter().zip(&body.part_entry).map(|(law, entry)| (*law as usize, *entry as usize));
     for (law, entry) in of_parts.chain(of_elements) {
         if speeds[law] == 0.0 {
             speeds[law] = wave_speed(&body.materials[law], written.parts[entry].density_kg_per_m3);

@@ -149,13 +149,7 @@ fn check_mass(rigid: &RigidDocument, here: &Pointer, out: &mut Findings) {
 
 /// No mass lies outside the shape, so a moment of inertia is at most m R²; below 1e-4 of that of a homogeneous body it is
 /// taken for a mistake.
-fn check_inertia_of_shape(
-    inertia: [f64; 3],
-    mass: f64,
-    shape: &Shape,
-    here: &Pointer,
-    out: &mut Findings,
-) {
+fn check_inertia_of_shape(inertia: [f64; 3], mass: f64, shape: &Shape, here: &Pointer, out: &mut Findings) {
     let (most, homogeneous) = (mass * shape.outer_radius().powi(2), shape.inertia_per_mass() * mass);
     for (i, moment) in inertia.into_iter().enumerate() {
         let least = LEAST_INERTIA * homogeneous[i];

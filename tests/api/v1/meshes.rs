@@ -146,19 +146,27 @@ fn a_scan_goes_from_upload_to_summary() {
 fn mesh_with_arrays() -> Vec<u8> {
     let lines = |items: Vec<String>| items.join("\n") + "\n";
     let at = |i: usize, j: usize, k: usize| i + 5 * j + 25 * k;
-    let points = (0..75).map(|n| format!("{} {} {}", 0.005 * (n % 5) as f64, 0.005 * (n / 5 % 5) as f64, 0.005 * (n / 25) as f64));
+    let points = (0..75).map(|n| {
+        format!("{} {} {}", 0.005 * (n % 5) as f64, 0.005 * (n / 5 % 5) as f64, 0.005 * (n / 25) as f64)
+    });
     let cell = |n: usize| {
         let (i, j, k) = (n % 4, n / 4 % 4, n / 16);
         let ring = |k: usize| [at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k)];
         let nodes: Vec<String> = [ring(k), ring(k + 1)].concat().iter().map(usize::to_string).collect();
         format!("8 {}", nodes.join(" "))
     };
-    let header = "# vtk DataFile Version 3.0\nblock\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 75 double\n".to_owned();
-    let text = header + &lines(points.collect())
-        + "CELLS 32 288\n" + &lines((0..32).map(cell).collect())
-        + "CELL_TYPES 32\n" + &"12\n".repeat(32)
-        + "CELL_DATA 32\nVECTORS fibre double\n" + &lines((0..32).map(|n| format!("1 {} 0", 0.1 * f64::from(n))).collect())
-        + "SCALARS grade double\nLOOKUP_TABLE default\n" + &lines((0..32).map(|n| format!("{}", 1 + n / 16)).collect());
+    let header =
+        "# vtk DataFile Version 3.0\nblock\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 75 double\n".to_owned();
+    let text = header
+        + &lines(points.collect())
+        + "CELLS 32 288\n"
+        + &lines((0..32).map(cell).collect())
+        + "CELL_TYPES 32\n"
+        + &"12\n".repeat(32)
+        + "CELL_DATA 32\nVECTORS fibre double\n"
+        + &lines((0..32).map(|n| format!("1 {} 0", 0.1 * f64::from(n))).collect())
+        + "SCALARS grade double\nLOOKUP_TABLE default\n"
+        + &lines((0..32).map(|n| format!("{}", 1 + n / 16)).collect());
     text.into_bytes()
 }
 
@@ -166,7 +174,10 @@ fn mesh_with_arrays() -> Vec<u8> {
 fn tip() -> String {
     let x = ["0 0 0", "-9 -9 9", "9 -9 9", "0 9 9"];
     let facet = |[a, b, c]: [usize; 3]| {
-        format!("facet normal 0 0 0\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n", x[a], x[b], x[c])
+        format!(
+            "facet normal 0 0 0\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
+            x[a], x[b], x[c]
+        )
     };
     let facets: String = [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]].map(facet).concat();
     format!("solid tip\n{facets}endsolid tip\n")

@@ -39,7 +39,8 @@ fn a_brick_of_triangles_is_the_brick() {
 
 #[test]
 fn the_distance_to_a_round_surface_leads_to_it() {
-    let (x, triangles) = placed(&Shape::Capsule { radius: 0.4, half_length: 0.3 }, &Rotation::identity(), &Vec3::zeros());
+    let (x, triangles) =
+        placed(&Shape::Capsule { radius: 0.4, half_length: 0.3 }, &Rotation::identity(), &Vec3::zeros());
     let solid = Solid::new(&x, &triangles).unwrap();
     assert!((solid.hull_ratio - 1.0).abs() < 1e-9);
     for i in 0..300 {

@@ -114,7 +114,8 @@ impl Reader<'_> {
         let wanted = self.grid.wants(owner, name, components, (integer, scalar.is_none()));
         let values = self.read(scalar, components, count)?;
         if wanted {
-            self.grid.add_array((owner, components), name, values)
+            self.grid
+                .add_array((owner, components), name, values)
                 .map_err(|message| self.cursor.error(message))?;
         }
         Ok(())
