@@ -46,7 +46,7 @@ pub mod refinement;
 pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
-mod rigid_surface;
+pub mod rigid_surface;
 pub mod schema;
 pub mod segmentation_document;
 pub mod solver_document;

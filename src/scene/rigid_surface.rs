@@ -14,7 +14,10 @@ const CONVEX: f64 = 1.001;
 const MOST_PLANES: usize = 600;
 
 /// The body inside the surface of a file of at most so many bytes, scaled; and the file.
-pub(super) fn read(
+///
+/// # Errors
+/// Why it cannot be read, or is that of no rigid body, as a problem below `here`.
+pub fn read(
     source: &dyn MeshSource,
     (name, limit): (&str, u64),
     scale: f64,
