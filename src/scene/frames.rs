@@ -87,7 +87,7 @@ pub fn axes_of(
             let e1 = Vec3::from(*axis).try_normalize(0.0).ok_or(NoAxes::Degenerate)?;
             let around = |element| {
                 let arm = centre(mesh, element) - Vec3::from(*origin_m);
-                outwards(e1, arm)
+                outwards(e1, arm, size(mesh, element))
             };
             each(elements, around, NoAxes::OnAxis)
         }
@@ -96,7 +96,7 @@ pub fn axes_of(
             let along = along_line(&line).ok_or(NoAxes::Degenerate)?;
             let around = |element| {
                 let (e1, arm) = along(centre(mesh, element))?;
-                outwards(e1, arm).or_else(|| is_along(law).then(|| any_frame(e1)))
+                outwards(e1, arm, size(mesh, element)).or_else(|| is_along(law).then(|| any_frame(e1)))
             };
             each(elements, around, NoAxes::OnAxis)
         }
@@ -140,9 +140,14 @@ fn centre(mesh: &Mesh, element: usize) -> Vec3 {
     corners.iter().sum::<Vec3>() / corners.len() as f64
 }
 
-/// e1, and e3 along what of `arm` is normal to it.
-fn outwards(e1: Vec3, arm: Vec3) -> Option<Mat3> {
-    let e3 = (arm - e1 * e1.dot(&arm)).try_normalize(PARALLEL * arm.norm())?;
+/// Distance of a corner from the centre of an element [m].
+fn size(mesh: &Mesh, element: usize) -> f64 {
+    (mesh.cells.points(element, &mesh.nodes)[0] - centre(mesh, element)).norm()
+}
+
+/// e1, and e3 along what of `arm` is normal to it, unless that is nothing against the size of the element.
+fn outwards(e1: Vec3, arm: Vec3, size: f64) -> Option<Mat3> {
+    let e3 = (arm - e1 * e1.dot(&arm)).try_normalize(PARALLEL * (arm.norm() + size))?;
     Some(Mat3::from_columns(&[e1, e3.cross(&e1), e3]))
 }
 

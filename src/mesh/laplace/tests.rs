@@ -32,9 +32,9 @@ fn cone(x: &Vec3) -> Vec3 {
     ray * (1.0 + x.z)
 }
 
-/// A quarter of a ring of mean radius 1.5 about y: φ = θ/(π/2), around the ring.
+/// A quarter of a ring of mean radius 1.5 about y, its slices of different angles: φ = θ/(π/2), around the ring.
 fn bent_tube(x: &Vec3) -> Vec3 {
-    let (radius, angle) = (1.0 + x.x, FRAC_PI_2 * x.z);
+    let (radius, angle) = (1.0 + x.x, FRAC_PI_2 * (0.7 * x.z + 0.3 * x.z * x.z));
     Vec3::new(radius * angle.cos(), x.y, radius * angle.sin())
 }
 

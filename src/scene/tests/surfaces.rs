@@ -48,7 +48,9 @@ fn load_surface(changes: &[(&str, Value)]) -> Result<Loaded, Problems> {
         (Shape::Box { half: Vec3::new(0.05, 0.015, 0.015) }, Vec3::new(0.0, 0.0, 0.3), upright),
         (Shape::Box { half: Vec3::new(0.01, 0.01, 0.14) }, Vec3::new(0.0, 0.0, 0.14), upright),
     ];
-    let ball = [(Shape::Ball { radius: 0.02 }, Vec3::zeros(), upright)];
+    // The hull of two balls of flat faces, turned against each other.
+    let ball = [upright, Rotation::from_euler_angles(0.1, 0.05, 0.02)]
+        .map(|turn| (Shape::Ball { radius: 0.02 }, Vec3::zeros(), turn));
     let mut open = stl(&[brick()]);
     open.truncate(open.len() - 50);
     open[80] -= 1;
