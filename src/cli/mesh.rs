@@ -1,28 +1,31 @@
 //! `contuse mesh info`: contents and quality of a mesh file.
 
 use super::json::write_json;
-use super::mesh_file::{is_scan, read_mesh_file, read_scan_file};
+use super::mesh_file::{is_scan, is_surface, read_mesh_file, read_scan_file, read_surface_file};
 use super::plan::write_table;
 use super::{CliError, Exit};
+use crate::mechanics::rigid::Solid;
+use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::inspect::{Inspection, inspect};
 use crate::mesh::names::shortened;
 use crate::mesh::segmentation::ScanInspection;
 use clap::{Args, Subcommand};
+use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 /// Subcommands on mesh files.
 #[derive(Debug, Subcommand)]
 pub enum MeshCommand {
-    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file; spacing and labels of a scan.
+    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file; spacing and labels of a scan; centre of mass of a surface.
     Info(InfoArgs),
 }
 
 /// Arguments of `contuse mesh info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; or a scan with labels: .nii, .nii.gz, .nrrd or .mha.
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or a surface: .stl.
     pub file: PathBuf,
     /// Print the answer as JSON.
     #[arg(long)]
@@ -45,6 +48,16 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
         }
         return Ok(Exit::Success);
     }
+    if is_surface(&args.file) {
+        let (solid, name) = read_surface_file(&args.file)?;
+        let found = SurfaceInspection::of(&solid);
+        if args.json {
+            write_json(&found, out)?;
+        } else {
+            write_surface(&name, &found, out)?;
+        }
+        return Ok(Exit::Success);
+    }
     let (mesh, name) = read_mesh_file(&args.file)?;
     let found = inspect(&mesh).ok_or_else(|| CliError::Usage(format!("{name}: {}", MeshError::Empty)))?;
     if args.json {
@@ -53,6 +66,56 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
         write_inspection(&name, &found, out)?;
     }
     Ok(if found.negative_elements == 0 { Exit::Success } else { Exit::InvalidInput })
+}
+
+/// What a rigid body of a surface is placed and weighed by, in the unit of the file.
+#[derive(Serialize)]
+struct SurfaceInspection {
+    bounding_box: [[f64; 3]; 2],
+    volume: f64,
+    centre_of_mass: [f64; 3],
+    /// Principal moments of inertia per mass.
+    inertia_per_mass: [f64; 3],
+    /// Volume of the convex hull over that of the surface.
+    hull_ratio: f64,
+    hull_planes: usize,
+}
+
+impl SurfaceInspection {
+    fn of(solid: &Solid) -> Self {
+        let corners = solid.hull.corners().iter().map(|x| solid.axes * x + solid.centre);
+        let bounds = corners.fold(None, |bounds: Option<[Vec3; 2]>, x| {
+            let [low, high] = bounds.unwrap_or([x, x]);
+            Some([low.inf(&x), high.sup(&x)])
+        });
+        Self {
+            bounding_box: bounds.unwrap_or_default().map(Into::into),
+            volume: solid.hull.volume(),
+            centre_of_mass: solid.centre.into(),
+            inertia_per_mass: solid.hull.inertia_per_mass().into(),
+            hull_ratio: solid.hull_ratio,
+            hull_planes: solid.hull.plane_count(),
+        }
+    }
+}
+
+fn write_surface(name: &str, found: &SurfaceInspection, out: &mut dyn Write) -> io::Result<()> {
+    let words = |numbers: [f64; 3]| numbers.map(|x| format!("{x:.6}")).join(", ");
+    writeln!(out, "{name}: a closed surface, for a rigid body; lengths in the unit of the file")?;
+    writeln!(
+        out,
+        "  bounding box    ({}) to ({})",
+        words(found.bounding_box[0]),
+        words(found.bounding_box[1])
+    )?;
+    writeln!(out, "  volume          {:.6e}", found.volume)?;
+    writeln!(out, "  centre of mass  ({}), which a scene puts at center_m", words(found.centre_of_mass))?;
+    writeln!(out, "  inertia / mass  {}", words(found.inertia_per_mass))?;
+    writeln!(
+        out,
+        "  convex hull     {} planes, {:.3} times the volume, which is 1 for a convex surface",
+        found.hull_planes, found.hull_ratio
+    )
 }
 
 fn write_scan(name: &str, found: &ScanInspection, out: &mut dyn Write) -> io::Result<()> {

@@ -1,11 +1,13 @@
 //! Mesh files named on the command line.
 
 use super::CliError;
+use crate::mechanics::rigid::Solid;
 use crate::mesh::Mesh;
-use crate::mesh::read::MeshFormat;
+use crate::mesh::read::{FieldNames, MeshFormat};
 use crate::mesh::segmentation::LabelVolume;
 use crate::scene::build::{read_file, read_scan};
 use crate::scene::problem::Pointer;
+use crate::scene::rigid_surface;
 use crate::scene::{Budget, FolderSource};
 use std::path::Path;
 
@@ -15,6 +17,20 @@ pub(super) fn read_scan_file(path: &Path) -> Result<(LabelVolume, String), CliEr
     let read = read_scan(&source, &name, Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
     let (volume, _) = read.map_err(crate::scene::Problem::alone)?;
     Ok((volume, name))
+}
+
+/// The body inside the surface of a file, and the name of the file without its folder.
+pub(super) fn read_surface_file(path: &Path) -> Result<(Solid, String), CliError> {
+    let (source, name) = source_of(path);
+    let read = rigid_surface::read(&source, (&name, Budget::COMMAND_LINE.mesh_bytes), 1.0, &Pointer::root());
+    let (solid, _) = read.map_err(crate::scene::Problem::alone)?;
+    Ok((solid, name))
+}
+
+/// Whether a file is the surface of a rigid body, by its name.
+pub(super) fn is_surface(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    MeshFormat::from_name(&name) == Some(MeshFormat::Stl)
 }
 
 /// Whether a file is a scan, by its name.
@@ -33,7 +49,8 @@ fn source_of(path: &Path) -> (FolderSource, String) {
 /// The mesh of a file, and the name of the file without its folder; files that it includes are in the same folder.
 pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
     let (source, name) = source_of(path);
-    let read = read_file(&source, &name, Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
+    let read =
+        read_file(&source, (&name, &FieldNames::new()), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
     let (mesh, _) = read.map_err(crate::scene::Problem::alone)?;
     Ok((mesh, name))
 }

@@ -217,8 +217,11 @@ impl PatchGeometry {
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
             let surface = frame.plan.bodies[body].boundary_after(frame.erosion);
-            *self =
-                Self { gone, rigid_master: self.rigid_master, ..Self::new(body, &surface, self.is_master) };
+            *self = Self {
+                gone,
+                rigid_master: self.rigid_master.clone(),
+                ..Self::new(body, &surface, self.is_master)
+            };
         }
         let position = |node: u32| frame.position_in(body, node);
         self.evaluation += 1;
@@ -252,10 +255,10 @@ impl PatchGeometry {
         if self.is_master {
             return Limit::Front(normal);
         }
-        let Some((body, shape)) = self.rigid_master else { return Limit::None };
-        frame.pose(body).map_or(Limit::None, |pose| {
+        let Some((body, shape)) = &self.rigid_master else { return Limit::None };
+        frame.pose(*body).map_or(Limit::None, |pose| {
             let direction = pose.orientation.inverse_transform_vector(&normal);
-            Limit::Shadow(Shadow { shape, pose, normal, direction })
+            Limit::Shadow(Shadow { shape: shape.clone(), pose, normal, direction })
         })
     }
 

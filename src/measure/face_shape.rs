@@ -23,7 +23,7 @@ const SAMPLES: usize = 8;
 const FINEST: f64 = 8.0;
 
 /// Projection of a rigid body along the normal of the contact.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Shadow {
     /// Shape of the rigid body.
     pub shape: Shape,

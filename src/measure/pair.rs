@@ -120,7 +120,7 @@ impl Source {
 fn rigid_shape(plan: &Plan, master: Option<usize>) -> Option<(usize, Shape)> {
     let body = master?;
     let index = plan.bodies[body].rigid?;
-    Some((body, plan.rigid.as_ref()?.bodies[index].shape))
+    Some((body, plan.rigid.as_ref()?.bodies[index].shape.clone()))
 }
 
 /// Faces of a master that is the mesh of another body.

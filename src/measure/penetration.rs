@@ -13,7 +13,7 @@ use crate::mechanics::contact::detection::winding::nodes_inside;
 use crate::mechanics::contact::{Master, Surface};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
-use crate::mechanics::tensor::Vec3;
+use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::Cells;
 use crate::mesh::locate::Locator;
 use crate::plan::PlanBody;
@@ -219,7 +219,7 @@ impl<'a> Side<'a> {
     fn of_body(frame: &Frame<'a>, index: usize, x: &'a [Vec3]) -> Self {
         let body = &frame.plan.bodies[index];
         match (frame.pose(index), body.rigid, &frame.plan.rigid) {
-            (Some(pose), Some(rigid), Some(plan)) => Self::Rigid(plan.bodies[rigid].shape, pose),
+            (Some(pose), Some(rigid), Some(plan)) => Self::Rigid(plan.bodies[rigid].shape.clone(), pose),
             _ => Self::Mesh(Mesh::new(body, frame.erosion, x)),
         }
     }
@@ -337,6 +337,7 @@ fn half_extents(shape: &Shape) -> Vec3 {
         Shape::Box { half } => half,
         Shape::Cylinder { radius, half_length } => Vec3::new(radius, half_length, radius),
         Shape::Capsule { radius, half_length } => Vec3::new(radius, half_length + radius, radius),
+        Shape::Polyhedron(ref hull) => hull.half_extent(&Mat3::identity()),
     }
 }
 
@@ -504,9 +505,9 @@ mod tests {
         assert!((found.volume / cap - 1.0).abs() < 0.15, "{} for {cap}", found.volume);
 
         let shape = Shape::Box { half: Vec3::repeat(0.5) };
-        let apart = look(&Side::Rigid(shape, pose(0.0)), &Side::Rigid(shape, pose(1.01)));
+        let apart = look(&Side::Rigid(shape.clone(), pose(0.0)), &Side::Rigid(shape.clone(), pose(1.01)));
         assert!(apart.depth == 0.0 && apart.volume == 0.0);
-        let [a, b] = [0.0, 0.7].map(|z| Side::Rigid(shape, pose(z)));
+        let [a, b] = [0.0, 0.7].map(|z| Side::Rigid(shape.clone(), pose(z)));
         let found = look(&a, &b);
         assert!(
             (found.depth - 0.3).abs() < 1e-12 && (found.volume / 0.3 - 1.0).abs() < 0.15,

@@ -61,6 +61,10 @@ fn shape_area(shape: &Shape, direction: &Vec3) -> f64 {
             PI * radius * radius * along + 4.0 * radius * half_length * across
         }
         Shape::Capsule { radius, half_length } => PI * radius * radius + 4.0 * radius * half_length * across,
+        Shape::Polyhedron(ref hull) => {
+            let corners: Vec<u32> = (0..hull.corners().len() as u32).collect();
+            hull_area(&corners, hull.corners(), direction)
+        }
     }
 }
 

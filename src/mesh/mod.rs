@@ -7,10 +7,12 @@
 pub mod cell;
 pub mod cells;
 pub mod distance;
+pub mod element_fields;
 pub mod error;
 pub mod generate;
 pub mod hanging;
 pub mod inspect;
+pub mod laplace;
 pub mod local_refinement;
 pub mod locate;
 pub mod names;
@@ -28,6 +30,7 @@ pub mod write;
 
 pub use cell::CellKind;
 pub use cells::{Cell, Cells};
+pub use element_fields::{ElementField, ElementFields};
 pub use error::{MeshError, ParameterProblem, Place};
 pub use hanging::HangingNodes;
 
@@ -51,6 +54,8 @@ pub struct Mesh {
     /// Material axes of each element, rows e1, e2, e3 (orthonormal, right-handed, in the reference frame); empty if the
     /// mesh has none (the axes are then x, y, z, or given by the scene).
     pub axes: Vec<[Vec3; 3]>,
+    /// Further numbers of each element that were asked for.
+    pub fields: ElementFields,
     /// Hanging nodes between coarse and fine elements.
     pub hanging: HangingNodes,
     /// Remarks on the mesh, for reports ("faceted ball: 1.7 % below the exact volume").
@@ -111,6 +116,8 @@ impl Mesh {
             notes: self.notes.clone(),
             ..Mesh::default()
         };
+        let is_kept = |e: &usize| new_part[self.part_of[*e] as usize].is_some();
+        out.fields = self.fields.of_elements((0..self.cells.len()).filter(is_kept));
         for (e, cell) in self.cells.iter().enumerate() {
             if let Some(part) = new_part[self.part_of[e] as usize] {
                 out.cells.push(cell.kind, cell.nodes);
@@ -155,8 +162,8 @@ impl Mesh {
 
     /// The mesh scaled, rotated about the origin and translated: x' = R (s x) + t.
     ///
-    /// `scale` [-] converts the unit of a file to metres (0.001 for millimetres); `translation` [m]. Material axes rotate
-    /// with the mesh.
+    /// `scale` [-] converts the unit of a file to metres (0.001 for millimetres); `translation` [m]. Material axes and vectors of
+    /// the elements rotate with the mesh.
     ///
     /// # Errors
     /// `Transform` if the scale is not positive or a number is not finite: elements would be inverted.
@@ -173,6 +180,7 @@ impl Mesh {
         let mut out = self.clone();
         out.nodes.iter_mut().for_each(|x| *x = rotation * (*x * scale) + translation);
         out.axes.iter_mut().flatten().for_each(|e| *e = rotation * *e);
+        out.fields.rotate(rotation);
         Ok(out)
     }
 }

@@ -41,6 +41,7 @@ impl Mesh {
     /// Replaces the hexahedra by cells of a kind on their nodes.
     fn split(&self, kind: CellKind, children: impl Fn(&[u32]) -> Vec<Vec<u32>>) -> Mesh {
         let mut out = Mesh { cells: Cells::default(), part_of: Vec::new(), axes: Vec::new(), ..self.clone() };
+        let mut origins = Vec::new();
         for (element, Cell { kind: own, nodes }) in self.cells.iter().enumerate() {
             let (kind, children) =
                 if own == CellKind::Hex8 { (kind, children(nodes)) } else { (own, vec![nodes.to_vec()]) };
@@ -48,8 +49,10 @@ impl Mesh {
                 out.cells.push(kind, &child);
                 out.part_of.push(self.part_of[element]);
                 out.axes.extend(self.axes.get(element));
+                origins.push(element);
             }
         }
+        out.fields = self.fields.of_elements(origins.iter().copied());
         out
     }
 

@@ -43,7 +43,7 @@ pub(super) struct Globals {
     pub keeps_idle_fibres: bool,
 }
 
-/// Adds one block for every entry of `parts` and kind of element that occurs in it; `geometry` is that of the elements in mesh order.
+/// Adds one block for every law of the body and kind of element that occurs with it; `geometry` is that of the elements in mesh order.
 pub(super) fn add_blocks(
     blocks: &mut Vec<ElementBlock>,
     globals: &Globals,
@@ -51,9 +51,13 @@ pub(super) fn add_blocks(
     body: &SceneBody,
     geometry: Vec<ReferenceGeometry>,
 ) -> Result<(), CompileError> {
-    let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len() * ElementKind::ALL.len()];
+    let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); body.materials.len() * ElementKind::ALL.len()];
+    // The part of each law: the laws of elements of another stiffness come after those of the parts.
+    let mut entry_of: Vec<usize> = (0..body.materials.len()).collect();
     for (e, (cell, geometry)) in body.mesh.cells.iter().zip(geometry).enumerate() {
-        let block = body.part_entry[e] as usize * ElementKind::ALL.len() + geometry.kind as usize;
+        let law = body.law_of[e] as usize;
+        entry_of[law] = body.part_entry[e] as usize;
+        let block = law * ElementKind::ALL.len() + geometry.kind as usize;
         inputs[block].push(BlockInput {
             element: globals.first_element + e as u32,
             nodes: cell.nodes.iter().map(|node| node + globals.first_node).collect(),
@@ -63,9 +67,8 @@ pub(super) fn add_blocks(
         });
     }
     for (place, inputs) in inputs.iter().enumerate().filter(|(_, inputs)| !inputs.is_empty()) {
-        let (entry, kind) =
-            (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
-        let (part, material) = (&document.parts[entry], &body.materials[entry]);
+        let (law, kind) = (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
+        let (part, material) = (&document.parts[entry_of[law]], &body.materials[law]);
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
             formulation: part.element(material, kind),

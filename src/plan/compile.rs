@@ -367,7 +367,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
     parts.rigid.bodies.push(crate::mechanics::rigid::RigidBody {
         centre,
         spin: centre + 1,
-        shape: rigid.shape,
+        shape: rigid.shape.clone(),
         mass,
         inertia: rigid.inertia,
     });

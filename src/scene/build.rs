@@ -3,35 +3,30 @@
 use super::RigidSceneBody;
 use super::budget::Budget;
 use super::document::{
-    BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument, SceneDocument,
+    BodyDocument, MeshDocument, MeshFileDocument, PartDocument, PlacementDocument, RigidDocument,
+    SceneDocument, ShapeDocument,
 };
-use super::frames::{NoAxes, element_axes};
+use super::file_problem::{mesh_problem, scan_problem, source_problem, table_not_found};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
 use super::refinement::Meshes;
+use super::rigid_surface;
 use super::segmentation_document::SegmentationDocument;
-use super::source::{MeshSource, MeshSourceError};
+use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;
-use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::read::{MeshFormat, read_mesh_with};
+use super::validate::rigid::check_of_shape;
+use crate::mechanics::rigid::Shape;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
+use crate::mesh::read::table::add_table;
+use crate::mesh::read::{FieldNames, MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
 use crate::mesh::segmentation::read::read_labels;
 use crate::mesh::segmentation::{self, LabelVolume};
-use crate::mesh::{CellKind, Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-
-/// A rigid body from its document; `None` where the checks of the document report why not.
-pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
-    let mass = rigid.mass()?;
-    Some(RigidSceneBody {
-        shape: rigid.shape.shape(),
-        mass,
-        inertia: rigid.inertia(mass),
-        pose: rigid.pose()?,
-    })
-}
+use std::sync::Arc;
 
 /// A mesh after local refinement.
 pub struct Refined {
@@ -45,21 +40,28 @@ pub struct Refined {
 pub struct Builder<'a> {
     source: &'a dyn MeshSource,
     budget: &'a Budget,
-    files: BTreeMap<String, Result<Mesh, Problem>>,
+    files: BTreeMap<(String, Option<String>), Result<Mesh, Problem>>,
+    /// Arrays of elements that any body of the scene names.
+    fields: FieldNames,
     /// SHA-256 of each file, by its name in the scene.
     pub file_hashes: BTreeMap<String, [u8; 32]>,
+    /// Scans and surfaces, by their names in the scene.
+    pub kept_files: BTreeMap<String, MeshBytes>,
     /// Elements that the budget still allows.
     elements_left: u64,
 }
 
 impl<'a> Builder<'a> {
     /// A builder for one scene, with the whole budget left.
-    pub fn new(source: &'a dyn MeshSource, budget: &'a Budget) -> Self {
+    pub fn new(document: &SceneDocument, source: &'a dyn MeshSource, budget: &'a Budget) -> Self {
+        let parts = document.bodies.iter().flat_map(|body| &body.parts);
         Self {
             source,
             budget,
             files: BTreeMap::new(),
+            fields: parts.flat_map(PartDocument::array_names).cloned().collect(),
             file_hashes: BTreeMap::new(),
+            kept_files: BTreeMap::new(),
             elements_left: budget.elements,
         }
     }
@@ -97,6 +99,37 @@ impl<'a> Builder<'a> {
         Some(Refined { mesh: fine, refined: Some([before, split]) })
     }
 
+    /// A rigid body from its document; `None` where problems were found, or the checks of the document report why not.
+    pub fn rigid_body(
+        &mut self,
+        index: usize,
+        (body, rigid): (&BodyDocument, &RigidDocument),
+        out: &mut Findings,
+    ) -> Option<RigidSceneBody> {
+        let here = Pointer::root().key("bodies").index(index).key("rigid");
+        let mut pose = rigid.pose()?;
+        let shape = match &rigid.shape {
+            ShapeDocument::Stl { name, scale, convex_hull } => {
+                let place = here.key("shape");
+                let read = rigid_surface::read(self.source, (name, self.budget.mesh_bytes), *scale, &place);
+                let (solid, file) = read.map_err(|problem| out.push(problem)).ok()?;
+                self.keep(name, file);
+                rigid_surface::check_hull(&solid, *convex_hull, &place.key("convex_hull"), out)?;
+                pose.orientation *= solid.axes;
+                Shape::Polyhedron(Arc::new(solid.hull))
+            }
+            shape => shape.shape()?,
+        };
+        let mass = rigid.mass(&shape)?;
+        let made = RigidSceneBody { inertia: rigid.inertia(&shape, mass), shape, mass, pose };
+        // The checks of the document know all other shapes.
+        let before = out.0.error_count();
+        if rigid.shape.shape().is_none() {
+            check_of_shape(index, body, rigid, &made.shape, out);
+        }
+        (out.0.error_count() == before).then_some(made)
+    }
+
     fn generated(&mut self, recipe: &Recipe, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
         // The number of elements is known before anything is allocated.
         self.spend(recipe.element_count(), here, out)?;
@@ -114,15 +147,17 @@ impl<'a> Builder<'a> {
         here: &Pointer,
         out: &mut Findings,
     ) -> Option<Mesh> {
-        let place = here.key("name");
-        if !self.files.contains_key(&file.name) {
-            let mesh = self.read(&file.name, &place);
-            self.files.insert(file.name.clone(), mesh);
+        let key = (file.name.clone(), file.table.clone());
+        if !self.files.contains_key(&key) {
+            let mesh = self.read(file, here);
+            self.files.insert(key.clone(), mesh);
         }
-        let mesh = match self.files.get(&file.name)? {
+        let mesh = match self.files.get(&key)? {
             Ok(mesh) => mesh.clone(),
             // Reported for each body that names the file.
             Err(problem) => {
+                let of_table = problem.pointer.ends_with("/table");
+                let place = here.key(if of_table { "table" } else { "name" });
                 out.push(Problem { pointer: place.as_str().to_owned(), ..problem.clone() });
                 return None;
             }
@@ -147,17 +182,39 @@ impl<'a> Builder<'a> {
         }
         let place = here.key("name");
         let read = read_scan(self.source, &scan.name, self.budget.mesh_bytes, &place);
-        let (volume, hash) = read.map_err(|problem| out.push(problem)).ok()?;
-        self.file_hashes.insert(scan.name.clone(), hash);
+        let (volume, file) = read.map_err(|problem| out.push(problem)).ok()?;
+        self.keep(&scan.name, file);
         let made = segmentation::mesh(&volume, &scan.options(self.elements_left));
         let mesh = made.map_err(|error| out.push(scan_problem(&error, here))).ok()?;
         self.spend(mesh.cells.len() as u64, here, out)?;
         Some(mesh)
     }
 
-    fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
-        let (mesh, file_hashes) = read_file(self.source, name, self.budget.mesh_bytes, place)?;
+    fn keep(&mut self, name: &str, file: MeshBytes) {
+        self.file_hashes.insert(name.to_owned(), Sha256::digest(&file.bytes).into());
+        self.kept_files.insert(name.to_owned(), file);
+    }
+
+    /// The mesh of a file, with the arrays of its elements that bodies name, and with its table.
+    fn read(&mut self, file: &MeshFileDocument, here: &Pointer) -> Result<Mesh, Problem> {
+        let limit = self.budget.mesh_bytes;
+        let asked = (&file.name[..], &self.fields);
+        let (mut mesh, file_hashes) = read_file(self.source, asked, limit, &here.key("name"))?;
         self.file_hashes.extend(file_hashes);
+        if let Some(name) = &file.table {
+            let place = here.key("table");
+            let found = self.source.read(name, limit);
+            let found = found.map_err(|error| table_not_found(&error, &place).value(name.as_str()))?;
+            self.file_hashes.insert(name.clone(), Sha256::digest(&found.bytes).into());
+            add_table(&mut mesh, &found.bytes).map_err(|error| {
+                Problem::error("bad_table", &place, error.to_string())
+                    .value(name.as_str())
+                    .limit("CSV with a header: element or part, then names of columns")
+                    .remedy(
+                        "correct this line; `contuse mesh info` shows the parts and the number of elements",
+                    )
+            })?;
+        }
         Ok(mesh)
     }
 
@@ -181,14 +238,14 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// The mesh of a file of a source, and the SHA-256 of that file and of those that it includes, by name. Together they have at
+/// The mesh of a file of a source with the arrays of its elements that are named, and the SHA-256 of that file and of those that it includes, by name. Together they have at
 /// most `limit` bytes.
 ///
 /// # Errors
 /// Why it cannot be read, as a problem at `place`.
 pub fn read_file(
     source: &dyn MeshSource,
-    name: &str,
+    (name, fields): (&str, &FieldNames),
     limit: u64,
     place: &Pointer,
 ) -> Result<(Mesh, BTreeMap<String, [u8; 32]>), Problem> {
@@ -209,11 +266,11 @@ pub fn read_file(
         file_hashes.insert(other.file_name, Sha256::digest(&other.bytes).into());
         Ok(other.bytes)
     };
-    let mesh = read_mesh_with(&found.bytes, format, &mut include);
+    let mesh = read_mesh_with(&found.bytes, format, fields, &mut include);
     Ok((mesh.map_err(|error| mesh_problem(&error, place).value(name))?, file_hashes))
 }
 
-/// The labels of a file of a source, of at most `limit` bytes after decompression, and the SHA-256 of the file.
+/// The labels of a file of a source, of at most `limit` bytes after decompression, and the file.
 ///
 /// # Errors
 /// Why it cannot be read, as a problem at `place`.
@@ -222,7 +279,7 @@ pub fn read_scan(
     name: &str,
     limit: u64,
     place: &Pointer,
-) -> Result<(LabelVolume, [u8; 32]), Problem> {
+) -> Result<(LabelVolume, MeshBytes), Problem> {
     let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
     let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
     let format = format.and_then(MeshFormat::volume).ok_or_else(|| {
@@ -235,7 +292,7 @@ pub fn read_scan(
     })?;
     let volume = read_labels(&found.bytes, format, limit);
     let volume = volume.map_err(|error| scan_problem(&error, place).value(name))?;
-    Ok((volume, Sha256::digest(&found.bytes).into()))
+    Ok((volume, found))
 }
 
 /// Only some parts of a mesh; every unknown name is a problem.
@@ -280,112 +337,4 @@ fn placed(mesh: &Mesh, placement: &PlacementDocument, here: &Pointer, out: &mut 
     }
     let moved = mesh.transformed(&rotation, &Vec3::from(placement.translation_m), placement.scale);
     moved.map_err(|error| out.push(mesh_problem(&error, here))).ok()
-}
-
-/// Material axes of all elements, empty when no law of the body has fibres; `None` when problems were found.
-pub fn body_axes(
-    index: usize,
-    body: &BodyDocument,
-    mesh: &Mesh,
-    part_entry: &[u32],
-    out: &mut Findings,
-) -> Option<Vec<Mat3>> {
-    if body.parts.iter().all(|part| part.material.family_count() == 0) {
-        return Some(Vec::new());
-    }
-    let parts = Pointer::root().key("bodies").index(index).key("parts");
-    let mut axes = Vec::with_capacity(mesh.cells.len());
-    let mut refused = vec![false; body.parts.len()];
-    for (element, &entry) in part_entry.iter().enumerate() {
-        let entry = entry as usize;
-        match element_axes(body.parts[entry].fibre_frame.as_ref(), mesh, element) {
-            Ok(frame) => axes.push(frame),
-            Err(reason) => {
-                // Once for each part: all its elements share the frame.
-                if !std::mem::replace(&mut refused[entry], true) {
-                    out.0.extend(frame_problem(reason, &parts.index(entry).key("fibre_frame")));
-                }
-            }
-        }
-    }
-    (!refused.contains(&true)).then_some(axes)
-}
-
-fn frame_problem(reason: NoAxes, here: &Pointer) -> Option<Problem> {
-    match reason {
-        NoAxes::MeshHasNone => Some(
-            Problem::error("mesh_without_axes", here, "the mesh carries no material axes")
-                .value("mesh")
-                .limit("a mesh with axes (a limb segment has them)")
-                .remedy("choose a constant or a cylindrical frame"),
-        ),
-        NoAxes::OnAxis { element } => Some(
-            Problem::error(
-                "element_on_axis",
-                &here.key("axis"),
-                format!("element {element} lies on the axis of the cylinder, where the radial direction is undefined"),
-            )
-            .limit("an axis outside the elements of the part")
-            .remedy("move the axis, or choose a constant frame"),
-        ),
-        // Reported by the checks of the document.
-        NoAxes::Degenerate => None,
-    }
-}
-
-fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
-    let problem = Problem::error("bad_mesh", here, error.to_string());
-    match error {
-        MeshError::UnsupportedElements { .. } => problem
-            .limit(CellKind::ALL.map(|kind| kind.table().title).join(", "))
-            .remedy("mesh with cells of these kinds"),
-        MeshError::Malformed { .. } => {
-            problem.limit("a valid file of its format").remedy("export the file again, or repair it")
-        }
-        _ => problem.limit("a mesh of cells with a finite element").remedy("change the mesh"),
-    }
-}
-
-fn scan_problem(error: &MeshError, here: &Pointer) -> Problem {
-    let problem = Problem::error("bad_scan", here, error.to_string());
-    match error {
-        MeshError::Unsupported { remedy, .. } => {
-            problem.limit("labels that can be meshed as asked").remedy(remedy.clone())
-        }
-        _ => {
-            problem.limit("a valid file of its format").remedy("export the labels again, or repair the file")
-        }
-    }
-}
-
-fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
-    match error {
-        MeshSourceError::NotFound { name, known } => {
-            let problem = Problem::error("mesh_not_found", here, error.to_string())
-                .limit("a mesh file in the folder of the scene");
-            if known.is_empty() {
-                problem.remedy("put the file into the folder of the scene, which has no mesh yet")
-            } else {
-                let others = suggest(name, known.iter().map(String::as_str));
-                problem.remedy(format!("{others}; copy files from elsewhere into the folder of the scene"))
-            }
-        }
-        MeshSourceError::NotUploaded { .. } => Problem::error("mesh_not_found", here, error.to_string())
-            .limit("the id of an uploaded mesh")
-            .remedy("upload the file by `POST /v1/meshes` and name the mesh by the id in the answer"),
-        MeshSourceError::OneFile { .. } => Problem::error("mesh_in_many_files", here, error.to_string())
-            .limit("a mesh in one file")
-            .remedy("put everything into one file"),
-        MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
-            .limit("a relative path without \"..\" and without links that leave the folder")
-            .remedy("copy the mesh into the folder of the scene"),
-        MeshSourceError::TooLarge { limit, .. } => {
-            Problem::error("budget_mesh_bytes", here, error.to_string())
-                .limit(format!("at most {limit} bytes"))
-                .remedy("use a coarser mesh, or a binary format")
-        }
-        MeshSourceError::Unreadable { .. } => Problem::error("mesh_unreadable", here, error.to_string())
-            .limit("a file that can be read")
-            .remedy("check the file and its permissions"),
-    }
 }

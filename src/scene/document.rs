@@ -15,6 +15,7 @@ pub use super::mesh_document::{
 };
 pub use super::part_document::{
     ErosionDocument, FibreFrameDocument, Formulation, PartDocument, SofteningDocument,
+    StiffnessFactorDocument, SurfaceDocument,
 };
 pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};

@@ -1,20 +1,21 @@
 //! Bytes → [`Scene`], or all problems of the document.
 
 use super::budget::Budget;
-use super::build::{Builder, Refined, body_axes, rigid_body};
-use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
+use super::build::{Builder, Refined};
+use super::document::{BodyDocument, IntegratorDocument, PartDocument, RigidDocument, SceneDocument};
+use super::element_values::{Laws, body_axes, laws};
 use super::elements;
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::read::read;
-use super::source::{FolderSource, MeshSource};
+use super::source::{FolderSource, KeptFiles, MeshSource};
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap, softening};
 use super::{Scene, SceneBody, json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::Mesh;
+use crate::mesh::{ElementFields, Mesh};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -101,10 +102,10 @@ fn complete(
     match parts {
         Some(parts) if problems.iter().all(|p| !p.is_error()) => {
             document.integrator = parts.integrator;
-            let Parts { content_hash, choice, bodies, mesh_files, .. } = parts;
+            let Parts { content_hash, choice, bodies, mesh_files, kept_files, .. } = parts;
             let warnings = problems.iter().map(ToString::to_string).collect();
             Ok(Loaded {
-                scene: Scene { document, choice, bodies, warnings, content_hash, mesh_files },
+                scene: Scene { document, choice, bodies, warnings, content_hash, mesh_files, kept_files },
                 warnings: problems,
                 estimate: parts.estimate,
                 bodies: parts.summaries,
@@ -182,7 +183,10 @@ pub fn on_meshes_of(
                 || Vec3::from(a.velocity_m_per_s) == Vec3::from(b.velocity_m_per_s))
             && parts(a) == parts(b)
     };
+    // Numbers of the elements are not kept: axes and laws made of them are made again.
+    let has_arrays = |body: &BodyDocument| body.parts.iter().any(|part| part.array_names().next().is_some());
     let is_same = known.len() == document.bodies.len()
+        && !known.iter().chain(&document.bodies).any(has_arrays)
         && scene.document.planes == document.planes
         && known.iter().zip(&document.bodies).all(has_same_mesh);
     if !is_same {
@@ -213,6 +217,7 @@ fn with_bodies(scene: &Scene, document: &SceneDocument, bodies: Vec<SceneBody>) 
         bodies,
         warnings: scene.warnings.clone(),
         mesh_files: scene.mesh_files.clone(),
+        kept_files: scene.kept_files.clone(),
     }
 }
 
@@ -226,6 +231,7 @@ struct Parts {
     estimate: Estimate,
     content_hash: String,
     mesh_files: BTreeMap<String, [u8; 32]>,
+    kept_files: KeptFiles,
 }
 
 /// Checks the document, makes the meshes and checks them. Returns the parts if all bodies could be made and the document is
@@ -238,12 +244,15 @@ fn examine(
 ) -> (Findings, Option<Parts>) {
     let _span = tracing::debug_span!("load").entered();
     let mut out = check_document(document, budget);
-    let mut builder = Builder::new(source, budget);
+    let mut builder = Builder::new(document, source, budget);
     let meshes = make_meshes(document, &mut builder);
     let mut made: Vec<Option<(SceneBody, BodySummary)>> = Vec::new();
     for (i, (mesh, found)) in meshes.into_iter().enumerate() {
         out.0.extend(found.0.into_vec());
-        made.push(make_body(i, document, mesh, &mut out));
+        made.push(match &document.bodies[i].rigid {
+            Some(rigid) => make_rigid(i, (&document.bodies[i], rigid), &mut builder, &mut out),
+            None => make_body(i, document, mesh, &mut out),
+        });
     }
     let Some(made) = made.into_iter().collect::<Option<Vec<_>>>() else { return (out, None) };
     // What follows computes with these numbers, so they must be valid.
@@ -259,8 +268,10 @@ fn examine(
         chosen.map_or_else(|| (document.integrator.clone(), None), |(i, c)| (i, Some(c)));
     let estimate = estimate::check(document, &integrator, &bodies, budget, &mut out);
     let content_hash = content_hash(document, &builder.file_hashes);
-    let mesh_files = builder.file_hashes;
-    (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files }))
+    let (mesh_files, kept_files) = (builder.file_hashes, KeptFiles::new(builder.kept_files));
+    let parts =
+        Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files, kept_files };
+    (out, Some(parts))
 }
 
 /// The meshes of all bodies, placed and locally refined, with the problems found; none for rigid bodies.
@@ -283,6 +294,17 @@ fn make_meshes(document: &SceneDocument, builder: &mut Builder) -> Vec<(Option<R
     found.into_iter().enumerate().map(take).collect()
 }
 
+fn make_rigid(
+    index: usize,
+    (body, rigid): (&BodyDocument, &RigidDocument),
+    builder: &mut Builder,
+    out: &mut Findings,
+) -> Option<(SceneBody, BodySummary)> {
+    let made = builder.rigid_body(index, (body, rigid), out)?;
+    let summary = BodySummary::rigid(body, &made);
+    Some((SceneBody { rigid: Some(made), ..SceneBody::default() }, summary))
+}
+
 fn make_body(
     index: usize,
     document: &SceneDocument,
@@ -290,11 +312,6 @@ fn make_body(
     out: &mut Findings,
 ) -> Option<(SceneBody, BodySummary)> {
     let body = &document.bodies[index];
-    if let Some(rigid) = &body.rigid {
-        let rigid = rigid_body(rigid)?;
-        let summary = BodySummary::rigid(body, &rigid);
-        return Some((SceneBody { rigid: Some(rigid), ..SceneBody::default() }, summary));
-    }
     let Refined { mut mesh, refined } = mesh?;
     meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
@@ -303,10 +320,12 @@ fn make_body(
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;
     softening::check_mesh(index, body, &mesh, &part_entry, out);
-    let axes = body_axes(index, body, &mesh, &part_entry, out)?;
-    let materials = body.parts.iter().map(PartDocument::law).collect::<Option<Vec<_>>>()?;
+    let axes = body_axes(index, body, &mesh, &part_entry, out);
+    let laws = laws(index, body, &mesh, &part_entry, out);
+    mesh.fields = ElementFields::default();
+    let (axes, Laws { materials, law_of }) = (axes?, laws?);
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
-    let made = SceneBody { rigid: None, mesh, refined, materials, part_entry, axes };
+    let made = SceneBody { rigid: None, mesh, refined, materials, law_of, part_entry, axes };
     elements::check(index, document, &made, out);
     Some((made, summary))
 }

@@ -25,6 +25,10 @@ pub struct MeshFileDocument {
     /// Parts of the file that make up this body; all by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<String>>,
+    /// CSV file in the scene's folder with arrays of its elements. The first column is `element`, the number of an element from 0 in the
+    /// order of the file, or `part`; the columns a_x, a_y, a_z are the array `a` of three components.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
     /// Number of times each element is split into eight. Curved surfaces keep their facets.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub refine: u32,
@@ -51,12 +55,12 @@ pub struct PlacementDocument {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-fn is_false(flag: &bool) -> bool {
+pub(super) fn is_false(flag: &bool) -> bool {
     !flag
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-fn is_one(ratio: &f64) -> bool {
+pub(super) fn is_one(ratio: &f64) -> bool {
     ratio.to_bits() == 1.0_f64.to_bits()
 }
 
@@ -65,7 +69,7 @@ fn is_nought(length: &f64) -> bool {
     length.to_bits() == 0.0_f64.to_bits()
 }
 
-fn one() -> f64 {
+pub(super) fn one() -> f64 {
     1.0
 }
 

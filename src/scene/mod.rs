@@ -18,8 +18,10 @@ mod choice;
 pub mod cost;
 mod deformation;
 pub mod document;
+pub mod element_values;
 pub mod elements;
 pub mod exposed_faces;
+mod file_problem;
 pub mod first_scene;
 pub mod frames;
 pub mod integrator_choice;
@@ -44,6 +46,7 @@ pub mod refinement;
 pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
+pub mod rigid_surface;
 pub mod schema;
 pub mod segmentation_document;
 pub mod solver_document;
@@ -60,7 +63,7 @@ pub use integrator_choice::{IntegratorChoice, SteppingEstimate};
 pub use load::{Loaded, load, load_document, load_file, load_parsed, on_meshes_of, with_motion};
 pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
-pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
+pub use source::{FolderSource, KeptFiles, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -84,6 +87,8 @@ pub struct Scene {
     pub content_hash: String,
     /// SHA-256 of each mesh file, by its name in the document.
     pub mesh_files: BTreeMap<String, [u8; 32]>,
+    /// Its scans and surfaces: a scene of the same bodies in other sizes reads them again.
+    pub kept_files: KeptFiles,
 }
 
 impl Scene {
@@ -116,6 +121,7 @@ impl Scene {
             body.mesh = refined(&body.mesh)?;
             body.part_entry = eightfold(&body.part_entry);
             body.axes = eightfold(&body.axes);
+            body.law_of = eightfold(&body.law_of);
         }
         Ok(())
     }
@@ -143,10 +149,13 @@ pub struct SceneBody {
     pub mesh: Mesh,
     /// Number of elements before local refinement, and how many of them were split.
     pub refined: Option<[usize; 2]>,
-    /// Law of each entry of the body's `parts`.
+    /// Law of each entry of the body's `parts`, then the laws of elements whose stiffness differs from that.
     pub materials: Vec<crate::mechanics::material::Material>,
+    /// For every element, the index of its law in `materials`.
+    pub law_of: Vec<u32>,
     /// For every element, the index of its entry in the body's `parts`.
     pub part_entry: Vec<u32>,
-    /// Material axes of every element (columns e1, e2, e3 in reference axes); empty when no law of the body has fibres.
+    /// Material axes of every element (columns e1, e2, e3 in reference axes, oblique where arrays give two families); empty when no law of
+    /// the body has fibres.
     pub axes: Vec<Mat3>,
 }

@@ -46,6 +46,20 @@ pub struct PartDocument {
     /// Material axes of the part; by default those of the mesh, otherwise x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fibre_frame: Option<FibreFrameDocument>,
+    /// Factor of the stiffness of each element, the bulk modulus apart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_factor: Option<StiffnessFactorDocument>,
+}
+
+/// Factors of the stiffness of elements, from an array of the mesh file or a column of its table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StiffnessFactorDocument {
+    /// Name of the array: one positive number for each element.
+    pub array: String,
+    /// Ratio of neighbouring factors to which the numbers are rounded, such as 1.05; by default they are used as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounded_to_ratio: Option<f64>,
 }
 
 /// Softening of the isochoric stress: beyond the strain energy of the onset the stress is reduced for good, such that tearing a
@@ -95,6 +109,20 @@ impl ErosionDocument {
 }
 
 impl PartDocument {
+    /// Names of the arrays of the mesh that it uses.
+    pub fn array_names(&self) -> impl Iterator<Item = &String> {
+        let families = match &self.fibre_frame {
+            Some(FibreFrameDocument::Arrays { families }) => &families[..],
+            _ => &[],
+        };
+        families.iter().chain(self.stiffness_factor.iter().map(|factor| &factor.array))
+    }
+    /// The law of elements of another stiffness, the bulk modulus apart; `None` where its parameters are inadmissible.
+    pub fn law_of_stiffness(&self, factor: f64) -> Option<Material> {
+        let mut scaled = self.clone();
+        scaled.material.scale_stiffness(factor);
+        scaled.law()
+    }
     /// The law under slow loading; `None` where its parameters are inadmissible.
     pub fn law(&self) -> Option<Material> {
         let material = self.material.to_material()?;
@@ -164,6 +192,38 @@ pub enum FibreFrameDocument {
         /// Direction of the axis.
         axis: [f64; 3],
     },
+    /// A direction for each fibre family of the law, in its order, from arrays of the mesh file or columns of its table. They replace the
+    /// directions of the law, which has one family or two.
+    Arrays {
+        /// Names of arrays of three components; any length.
+        families: Vec<String>,
+    },
+    /// Along a line: e1 along it at its nearest point, e2 circumferential, e3 away from it.
+    CentreLine {
+        /// Points of the line in their order, joined by straight lines; directions change gradually between them [m].
+        points_m: Vec<[f64; 3]>,
+    },
+    /// From one surface of the part to another: e1 along the gradient of the solution of Laplace's equation in the part, 0 on the one
+    /// and 1 on the other, without flux through the rest.
+    Laplace {
+        /// Where the fibres begin.
+        from: SurfaceDocument,
+        /// Where they end.
+        to: SurfaceDocument,
+        /// A direction in the plane of e1 and e2; not needed where all fibres of the law are along e1.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        plane: Option<[f64; 3]>,
+    },
+}
+
+/// A surface of a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum SurfaceDocument {
+    /// The nodes of the part in this node set.
+    Set(String),
+    /// The nodes that it shares with this other part of the mesh.
+    Part(String),
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature

@@ -1,6 +1,6 @@
 //! Rigid bodies in a scene document: shape, position, mass and inertia.
 
-use super::mesh_document::RotationDocument;
+use super::mesh_document::{RotationDocument, is_false, is_one, one};
 use crate::mechanics::rigid::{Pose, Rotation, Shape};
 use crate::mechanics::tensor::Vec3;
 use nalgebra::Unit;
@@ -26,12 +26,13 @@ pub struct RigidDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density_kg_per_m3: Option<f64>,
     /// Principal moments of inertia [kg m²]: about x, y, z for a box or ball; across, along and across the axis for a
-    /// cylinder or capsule; by default those of a homogeneous body.
+    /// cylinder or capsule; for a surface about its principal axes in ascending order, or about x, y, z where these are principal; by default
+    /// those of a homogeneous body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia_kg_m2: Option<[f64; 3]>,
 }
 
-/// A convex shape of a rigid body.
+/// A shape of a rigid body, convex in contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeDocument {
@@ -63,12 +64,24 @@ pub enum ShapeDocument {
         /// Direction of its axis; any length.
         axis: [f64; 3],
     },
+    /// The body that a closed surface of triangles encloses. The file's axes are those of the scene, unless it is rotated; its origin is
+    /// not used.
+    Stl {
+        /// File name relative to the scene's folder (`.stl`, ASCII or binary), or the id of an uploaded surface.
+        name: String,
+        /// Scale factor (0.001 for a file in millimetres).
+        #[serde(default = "one", skip_serializing_if = "is_one")]
+        scale: f64,
+        /// Let the convex hull of a surface that is not convex take part in contact; volume and inertia are those of the surface.
+        #[serde(default, skip_serializing_if = "is_false")]
+        convex_hull: bool,
+    },
 }
 
 impl ShapeDocument {
-    /// The shape, with the axis of a cylinder or capsule along y.
-    pub fn shape(&self) -> Shape {
-        match *self {
+    /// The shape, with the axis of a cylinder or capsule along y; `None` for one from a file.
+    pub fn shape(&self) -> Option<Shape> {
+        Some(match *self {
             Self::Ball { radius_m: radius } => Shape::Ball { radius },
             Self::Box { half_extents_m } => Shape::Box { half: half_extents_m.into() },
             Self::Cylinder { radius_m: radius, half_length_m: half_length, .. } => {
@@ -77,13 +90,14 @@ impl ShapeDocument {
             Self::Capsule { radius_m: radius, half_length_m: half_length, .. } => {
                 Shape::Capsule { radius, half_length }
             }
-        }
+            Self::Stl { .. } => return None,
+        })
     }
 
     /// Axis of a cylinder or capsule.
     pub fn axis(&self) -> Option<[f64; 3]> {
         match self {
-            Self::Ball { .. } | Self::Box { .. } => None,
+            Self::Ball { .. } | Self::Box { .. } | Self::Stl { .. } => None,
             Self::Cylinder { axis, .. } | Self::Capsule { axis, .. } => Some(*axis),
         }
     }
@@ -111,13 +125,13 @@ impl RigidDocument {
         Some(Pose { centre: self.center_m.into(), orientation: turned * laid })
     }
 
-    /// Mass [kg]; `None` when neither mass nor density is given.
-    pub fn mass(&self) -> Option<f64> {
-        self.mass_kg.or_else(|| Some(self.density_kg_per_m3? * self.shape.shape().volume()))
+    /// Mass of its shape [kg]; `None` when neither mass nor density is given.
+    pub fn mass(&self, shape: &Shape) -> Option<f64> {
+        self.mass_kg.or_else(|| Some(self.density_kg_per_m3? * shape.volume()))
     }
 
-    /// Principal moments of inertia [kg m²] for a given mass [kg].
-    pub fn inertia(&self, mass: f64) -> Vec3 {
-        self.inertia_kg_m2.map_or_else(|| self.shape.shape().inertia_per_mass() * mass, Vec3::from)
+    /// Principal moments of inertia of its shape [kg m²] for a given mass [kg].
+    pub fn inertia(&self, shape: &Shape, mass: f64) -> Vec3 {
+        self.inertia_kg_m2.map_or_else(|| shape.inertia_per_mass() * mass, Vec3::from)
     }
 }

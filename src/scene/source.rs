@@ -1,8 +1,10 @@
 //! Sources of mesh bytes: files in the folder of the scene, or the store of a service.
 
 use crate::mesh::read::MeshFormat;
+use std::collections::BTreeMap;
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 /// Provides the bytes of a mesh by the name used in the scene.
 pub trait MeshSource {
@@ -87,6 +89,25 @@ pub struct NoFiles;
 impl MeshSource for NoFiles {
     fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
         Err(MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() })
+    }
+}
+
+/// The scans and surfaces of a scene, kept to make its meshes again in other sizes.
+#[derive(Clone, Debug, Default)]
+pub struct KeptFiles(Arc<BTreeMap<String, MeshBytes>>);
+
+impl KeptFiles {
+    /// Files by their names in the scene.
+    pub fn new(files: BTreeMap<String, MeshBytes>) -> Self {
+        Self(Arc::new(files))
+    }
+}
+
+impl MeshSource for KeptFiles {
+    fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
+        let missing =
+            || MeshSourceError::NotFound { name: name.to_owned(), known: self.0.keys().cloned().collect() };
+        self.0.get(name).cloned().ok_or_else(missing)
     }
 }
 

@@ -18,7 +18,7 @@ use crate::measure::{
 };
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
-use crate::scene::{Budget, NoFiles, Scene};
+use crate::scene::{Budget, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -236,8 +236,13 @@ impl Sink for Discardable<'_> {
 impl<'a> Meshes<'a> {
     fn of(scene: &'a Scene, threads: usize, interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync)) -> Self {
         let document = &scene.document;
-        let variants =
-            Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+        let variants = Variants {
+            document,
+            source: &scene.kept_files,
+            budget: &Budget::COMMAND_LINE,
+            threads,
+            interrupt,
+        };
         Self { scene, variants, ratio: ratio(document), lowered: None }
     }
 

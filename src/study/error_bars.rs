@@ -8,7 +8,7 @@ use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Compared, ComparedRuns, ErrorBars, Level, REFINEMENT};
 use crate::plan::{PlanReport, compile};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
-use crate::scene::{Budget, NoFiles, Scene};
+use crate::scene::{Budget, Scene};
 use crate::step::{Ending, Interrupt};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -40,7 +40,8 @@ pub(super) fn error_bars(
     if !document.has_mesh() {
         return ErrorBars::Unknown(NotRun::NoMesh.to_string());
     }
-    let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+    let source = &scene.kept_files;
+    let variants = Variants { document, source, budget: &Budget::COMMAND_LINE, threads, interrupt };
     let runs = if document.has_mesh_file() {
         with_split_mesh(&variants, scene, depths)
     } else {

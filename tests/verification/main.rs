@@ -58,6 +58,7 @@ mod rigid_on_mesh;
 mod rigid_rotation;
 mod rigid_spin;
 mod rigid_stack;
+mod rigid_surface;
 mod rigid_sweep;
 mod shock;
 mod softening;

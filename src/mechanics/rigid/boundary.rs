@@ -20,6 +20,7 @@ pub fn triangulated(shape: &Shape) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         Shape::Capsule { radius, half_length } => {
             Capsule::new_y(half_length, radius).to_trimesh(AROUND, ALONG)
         }
+        Shape::Polyhedron(ref hull) => return (hull.corners().to_vec(), hull.triangles().to_vec()),
     };
     (vertices.into_iter().map(|v| Vec3::new(v.x, v.y, v.z)).collect(), triangles)
 }

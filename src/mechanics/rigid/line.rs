@@ -25,6 +25,7 @@ impl Shape {
             Self::Cylinder { radius, half_length } => {
                 meet([between_planes(p.y, d.y, half_length), in_circle([p.x, p.z], [d.x, d.z], radius)])
             }
+            Self::Polyhedron(ref hull) => hull.is_met_by_line(p, d),
         }
     }
 }

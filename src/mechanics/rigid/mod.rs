@@ -9,10 +9,12 @@
 mod boundary;
 mod line;
 mod motion;
+mod polyhedron;
 mod shape;
 
 pub use boundary::triangulated;
 pub use motion::{rotated, turn_freely};
+pub use polyhedron::{Polyhedron, Solid};
 pub use shape::{Feet, Shape};
 
 use super::tensor::{Mat3, Vec3};

@@ -1,10 +1,12 @@
 //! Shapes of rigid bodies about their centre of mass: volume, inertia, signed distance, points that may touch a plane.
 
+use super::Polyhedron;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// A convex shape about its centre; lengths in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A ball about the centre of mass.
     Ball {
@@ -30,6 +32,8 @@ pub enum Shape {
         /// Half of the distance between the centres of its ends [m].
         half_length: f64,
     },
+    /// The hull of a triangulated surface.
+    Polyhedron(Arc<Polyhedron>),
 }
 
 impl Shape {
@@ -40,10 +44,11 @@ impl Shape {
             Self::Box { .. } => "box",
             Self::Cylinder { .. } => "cylinder",
             Self::Capsule { .. } => "capsule",
+            Self::Polyhedron(_) => "polyhedron",
         }
     }
 
-    /// Volume enclosed by the surface [m³].
+    /// Volume of the body [m³]: that inside its surface, of a polyhedron inside the surface that it is the hull of.
     pub fn volume(&self) -> f64 {
         match *self {
             Self::Ball { radius } => 4.0 / 3.0 * PI * radius.powi(3),
@@ -52,6 +57,7 @@ impl Shape {
             Self::Capsule { radius, half_length } => {
                 PI * radius * radius * (2.0 * half_length + 4.0 / 3.0 * radius)
             }
+            Self::Polyhedron(ref hull) => hull.volume(),
         }
     }
 
@@ -76,6 +82,7 @@ impl Shape {
                     middle * (r2 / 4.0 + l2 / 3.0) + ends * (0.4 * r2 + l2 + 0.75 * radius * half_length);
                 Vec3::new(across, along, across) / (middle + ends)
             }
+            Self::Polyhedron(ref hull) => hull.inertia_per_mass(),
         }
     }
 
@@ -86,6 +93,7 @@ impl Shape {
             Self::Box { half } => half.norm(),
             Self::Cylinder { radius, half_length } => radius.hypot(half_length),
             Self::Capsule { radius, half_length } => radius + half_length,
+            Self::Polyhedron(ref hull) => hull.outer_radius(),
         }
     }
 
@@ -99,15 +107,17 @@ impl Shape {
             Self::Box { half } => axes.abs() * half,
             Self::Cylinder { radius, half_length } => along * half_length + across * radius,
             Self::Capsule { radius, half_length } => (along * half_length).add_scalar(radius),
+            Self::Polyhedron(ref hull) => hull.half_extent(axes),
         }
     }
 
     /// The length that tolerances refer to: the smallest thickness [m].
     pub fn size(&self) -> f64 {
-        2.0 * match *self {
-            Self::Ball { radius } | Self::Capsule { radius, .. } => radius,
-            Self::Box { half } => half.min(),
-            Self::Cylinder { radius, half_length } => radius.min(half_length),
+        match *self {
+            Self::Ball { radius } | Self::Capsule { radius, .. } => 2.0 * radius,
+            Self::Box { half } => 2.0 * half.min(),
+            Self::Cylinder { radius, half_length } => 2.0 * radius.min(half_length),
+            Self::Polyhedron(ref hull) => hull.thickness(),
         }
     }
 
@@ -132,14 +142,15 @@ impl Shape {
                 let (d, n) = from_slabs(&beyond, &Vec3::new(1.0, sign_of(p.y), 0.0));
                 (d, outwards * n.x + Vec3::y() * n.y)
             }
+            Self::Polyhedron(ref hull) => hull.eval_distance(p),
         }
     }
 
     /// The points that may be first to touch a plane, including the lowest of the body, in its axes [m]: `down` is
     /// the unit direction into the plane. Always the same number in the same order, so that those of two poses
     /// correspond.
-    pub fn feet(&self, down: &Vec3) -> Feet {
-        let mut feet = Feet { points: [Vec3::zeros(); Feet::MOST], count: 0 };
+    pub fn feet(&self, down: &Vec3) -> Feet<'_> {
+        let mut feet = Feet { points: [Vec3::zeros(); Feet::MOST], count: 0, corners: &[] };
         match *self {
             Self::Ball { radius } => feet.push(down * radius),
             Self::Box { half } => {
@@ -161,6 +172,7 @@ impl Shape {
                     }
                 }
             }
+            Self::Polyhedron(ref hull) => feet.corners = hull.corners(),
         }
         feet
     }
@@ -168,14 +180,16 @@ impl Shape {
 
 /// Points of a shape that may touch a plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Feet {
-    points: [Vec3; Self::MOST],
+pub struct Feet<'a> {
+    points: [Vec3; Feet::MOST],
     count: usize,
+    /// Those of a polyhedron, which has no others.
+    corners: &'a [Vec3],
 }
 
-impl Feet {
-    /// Largest number of points of a shape.
-    pub const MOST: usize = 8;
+impl Feet<'_> {
+    /// Largest number of points of a shape other than a polyhedron.
+    const MOST: usize = 8;
 
     fn push(&mut self, point: Vec3) {
         self.points[self.count] = point;
@@ -184,7 +198,7 @@ impl Feet {
 
     /// Positions in the axes of the body [m].
     pub fn points(&self) -> &[Vec3] {
-        &self.points[..self.count]
+        if self.corners.is_empty() { &self.points[..self.count] } else { self.corners }
     }
 }
 

@@ -1,4 +1,9 @@
-//! Files that a mesh file includes.
+//! What a reader is asked for beside the mesh: files that it includes, and arrays of the elements.
+
+use std::collections::BTreeSet;
 
 /// Reads the included file of this name, or says why it cannot.
 pub type Include<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
+
+/// Names of the arrays of elements that are read beside the mesh; all others are only noted.
+pub type FieldNames = BTreeSet<String>;

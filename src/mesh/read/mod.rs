@@ -14,13 +14,15 @@ mod gmsh;
 mod include;
 mod lsdyna;
 mod nastran;
+pub mod stl;
+pub mod table;
 mod vtk;
 mod xml;
 
 #[cfg(test)]
 mod tests;
 
-pub use include::Include;
+pub use include::{FieldNames, Include};
 
 use super::segmentation::read::VolumeFormat;
 use super::{Mesh, MeshError};
@@ -64,11 +66,14 @@ pub enum MeshFormat {
     /// Label volume in MetaImage `.mha`.
     #[serde(rename = "mha")]
     MetaImage,
+    /// Surface of a rigid body in STL `.stl`, ASCII or binary.
+    #[serde(rename = "stl")]
+    Stl,
 }
 
 impl MeshFormat {
     /// All formats.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Gmsh,
         Self::Abaqus,
         Self::Vtk,
@@ -79,6 +84,7 @@ impl MeshFormat {
         Self::Nifti,
         Self::Nrrd,
         Self::MetaImage,
+        Self::Stl,
     ];
 
     /// The usual file extension of the format.
@@ -99,6 +105,7 @@ impl MeshFormat {
             Self::Nifti => &["nii", "nii.gz"],
             Self::Nrrd => &["nrrd"],
             Self::MetaImage => &["mha"],
+            Self::Stl => &["stl"],
         }
     }
 
@@ -133,9 +140,10 @@ impl MeshFormat {
             Some(Self::Vtu)
         } else if begins(&[b"<"]) && names(b"<febio_spec") {
             Some(Self::Febio)
-        } else {
-            let volume = VolumeFormat::sniff(bytes)?;
+        } else if let Some(volume) = VolumeFormat::sniff(bytes) {
             Self::ALL.into_iter().find(|format| format.volume() == Some(volume))
+        } else {
+            stl::begins(bytes).then_some(Self::Stl)
         }
     }
 
@@ -159,25 +167,38 @@ impl MeshFormat {
 /// finite; `UnsupportedElements` for volume elements of other kinds; `Unsupported` for versions, encodings and keywords
 /// that are not supported; `Empty` for a file without volume elements.
 pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
-    read_mesh_with(bytes, format, &mut |_| Err("included files are not available here".into()))
+    let mut include = |_: &str| Err("included files are not available here".into());
+    read_mesh_with(bytes, format, &FieldNames::new(), &mut include)
 }
 
-/// Reads a mesh from a file and those that it includes (LS-DYNA), which `include` reads.
+/// Reads a mesh from a file and those that it includes (LS-DYNA), which `include` reads, with the arrays of elements (VTK) named
+/// by `fields`, as far as the file has them.
 ///
 /// # Errors
 /// Those of [`read_mesh`], and `Unsupported` for a file that cannot be included.
-pub fn read_mesh_with(bytes: &[u8], format: MeshFormat, include: Include) -> Result<Mesh, MeshError> {
+pub fn read_mesh_with(
+    bytes: &[u8],
+    format: MeshFormat,
+    fields: &FieldNames,
+    include: Include,
+) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),
-        MeshFormat::Vtk => vtk::read_legacy(bytes),
-        MeshFormat::Vtu => vtk::read_unstructured(bytes),
+        MeshFormat::Vtk => vtk::read_legacy(bytes, fields),
+        MeshFormat::Vtu => vtk::read_unstructured(bytes, fields),
         MeshFormat::LsDyna => lsdyna::read(bytes, include),
         MeshFormat::Febio => febio::read(bytes),
         MeshFormat::Nastran => nastran::read(bytes),
         MeshFormat::Nifti | MeshFormat::Nrrd | MeshFormat::MetaImage => Err(MeshError::Unsupported {
             what: "a scan with labels, which has no elements".into(),
             remedy: "name it in \"mesh\": {\"segmentation\": {\"name\": …, \"size_m\": …}} of the body"
+                .into(),
+        }),
+        MeshFormat::Stl => Err(MeshError::Unsupported {
+            what: "a surface, which has no elements".into(),
+            remedy: "name it in \"rigid\": {\"shape\": {\"kind\": \"stl\", \"name\": …}} of a rigid body; fill it with elements in a mesh \
+                     generator such as Gmsh for one that deforms"
                 .into(),
         }),
     }

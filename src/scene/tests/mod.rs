@@ -2,10 +2,12 @@
 
 mod broken;
 mod cells;
+mod element_values;
 mod library;
 mod mesh_formats;
 mod rigid;
 mod scans;
+mod surfaces;
 
 use super::problem::MOST_LISTED;
 use super::*;

@@ -1,6 +1,7 @@
 //! Checks of the parts of a body that need the document alone: density, material, element, fibre frame, placement.
 
 use super::{Findings, prony, softening};
+use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{
     BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
@@ -18,6 +19,10 @@ const STRETCHES: [f64; 2] = [1.001, 1e3];
 const VOLUME_RATIOS: [f64; 2] = [1e-3, 0.999];
 /// Admissible limits of damage [-]; a thousandth of the stress always remains.
 const DAMAGES: [f64; 2] = [0.01, 0.998];
+/// Admissible ratios of neighbouring factors of stiffness [-].
+const RATIOS: [f64; 2] = [1.001, 2.0];
+/// Most points of a centre line.
+const MOST_POINTS: usize = 10_000;
 
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
@@ -116,6 +121,10 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         .limit("full or reduced, for a coupled law")
         .remedy("choose \"full\", or a split law")
     });
+    if let Some(ratio) = part.stiffness_factor.as_ref().and_then(|factor| factor.rounded_to_ratio) {
+        let place = here.key("stiffness_factor").key("rounded_to_ratio");
+        out.between(&place, "the ratio", ratio, RATIOS, "1.05 changes a factor by at most 2.5 %");
+    }
     if let Some(frame) = &part.fibre_frame {
         check_frame(frame, &here.key("fibre_frame"), out);
         out.require(part.material.family_count() > 0, || {
@@ -128,7 +137,13 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
 
 fn check_frame(frame: &FibreFrameDocument, here: &Pointer, out: &mut Findings) {
     match frame {
-        FibreFrameDocument::Mesh {} => {}
+        FibreFrameDocument::Mesh {} | FibreFrameDocument::Arrays { .. } => {}
+        FibreFrameDocument::CentreLine { points_m } => check_line(points_m, &here.key("points_m"), out),
+        FibreFrameDocument::Laplace { plane, .. } => {
+            if let Some(plane) = plane {
+                out.direction(&here.key("plane"), "the second direction", *plane);
+            }
+        }
         FibreFrameDocument::Constant { axis, plane } => {
             out.direction(&here.key("axis"), "the fibre axis", *axis);
             out.direction(&here.key("plane"), "the second direction", *plane);
@@ -142,6 +157,29 @@ fn check_frame(frame: &FibreFrameDocument, here: &Pointer, out: &mut Findings) {
         FibreFrameDocument::Cylindrical { axis, .. } => {
             out.direction(&here.key("axis"), "the axis of the cylinder", *axis);
         }
+    }
+}
+
+/// Consecutive points of a line must differ, and it must not turn back.
+fn check_line(points: &[[f64; 3]], here: &Pointer, out: &mut Findings) {
+    out.require((2..=MOST_POINTS).contains(&points.len()), || {
+        Problem::error("out_of_range", here, "this is no line")
+            .value(points.len())
+            .limit(format!("2 to {MOST_POINTS} points"))
+            .remedy("give points along the fibres, in order")
+    });
+    let way = |i: usize| (Vec3::from(points[i + 1]) - Vec3::from(points[i])).try_normalize(0.0);
+    let ways: Vec<Option<Vec3>> = (1..points.len()).map(|i| way(i - 1)).collect();
+    for (i, way) in ways.iter().enumerate() {
+        let turns_back = i > 0 && matches!((ways[i - 1], way), (Some(a), Some(b)) if (a + b).norm() < 1e-6);
+        out.require(way.is_some() && !turns_back, || {
+            let what =
+                if turns_back { "the line turns back here" } else { "this point is the next one, too" };
+            Problem::error("no_direction", &here.index(i), what)
+                .value(points[i].to_vec())
+                .limit("points that differ from the next, on a line that does not turn back")
+                .remedy("remove the point, or correct it")
+        });
     }
 }
 

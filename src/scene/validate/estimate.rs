@@ -112,8 +112,16 @@ pub fn check(
 
 /// Shortest crossing time of a wave through one element, and crossing time of the whole body [s].
 fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
-    let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
-    let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
+    // Of each law; every one belongs to some element, or is that of a part.
+    let mut speeds = vec![0.0; body.materials.len()];
+    let of_parts = (0..written.parts.len()).map(|entry| (entry, entry));
+    let of_elements =
+        body.law_of.iter().zip(&body.part_entry).map(|(law, entry)| (*law as usize, *entry as usize));
+    for (law, entry) in of_parts.chain(of_elements) {
+        if speeds[law] == 0.0 {
+            speeds[law] = wave_speed(&body.materials[law], written.parts[entry].density_kg_per_m3);
+        }
+    }
     // Elements as they are at the start, which may be deformed.
     let mut shortest = f64::INFINITY;
     for (element, &entry) in body.part_entry.iter().enumerate() {
@@ -125,7 +133,7 @@ fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
         }
         let part = &written.parts[entry as usize];
         let diffusivity = part.shear_viscosity_pa_s / part.density_kg_per_m3;
-        shortest = shortest.min(stable_step(length, speeds[entry as usize], diffusivity));
+        shortest = shortest.min(stable_step(length, speeds[body.law_of[element] as usize], diffusivity));
     }
     let size = body.mesh.bounding_box().map_or(0.0, |[low, high]| (high - low).min());
     let fastest = speeds.iter().copied().fold(0.0, f64::max);

@@ -6,7 +6,7 @@ use crate::scene::document::{Axis, BodyDocument, InitialDeformation};
 use crate::scene::problem::{Pointer, Problem};
 
 /// Upper bound of the speed of blunt projectiles [m/s].
-const USUAL_SPEED: f64 = 2000.0;
+pub(super) const USUAL_SPEED: f64 = 2000.0;
 
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
@@ -19,19 +19,6 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
             .limit(format!("usually at most {USUAL_SPEED} m/s"))
             .remedy("give the velocity in m/s")
     });
-    if let Some(rigid) = &body.rigid {
-        let spin = body.spin_rad_per_s.iter().map(|w| w * w).sum::<f64>().sqrt();
-        let rim = spin * rigid.shape.shape().outer_radius();
-        out.require(!(rim > USUAL_SPEED), || {
-            let message = format!(
-                "the rim of the body would move at {rim:.3e} m/s, beyond the strength of any material"
-            );
-            Problem::error("impossible_spin", &here.key("spin_rad_per_s"), message)
-                .value(spin)
-                .limit(format!("a rim slower than {USUAL_SPEED} m/s (steel bursts at less than 1000)"))
-                .remedy("give the spin in radians per second: 60 turns a minute are 6.28 rad/s")
-        });
-    }
     check_fixed(body, &here, out);
     if let Some(deformation) = &body.initial_deformation {
         check_deformation(deformation, &here.key("initial_deformation"), out);

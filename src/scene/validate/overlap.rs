@@ -124,7 +124,7 @@ impl Start {
 
     /// A rigid body as in a plan: two nodes, one for its centre and one for its spin.
     fn add_rigid(&mut self, body: &RigidSceneBody) {
-        let &RigidSceneBody { shape, mass, inertia, pose } = body;
+        let RigidSceneBody { shape, mass, inertia, pose } = body.clone();
         let centre = self.x.len() as u32;
         self.x.extend([pose.centre; 2]);
         self.surfaces.push(Surface { nodes: vec![centre], faces: Vec::new() });

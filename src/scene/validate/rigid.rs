@@ -2,6 +2,8 @@
 
 use super::Findings;
 use super::bodies::MOST_DENSITY;
+use super::motion::USUAL_SPEED;
+use crate::mechanics::rigid::Shape;
 use crate::scene::document::{BodyDocument, RigidDocument, Role, ShapeDocument};
 use crate::scene::problem::{Pointer, Problem};
 
@@ -36,9 +38,39 @@ pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut
     if let Some(inertia) = rigid.inertia_kg_m2 {
         let place = here.key("inertia_kg_m2");
         check_inertia(inertia, &place, out);
-        if let Some(mass) = rigid.mass().filter(|mass| *mass > 0.0 && size_is_sound(rigid)) {
-            check_inertia_of_shape(inertia, mass, rigid, &place, out);
-        }
+    }
+    // Of a shape from a file, when it has been read.
+    if let Some(shape) = rigid.shape.shape() {
+        check_of_shape(index, body, rigid, &shape, out);
+    }
+}
+
+/// Checks what depends on the shape of body number `index`.
+pub fn check_of_shape(
+    index: usize,
+    body: &BodyDocument,
+    rigid: &RigidDocument,
+    shape: &Shape,
+    out: &mut Findings,
+) {
+    let here = Pointer::root().key("bodies").index(index);
+    let spin = body.spin_rad_per_s.iter().map(|w| w * w).sum::<f64>().sqrt();
+    let rim = spin * shape.outer_radius();
+    out.require(!(rim > USUAL_SPEED), || {
+        let message =
+            format!("the rim of the body would move at {rim:.3e} m/s, beyond the strength of any material");
+        Problem::error("impossible_spin", &here.key("spin_rad_per_s"), message)
+            .value(spin)
+            .limit(format!("a rim slower than {USUAL_SPEED} m/s (steel bursts at less than 1000)"))
+            .remedy("give the spin in radians per second: 60 turns a minute are 6.28 rad/s")
+    });
+    let here = here.key("rigid");
+    if !(shape.size() > 0.0) {
+        return;
+    }
+    out.usual(&here.key("shape"), "the thickness", shape.size(), USUAL_SIZE, "give lengths in metres");
+    if let (Some(inertia), Some(mass)) = (rigid.inertia_kg_m2, rigid.mass(shape).filter(|mass| *mass > 0.0)) {
+        check_inertia_of_shape(inertia, mass, shape, &here.key("inertia_kg_m2"), out);
     }
 }
 
@@ -79,16 +111,16 @@ fn check_shape(shape: &ShapeDocument, here: &Pointer, out: &mut Findings) {
         | ShapeDocument::Capsule { radius_m, half_length_m, .. } => {
             vec![(here.key("radius_m"), radius_m), (here.key("half_length_m"), half_length_m)]
         }
+        ShapeDocument::Stl { scale, .. } => {
+            out.positive(&here.key("scale"), "the scale", scale, "0.001 turns millimetres into metres");
+            Vec::new()
+        }
     };
     for (pointer, length) in &lengths {
         out.positive(pointer, "a length", *length, "give it in metres: 15 mm is 0.015");
     }
     if let Some(axis) = shape.axis() {
         out.direction(&here.key("axis"), "the axis", axis);
-    }
-    let size = shape.shape().size();
-    if size > 0.0 {
-        out.usual(here, "the thickness", size, USUAL_SIZE, "give lengths in metres");
     }
 }
 
@@ -115,20 +147,9 @@ fn check_mass(rigid: &RigidDocument, here: &Pointer, out: &mut Findings) {
     }
 }
 
-fn size_is_sound(rigid: &RigidDocument) -> bool {
-    rigid.shape.shape().size() > 0.0
-}
-
 /// No mass lies outside the shape, so a moment of inertia is at most m R²; below 1e-4 of that of a homogeneous body it is
 /// taken for a mistake.
-fn check_inertia_of_shape(
-    inertia: [f64; 3],
-    mass: f64,
-    rigid: &RigidDocument,
-    here: &Pointer,
-    out: &mut Findings,
-) {
-    let shape = rigid.shape.shape();
+fn check_inertia_of_shape(inertia: [f64; 3], mass: f64, shape: &Shape, here: &Pointer, out: &mut Findings) {
     let (most, homogeneous) = (mass * shape.outer_radius().powi(2), shape.inertia_per_mass() * mass);
     for (i, moment) in inertia.into_iter().enumerate() {
         let least = LEAST_INERTIA * homogeneous[i];

@@ -31,7 +31,7 @@ const SMALL_MESH: u64 = 2 << 20;
 #[into_params(parameter_in = Query)]
 pub struct UploadParameters {
     /// The format, unless the beginning of the file identifies it: `msh`, `inp`, `vtk`, `vtu`, `k`, `feb` or `bdf`;
-    /// of a scan with labels `nii` (compressed, too), `nrrd` or `mha`.
+    /// of a scan with labels `nii` (compressed, too), `nrrd` or `mha`, of a surface `stl`.
     format: Option<MeshFormat>,
 }
 

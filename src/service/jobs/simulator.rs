@@ -12,6 +12,7 @@ use super::{JobKind, Phase, Progress};
 use crate::blobs::{BlobError, BlobStore};
 use crate::mesh::Mesh;
 use crate::mesh::quality::{first_beyond_range, quality};
+use crate::mesh::read::stl::{ClosedSurface, read_stl};
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::mesh::segmentation::read::read_labels;
 use crate::mesh::segmentation::{LabelVolume, ScanInspection};
@@ -150,6 +151,10 @@ impl Engine for Simulator {
             let labels = labels.map_err(|error| refusal(error.to_string()))?;
             return Ok((format, scan_report(&labels)));
         }
+        if format == MeshFormat::Stl {
+            let surface = read_stl(bytes).map_err(|error| refusal(error.to_string()))?;
+            return Ok((format, surface_report(&surface)));
+        }
         let mesh = read_mesh(bytes, format).map_err(|error| refusal(error.to_string()))?;
         if let Some(element) = first_beyond_range(&mesh) {
             return Err(refusal(format!(
@@ -200,6 +205,39 @@ fn scan_report(volume: &LabelVolume) -> MeshReport {
             volume: labelled().map(|label| label.volume_m3).sum(),
         },
         notes: found.notes.iter().cloned().chain(volumes).collect(),
+    }
+}
+
+/// Report on an uploaded surface: its triangles count as elements.
+fn surface_report(surface: &ClosedSurface) -> MeshReport {
+    let edges = surface.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+    let lengths = edges.map(|[a, b]| (surface.points[a as usize] - surface.points[b as usize]).norm());
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold(nothing, |[low, high], value| [low.min(value), high.max(value)])
+    };
+    let [min_edge, max_edge] = range(&mut lengths.into_iter());
+    let bounds: [[f64; 2]; 3] = std::array::from_fn(|i| range(&mut surface.points.iter().map(|x| x[i])));
+    MeshReport {
+        nodes: surface.points.len() as u64,
+        elements: surface.triangles.len() as u64,
+        parts: BTreeMap::new(),
+        node_sets: BTreeMap::new(),
+        bounding_box_min: bounds.map(|[low, _]| low),
+        bounding_box_max: bounds.map(|[_, high]| high),
+        quality: MeshQualityReport {
+            min_scaled_jacobian: 1.0,
+            worst_element: 0,
+            negative_elements: 0,
+            first_negative_elements: Vec::new(),
+            folded_elements: 0,
+            max_aspect_ratio: None,
+            coincident_nodes: 0,
+            min_edge,
+            max_edge,
+            volume: surface.volume(),
+        },
+        notes: vec!["a closed surface of triangles, for a rigid body".into()],
     }
 }
 

@@ -83,7 +83,7 @@ impl<'a> BaseFacts<'a> {
             return Ok(Cow::Borrowed(&self.base.bodies[body].mesh));
         }
         let (written, mut found) = (&scene.bodies[body], Findings::default());
-        let made = Builder::new(self.source, self.budget).body_mesh(body, written, &mut found);
+        let made = Builder::new(scene, self.source, self.budget).body_mesh(body, written, &mut found);
         made.map(Cow::Owned).ok_or_else(|| Misfit {
             field: "target",
             value: json!(written.name),

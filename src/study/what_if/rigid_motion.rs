@@ -60,13 +60,17 @@ pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &
     let turned = |direction: [f64; 3]| -> [f64; 3] { (turn * Vec3::from(direction)).into() };
     for frame in body.parts.iter_mut().filter_map(|part| part.fibre_frame.as_mut()) {
         match frame {
-            FibreFrameDocument::Mesh {} => {}
+            FibreFrameDocument::Mesh {} | FibreFrameDocument::Arrays { .. } => {}
             FibreFrameDocument::Constant { axis, plane } => {
                 (*axis, *plane) = (turned(*axis), turned(*plane));
             }
             FibreFrameDocument::Cylindrical { origin_m, axis } => {
                 (*origin_m, *axis) = (moved(*origin_m), turned(*axis));
             }
+            FibreFrameDocument::CentreLine { points_m } => {
+                points_m.iter_mut().for_each(|point| *point = moved(*point));
+            }
+            FibreFrameDocument::Laplace { plane, .. } => *plane = plane.map(turned),
         }
     }
 }

@@ -141,3 +141,76 @@ fn a_scan_goes_from_upload_to_summary() {
     let (_, job) = finished(&client, &scene);
     assert_eq!(job["state"], "succeeded", "{job}");
 }
+
+/// A block of 4 × 4 × 2 cubes of 5 mm as a legacy file of VTK, with a fibre and a factor of stiffness in every cell.
+fn mesh_with_arrays() -> Vec<u8> {
+    let lines = |items: Vec<String>| items.join("\n") + "\n";
+    let at = |i: usize, j: usize, k: usize| i + 5 * j + 25 * k;
+    let points = (0..75).map(|n| {
+        format!("{} {} {}", 0.005 * (n % 5) as f64, 0.005 * (n / 5 % 5) as f64, 0.005 * (n / 25) as f64)
+    });
+    let cell = |n: usize| {
+        let (i, j, k) = (n % 4, n / 4 % 4, n / 16);
+        let ring = |k: usize| [at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k)];
+        let nodes: Vec<String> = [ring(k), ring(k + 1)].concat().iter().map(usize::to_string).collect();
+        format!("8 {}", nodes.join(" "))
+    };
+    let header =
+        "# vtk DataFile Version 3.0\nblock\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 75 double\n".to_owned();
+    let text = header
+        + &lines(points.collect())
+        + "CELLS 32 288\n"
+        + &lines((0..32).map(cell).collect())
+        + "CELL_TYPES 32\n"
+        + &"12\n".repeat(32)
+        + "CELL_DATA 32\nVECTORS fibre double\n"
+        + &lines((0..32).map(|n| format!("1 {} 0", 0.1 * f64::from(n))).collect())
+        + "SCALARS grade double\nLOOKUP_TABLE default\n"
+        + &lines((0..32).map(|n| format!("{}", 1 + n / 16)).collect());
+    text.into_bytes()
+}
+
+/// A tetrahedron with its tip down as ASCII STL, in millimetres.
+fn tip() -> String {
+    let x = ["0 0 0", "-9 -9 9", "9 -9 9", "0 9 9"];
+    let facet = |[a, b, c]: [usize; 3]| {
+        format!(
+            "facet normal 0 0 0\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
+            x[a], x[b], x[c]
+        )
+    };
+    let facets: String = [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]].map(facet).concat();
+    format!("solid tip\n{facets}endsolid tip\n")
+}
+
+#[test]
+fn a_surface_and_arrays_of_elements_go_from_upload_to_summary() {
+    let server = Server::simulating();
+    let client = server.client();
+    let [surface, mesh] = [tip().into_bytes(), mesh_with_arrays()].map(|file| {
+        let kept = upload(&client, "", &file);
+        assert_eq!(kept.status, 201, "{kept:?}");
+        kept.json()
+    });
+    assert_eq!((&surface["format"], &surface["elements"]), (&json!("stl"), &json!(4)));
+    let open = tip().replacen("vertex 0 9 9", "vertex 0 9 8", 1);
+    let refused = problem(&upload(&client, "", open.as_bytes()), 422, "invalid-mesh");
+    assert!(refused["detail"].as_str().unwrap().contains("is open"), "{refused}");
+
+    let scene = json!({
+        "name": "tip", "end_time_s": 2e-4,
+        "bodies": [
+            {"name": "tip", "role": "projectile", "velocity_m_per_s": [0, 0, -5],
+             "rigid": {"shape": {"kind": "stl", "name": surface["id"], "scale": 0.001}, "center_m": [0.011, 0.011, 0.0171], "mass_kg": 0.02}},
+            {"name": "tissue", "role": "tissue", "sets": [{"name": "low", "min_m": [-1, -1, -1], "max_m": [1, 1, 1e-6]}], "fixed": [{"set": "low"}],
+             "mesh": {"file": {"name": mesh["id"]}},
+             "parts": [{"part": "*", "density_kg_per_m3": 1000,
+                        "fibre_frame": {"kind": "arrays", "families": ["fibre"]}, "stiffness_factor": {"array": "grade"},
+                        "material": {"law": "holzapfel_gasser_ogden", "c_pa": 1e4, "k1_pa": 1e4, "k2": 1,
+                                     "fibres": {"angles_deg": [0]}, "bulk_modulus_pa": 2e7}}]}
+        ],
+        "solver": {"error_bars": "none"}
+    });
+    let (_, job) = finished(&client, &scene);
+    assert_eq!(job["state"], "succeeded", "{job}");
+}

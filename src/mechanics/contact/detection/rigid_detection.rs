@@ -255,7 +255,7 @@ impl Finder<'_> {
         body: usize,
         contacts: &mut Vec<Contact>,
     ) {
-        let shape @ Shape::Box { .. } = &self.bodies[body].shape else { return };
+        let shape @ (Shape::Box { .. } | Shape::Polyhedron(_)) = &self.bodies[body].shape else { return };
         for corner in shape.feet(&Vec3::zeros()).points() {
             let place = self.motion.poses[body].place(corner);
             let mut nearest: Option<Proximity> = None;

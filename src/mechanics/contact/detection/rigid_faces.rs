@@ -125,12 +125,36 @@ struct Obstacle {
     /// Allowed depth in the face [m].
     allowed: f64,
     /// The core, and the distance [m] that the face keeps from it.
-    core: (Shape, f64),
+    core: (Core, f64),
     /// The shape whose feet stand on the face, and their distance [m].
     feet: (Shape, f64),
     deepest: f64,
     /// Edges of the face that are checked: each edge of the mesh belongs to one face.
     owns: [bool; 4],
+}
+
+/// What a shape is reduced to, such that normals at its edges are unique outside of it.
+enum Core {
+    /// A smaller shape of the same kind, the centre of a ball, or the axis of a capsule.
+    Smaller(Shape),
+    /// A polyhedron whose planes are further inwards by at least that [m]: shrunk about a point inside, so that those far from the point
+    /// move more, and faces may enter deeper there.
+    Shrunk(Shape, f64),
+}
+
+impl Core {
+    /// As [`Shape::eval_distance`].
+    fn eval_distance(&self, p: &Vec3) -> (f64, Vec3) {
+        match self {
+            Self::Shrunk(Shape::Polyhedron(hull), less) => hull.eval_core_distance(p, *less),
+            Self::Smaller(shape) | Self::Shrunk(shape, _) => shape.eval_distance(p),
+        }
+    }
+
+    /// Whether it is the centre of a ball.
+    fn is_point(&self) -> bool {
+        matches!(self, Self::Smaller(Shape::Ball { .. }))
+    }
 }
 
 /// A place of a face near the shape.
@@ -148,8 +172,9 @@ impl Obstacle {
     fn new(shape: &Shape, size: f64) -> Self {
         let allowed = allowed(shape, size);
         let less = 2.0 * allowed;
-        let flat = |core: Shape| ((core, allowed), (*shape, 0.0));
-        let round = |axis: Shape, radius: f64| ((axis, radius - allowed), (axis, radius));
+        let flat = |core: Shape| ((Core::Smaller(core), allowed), (shape.clone(), 0.0));
+        let round =
+            |axis: Shape, radius: f64| ((Core::Smaller(axis.clone()), radius - allowed), (axis, radius));
         let (core, feet) = match *shape {
             Shape::Ball { radius } => round(Shape::Ball { radius: 0.0 }, radius),
             Shape::Capsule { radius, half_length } => {
@@ -159,6 +184,7 @@ impl Obstacle {
             Shape::Cylinder { radius, half_length } => {
                 flat(Shape::Cylinder { radius: radius - less, half_length: half_length - less })
             }
+            Shape::Polyhedron(_) => ((Core::Shrunk(shape.clone(), less), allowed), (shape.clone(), 0.0)),
         };
         Self { allowed, core, feet, deepest: DEEPEST * size, owns: [true; 4] }
     }
@@ -230,8 +256,7 @@ impl Obstacle {
         let (distance, _) = core.eval_distance(&face.point(&[0.25; 4]));
         let around = face.corners.iter().map(|x| (x - face.point(&[0.25; 4])).norm()).fold(0.0, f64::max);
         // A ball touches at its foot.
-        let is_ball = matches!(core, Shape::Ball { .. });
-        if is_ball || face.triangle || warp <= self.allowed || distance - around - round > reach {
+        if core.is_point() || face.triangle || warp <= self.allowed || distance - around - round > reach {
             return;
         }
         let [xi, eta] = nearest_inside(core, face, MET * self.allowed);
@@ -286,7 +311,7 @@ impl Obstacle {
 /// The place of a quadrilateral, as its two coordinates from 0 to 1, from which no step in eight directions leads
 /// nearer to a shape by more than `tolerance` [m]: in steps of a quarter down to [`MERGED`]. Inside the shape the
 /// distance has kinks, at which a descent along fewer directions would stall.
-fn nearest_inside(core: &Shape, face: &Patch, tolerance: f64) -> [f64; 2] {
+fn nearest_inside(core: &Core, face: &Patch, tolerance: f64) -> [f64; 2] {
     let distance = |[xi, eta]: [f64; 2]| core.eval_distance(&face.point(&face.weights(xi, eta))).0;
     let (mut at, mut step) = ([0.5; 2], 0.25);
     let mut least = distance(at);
@@ -307,9 +332,9 @@ fn middle_of((first, last): (f64, f64)) -> f64 {
 
 /// The stretch of a line, as fractions of `way`, between the end of the decrease and the start of the increase of the
 /// distance to a convex shape.
-fn nearest_stretch(core: &Shape, from: &Vec3, way: &Vec3) -> (f64, f64) {
+fn nearest_stretch(core: &Core, from: &Vec3, way: &Vec3) -> (f64, f64) {
     // The core of a ball is its centre.
-    if matches!(core, Shape::Ball { .. }) {
+    if core.is_point() {
         let fraction = (-from.dot(way) / way.norm_squared()).clamp(0.0, 1.0);
         return (fraction, fraction);
     }

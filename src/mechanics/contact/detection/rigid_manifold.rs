@@ -85,6 +85,7 @@ pub(super) fn parry_shape(shape: &Shape) -> SharedShape {
         Shape::Box { half } => SharedShape::new(Cuboid::new(vector(&half))),
         Shape::Cylinder { radius, half_length } => SharedShape::new(Cylinder::new(half_length, radius)),
         Shape::Capsule { radius, half_length } => SharedShape::new(Capsule::new_y(half_length, radius)),
+        Shape::Polyhedron(ref hull) => SharedShape::new(hull.parry().clone()),
     }
 }
 

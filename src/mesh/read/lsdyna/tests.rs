@@ -1,6 +1,6 @@
 use super::begins;
 use crate::mesh::read::tests::{NODES, is_one_of_each, malformed, never_panics_on_damage};
-use crate::mesh::read::{MeshFormat, read_mesh, read_mesh_with};
+use crate::mesh::read::{FieldNames, MeshFormat, read_mesh, read_mesh_with};
 use crate::mesh::{Mesh, MeshError, Place};
 
 /// A line of numbers, each right-aligned in this many columns.
@@ -160,7 +160,7 @@ fn what_is_not_understood_is_refused_with_its_line() {
 fn with_files(files: &[(&str, String)]) -> Result<Mesh, MeshError> {
     let main =
         deck().replace(&format!("*NODE\n$#   nid               x\n{}", nodes(8, 16)), "*INCLUDE\nnodes.k\n");
-    read_mesh_with(main.as_bytes(), MeshFormat::LsDyna, &mut |name| {
+    read_mesh_with(main.as_bytes(), MeshFormat::LsDyna, &FieldNames::new(), &mut |name| {
         let found = files.iter().find(|(known, _)| *known == name);
         found.map(|(_, text)| text.clone().into_bytes()).ok_or_else(|| "it does not exist".to_owned())
     })

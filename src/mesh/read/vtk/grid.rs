@@ -5,13 +5,14 @@ use super::labels::{Labels, Owner, is_set, part_rank};
 use super::scalar::Values;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::MOST_NODES;
+use crate::mesh::read::FieldNames;
 use crate::mesh::read::assembly::{Assembly, NodeTag, Unused};
-use crate::mesh::{CellKind, Mesh, MeshError, Place};
+use crate::mesh::{CellKind, ElementField, ElementFields, Mesh, MeshError, Place};
 use std::collections::BTreeMap;
 
 /// Points, cells, and the arrays that name parts and sets.
 #[derive(Default)]
-pub(super) struct Grid {
+pub(super) struct Grid<'a> {
     /// Positions of the points.
     pub points: Vec<Vec3>,
     /// Points of all cells, one cell after the other.
@@ -26,26 +27,70 @@ pub(super) struct Grid {
     parts: Option<(usize, Labels)>,
     /// Name and marks of each node set.
     sets: Vec<(String, Vec<i64>)>,
+    /// Names of the arrays of cells that are asked for.
+    asked: Option<&'a FieldNames>,
+    /// Those of them that were read, of all cells.
+    fields: ElementFields,
     /// Arrays that are not used.
     unused: Unused,
 }
 
-impl Grid {
-    /// Whether an array could name parts or a set, so that its values are to be read.
-    pub(super) fn wants(&mut self, owner: Owner, name: &str, components: u64, integer: bool) -> bool {
-        let wanted = components == 1
+impl<'a> Grid<'a> {
+    /// A grid of which the named arrays of cells are kept.
+    pub(super) fn new(asked: &'a FieldNames) -> Self {
+        Self { asked: Some(asked), ..Self::default() }
+    }
+
+    /// Whether an array is a field that was asked for.
+    fn is_field(&self, owner: Owner, name: &str, components: u64) -> bool {
+        owner == Owner::Cells
+            && matches!(components, 1 | 3)
+            && self.asked.is_some_and(|asked| asked.contains(name))
+    }
+
+    /// Whether an array, of integers, or of texts, could name parts or a set, or is asked for, so that its values are to be read.
+    pub(super) fn wants(
+        &mut self,
+        owner: Owner,
+        name: &str,
+        components: u64,
+        (integers, texts): (bool, bool),
+    ) -> bool {
+        let names = components == 1
             && match owner {
                 Owner::Cells => part_rank(name).is_some(),
-                Owner::Points => integer && !name.starts_with("vtk"),
+                Owner::Points => integers && !name.starts_with("vtk"),
             };
+        let wanted = names || !texts && self.is_field(owner, name, components);
         if !wanted {
             self.unused.add(name);
         }
         wanted
     }
 
-    /// Adds an array that was wanted.
-    pub(super) fn add_array(&mut self, owner: Owner, name: &str, values: Values) {
+    /// Adds an array that was wanted, of tuples of so many components.
+    ///
+    /// # Errors
+    /// A message where there are two fields of one name.
+    pub(super) fn add_array(
+        &mut self,
+        (owner, components): (Owner, u64),
+        name: &str,
+        values: Values,
+    ) -> Result<(), String> {
+        if self.is_field(owner, name, components)
+            && let Some(numbers) = values.as_reals()
+        {
+            let field = if components == 1 {
+                ElementField::Scalars(numbers)
+            } else {
+                ElementField::Vectors(numbers.as_chunks::<3>().0.iter().map(|v| Vec3::from(*v)).collect())
+            };
+            self.fields.add(name.to_owned(), field).map_err(|error| error.to_string())?;
+            if part_rank(name).is_none() {
+                return Ok(());
+            }
+        }
         match (owner, values) {
             (Owner::Points, Values::Integers(marks)) if is_set(&marks) => {
                 self.sets.push((name.to_owned(), marks));
@@ -53,6 +98,7 @@ impl Grid {
             (Owner::Cells, values) => self.add_parts(name, values),
             _ => self.unused.add(name),
         }
+        Ok(())
     }
 
     /// Keeps the labels of the array that comes first among those that name parts.
@@ -84,7 +130,9 @@ impl Grid {
             assembly.node_sets.entry(name).or_default().extend(tags);
         }
         assembly.note_unused("arrays", "", &self.unused);
-        assembly.into_mesh(place)
+        let is_volume = |cell: &usize| matches!(CellType::of(self.types[*cell]), Some(CellType::Volume(..)));
+        let fields = self.fields.of_elements((0..self.types.len()).filter(is_volume));
+        Ok(Mesh { fields, ..assembly.into_mesh(place)? })
     }
 
     /// Checks that the arrays of the cells belong together, and that their points exist.

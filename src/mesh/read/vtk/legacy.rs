@@ -4,6 +4,7 @@ use super::grid::Grid;
 use super::labels::Owner;
 use super::scalar::{Scalar, Values, read_values};
 use super::text::unescaped;
+use crate::mesh::read::FieldNames;
 use crate::mesh::read::cursor::{Cursor, Numbers, place_of, shown};
 use crate::mesh::{Mesh, MeshError};
 use std::borrow::Cow;
@@ -12,7 +13,7 @@ use std::borrow::Cow;
 ///
 /// # Errors
 /// Those of [`read_mesh`](crate::mesh::read::read_mesh).
-pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub(super) fn read(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
     let mut cursor = Cursor::new(bytes);
     let version = read_version(&mut cursor)?;
     // The title.
@@ -25,7 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
             return Err(cursor.error_at(start, format!("expected ASCII or BINARY, found {}", shown(other))));
         }
     }
-    let mut reader = Reader { cursor, version, grid: Grid::default(), owner: None };
+    let mut reader = Reader { cursor, version, grid: Grid::new(fields), owner: None };
     while !reader.cursor.at_end() {
         reader.section()?;
     }
@@ -57,7 +58,7 @@ pub(super) struct Reader<'a> {
     pub(super) cursor: Cursor<'a>,
     /// Major version.
     version: u32,
-    pub(super) grid: Grid,
+    pub(super) grid: Grid<'a>,
     /// What the arrays belong to, and how many of it there are; `None` before any `CELL_DATA` or `POINT_DATA`.
     pub(super) owner: Option<(Owner, usize)>,
 }

@@ -111,10 +111,12 @@ impl Reader<'_> {
             return Err(self.cursor.error("an array before CELL_DATA or POINT_DATA"));
         };
         let integer = scalar.is_some_and(Scalar::is_integer);
-        let wanted = self.grid.wants(owner, name, components, integer);
+        let wanted = self.grid.wants(owner, name, components, (integer, scalar.is_none()));
         let values = self.read(scalar, components, count)?;
         if wanted {
-            self.grid.add_array(owner, name, values);
+            self.grid
+                .add_array((owner, components), name, values)
+                .map_err(|message| self.cursor.error(message))?;
         }
         Ok(())
     }

@@ -15,20 +15,21 @@ mod unstructured;
 #[cfg(test)]
 mod tests;
 
+use super::FieldNames;
 use crate::mesh::{Mesh, MeshError};
 
 /// Reads a legacy `.vtk` file.
 ///
 /// # Errors
 /// Those of [`super::read_mesh`].
-pub(super) fn read_legacy(bytes: &[u8]) -> Result<Mesh, MeshError> {
-    legacy::read(bytes)
+pub(super) fn read_legacy(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
+    legacy::read(bytes, fields)
 }
 
 /// Reads a `.vtu` file.
 ///
 /// # Errors
 /// Those of [`super::read_mesh`].
-pub(super) fn read_unstructured(bytes: &[u8]) -> Result<Mesh, MeshError> {
-    unstructured::read(bytes)
+pub(super) fn read_unstructured(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
+    unstructured::read(bytes, fields)
 }

@@ -28,6 +28,15 @@ pub(super) enum Values {
 }
 
 impl Values {
+    /// The values as floating-point numbers; `None` for texts.
+    pub(super) fn as_reals(&self) -> Option<Vec<f64>> {
+        match self {
+            Self::Reals(reals) => Some(reals.clone()),
+            Self::Integers(integers) => Some(integers.iter().map(|x| *x as f64).collect()),
+            Self::Texts(_) => None,
+        }
+    }
+
     /// Groups of three numbers as positions.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use super::labels::Owner;
 use super::scalar::{Scalar, Values, read_values};
 use super::stream::Stream;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::read::FieldNames;
 use crate::mesh::read::cursor::shown;
 use crate::mesh::read::xml::Xml;
 use crate::mesh::{Mesh, MeshError};
@@ -21,7 +22,7 @@ const END: &str = "</VTKFile>";
 ///
 /// # Errors
 /// Those of [`read_mesh`](crate::mesh::read::read_mesh).
-pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub(super) fn read(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
     let appended = bytes.windows(APPENDED.len()).position(|window| window == APPENDED);
     let (head, appended) = bytes.split_at(appended.unwrap_or(bytes.len()));
     let mut text = String::from_utf8_lossy(head);
@@ -30,7 +31,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     }
     let xml = Xml::new(&text)?;
     let mut reader = Reader::new(&xml, appended, bytes.len())?;
-    let grid = reader.grid()?;
+    let grid = reader.grid(fields)?;
     grid.into_mesh(|offset| xml.place(offset))
 }
 
@@ -95,12 +96,12 @@ impl<'a> Reader<'a> {
     }
 
     /// The grid of the only piece of the file.
-    fn grid(&mut self) -> Result<Grid, MeshError> {
+    fn grid<'f>(&mut self, fields: &'f FieldNames) -> Result<Grid<'f>, MeshError> {
         let xml = self.xml;
         let piece = self.piece()?;
         let points: usize = xml.number(piece, "NumberOfPoints")?;
         let cells: usize = xml.number(piece, "NumberOfCells")?;
-        let mut grid = Grid::default();
+        let mut grid = Grid::new(fields);
         grid.points = self.points(piece, points)?;
 
         // Cells: the last offset is the number of entries of the connectivity.
@@ -171,9 +172,13 @@ impl<'a> Reader<'a> {
             None => 1,
             Some(_) => self.xml.number(array, "NumberOfComponents")?,
         };
-        let integer = array.attribute("type").and_then(Scalar::of_xml).is_some_and(Scalar::is_integer);
-        if grid.wants(owner, name, components, integer) {
-            grid.add_array(owner, name, self.values(array, count)?);
+        let scalar = array.attribute("type").and_then(Scalar::of_xml);
+        let kind = (scalar.is_some_and(Scalar::is_integer), scalar.is_none());
+        if grid.wants(owner, name, components, kind) {
+            // Three components at most are wanted.
+            let values = self.values(array, count.saturating_mul(components as usize))?;
+            let added = grid.add_array((owner, components), name, values);
+            added.map_err(|message| self.xml.error(array, message))?;
         }
         Ok(())
     }

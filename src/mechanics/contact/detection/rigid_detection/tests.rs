@@ -28,7 +28,13 @@ impl Pile {
         for (i, (shape, centre, orientation)) in shapes.iter().enumerate() {
             let node = 2 * i as u32;
             let inertia = shape.inertia_per_mass();
-            all.bodies.push(RigidBody { centre: node, spin: node + 1, shape: *shape, mass: 1.0, inertia });
+            all.bodies.push(RigidBody {
+                centre: node,
+                spin: node + 1,
+                shape: shape.clone(),
+                mass: 1.0,
+                inertia,
+            });
             all.poses.push(Pose { centre: *centre, orientation: *orientation });
             all.x.extend([*centre; 2]);
             all.inverse_mass.extend([Vec3::repeat(1.0), inertia.map(|i| 1.0 / i)]);
@@ -105,8 +111,10 @@ fn a_node_is_activated_at_any_speed_where_it_meets_the_shape() {
         Shape::Capsule { radius: 0.01, half_length: 0.04 },
     ];
     for shape in shapes {
-        let pile =
-            Pile::new(&[(shape, Vec3::new(0.0, 0.0, 1.0), Rotation::from_euler_angles(0.2, 0.1, 0.0))], 0.0);
+        let pile = Pile::new(
+            &[(shape.clone(), Vec3::new(0.0, 0.0, 1.0), Rotation::from_euler_angles(0.2, 0.1, 0.0))],
+            0.0,
+        );
         let surface = Surface { nodes: vec![2], faces: vec![[2; 4]] };
         let pair = ContactPair { slave: 0, master: Master::Rigid(0), law: ContactLaw::Frictionless };
         for reach in [1e-3, 0.1, 10.0, 1e4] {

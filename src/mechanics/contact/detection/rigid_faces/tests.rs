@@ -57,7 +57,7 @@ fn a_small_shape_is_met_in_the_middle_and_on_an_edge_of_a_face_at_any_speed() {
 
 #[test]
 fn a_box_that_lies_flat_in_a_face_stands_on_four_feet_and_a_capsule_on_two() {
-    for (shape, feet) in [(SHAPES[0], 1), (SHAPES[1], 4), (SHAPES[2], 2), (SHAPES[3], 2)] {
+    for (shape, feet) in SHAPES.into_iter().zip([1, 4, 2, 2]) {
         let low = match shape {
             Shape::Box { half } => half.z,
             _ => shape.size() * 0.5,

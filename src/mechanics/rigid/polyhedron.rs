@@ -1,0 +1,280 @@
+//! The convex hull of a closed triangulated surface as a rigid shape, with the mass and the principal axes of what the surface encloses.
+
+use super::Rotation;
+use crate::mechanics::tensor::{Mat3, Vec3};
+use nalgebra::SymmetricEigen;
+use parry3d_f64::math::Vector;
+use parry3d_f64::shape::ConvexPolyhedron;
+use parry3d_f64::transformation::try_convex_hull;
+
+/// Distance from a plane, relative to the size of the shape, that is rounding.
+const ROUNDING: f64 = 1e-6;
+/// Cosine below which two planes differ.
+const SAME_PLANE: f64 = 1.0 - 1e-12;
+
+/// A convex polyhedron in the principal axes, about the centre of mass, of the surface that it was made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyhedron {
+    /// Its corners [m].
+    corners: Vec<Vec3>,
+    /// Triangles on it, counter-clockwise seen from outside.
+    triangles: Vec<[u32; 3]>,
+    /// Outward unit normals of its planes, and their distances from the origin [m].
+    planes: Vec<(Vec3, f64)>,
+    /// Mean of its corners, which is inside [m].
+    middle: Vec3,
+    /// Distance of that point from the nearest plane [m].
+    inner_radius: f64,
+    /// Smallest distance between a plane and the farthest corner [m].
+    thickness: f64,
+    /// Volume and moments of inertia per mass of what the surface encloses [m³], [m²].
+    volume: f64,
+    inertia_per_mass: Vec3,
+    /// In parry's representation.
+    parry: ConvexPolyhedron,
+}
+
+/// A polyhedron, and where the surface had it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// The hull in principal axes.
+    pub hull: Polyhedron,
+    /// Centre of mass of what the surface encloses, in its own axes [m].
+    pub centre: Vec3,
+    /// Rotation from the principal axes to those of the surface.
+    pub axes: Rotation,
+    /// Volume of the hull over that of the surface [-]: 1 for a convex surface.
+    pub hull_ratio: f64,
+}
+
+/// Volume, first and second moments of what closed triangles enclose, about the origin.
+///
+/// Each triangle is the base of a tetrahedron at the origin, of signed volume V: ∫ x = V/4 Σ x_a,
+/// ∫ x xᵀ = V/20 (Σ x_a x_aᵀ + s sᵀ), s the sum of its corners.
+fn moments(x: &[Vec3], triangles: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
+    let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
+    for triangle in triangles {
+        let corners = triangle.map(|node| x[node as usize]);
+        let of_triangle = corners[0].dot(&corners[1].cross(&corners[2])) / 6.0;
+        let sum: Vec3 = corners.iter().sum();
+        volume += of_triangle;
+        first += sum * (of_triangle / 4.0);
+        let squares: Mat3 = corners.iter().map(|x| x * x.transpose()).sum();
+        second += (squares + sum * sum.transpose()) * (of_triangle / 20.0);
+    }
+    (volume, first, second)
+}
+
+impl Solid {
+    /// Of a closed surface of triangles, counter-clockwise seen from outside; positions in metres.
+    ///
+    /// # Errors
+    /// Why it has no hull: no volume, or corners too close to each other.
+    pub fn new(x: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self, String> {
+        // About a point of the surface, so that no digits are lost where it is far from the origin.
+        let origin = *x.first().ok_or("it has no points")?;
+        let near: Vec<Vec3> = x.iter().map(|x| x - origin).collect();
+        let (volume, first, second) = moments(&near, triangles);
+        let size = near.iter().map(Vec3::norm).fold(0.0, f64::max);
+        if !(volume > ROUNDING * ROUNDING * size.powi(3)) {
+            return Err(format!("it encloses a volume of {volume:.4e} m³"));
+        }
+        let centre = first / volume;
+        let central = second / volume - centre * centre.transpose();
+        let inertia = Mat3::identity() * central.trace() - central;
+        let (axes, inertia_per_mass) = principal(&inertia);
+        let local: Vec<Vec3> = near.iter().map(|x| axes.inverse_transform_vector(&(x - centre))).collect();
+        let hull = Polyhedron::around(&local, (volume, inertia_per_mass))?;
+        let hull_ratio = moments(&hull.corners, &hull.triangles).0 / volume;
+        Ok(Self { hull, centre: centre + origin, axes, hull_ratio })
+    }
+}
+
+/// Principal axes, as a rotation to them, and moments about them in ascending order. Where axes are principal already, they stay.
+fn principal(inertia: &Mat3) -> (Rotation, Vec3) {
+    let off = inertia - Mat3::from_diagonal(&inertia.diagonal());
+    if off.amax() <= 1e-9 * inertia.amax() {
+        return (Rotation::identity(), inertia.diagonal());
+    }
+    let SymmetricEigen { eigenvectors, eigenvalues } = inertia.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigenvalues[*a].total_cmp(&eigenvalues[*b]));
+    let [e1, e2] = [order[0], order[1]].map(|i| eigenvectors.column(i).into_owned());
+    let axes = Mat3::from_columns(&[e1, e2, e1.cross(&e2)]);
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);
+    (Rotation::from_rotation_matrix(&rotation), Vec3::from(order.map(|i| eigenvalues[i])))
+}
+
+impl Polyhedron {
+    /// The hull of points, with the volume and the moments of inertia per mass of the body.
+    fn around(points: &[Vec3], (volume, inertia_per_mass): (f64, Vec3)) -> Result<Self, String> {
+        let vectors: Vec<Vector> = points.iter().map(|x| Vector::new(x.x, x.y, x.z)).collect();
+        let (hull, triangles) = try_convex_hull(&vectors).map_err(|error| error.to_string())?;
+        let parry = ConvexPolyhedron::from_convex_mesh(hull.clone(), &triangles)
+            .ok_or("the corners of its hull are too close to each other")?;
+        let corners: Vec<Vec3> = hull.iter().map(|v| Vec3::new(v.x, v.y, v.z)).collect();
+        let size = corners.iter().map(Vec3::norm).fold(0.0, f64::max);
+        let mut planes: Vec<(Vec3, f64)> = Vec::new();
+        for triangle in &triangles {
+            let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
+            // Slivers lie in the planes of their neighbours.
+            let area = (b - a).cross(&(c - a));
+            if let Some(normal) = area.try_normalize(ROUNDING * size * size)
+                && !planes.iter().any(|(other, _)| other.dot(&normal) > SAME_PLANE)
+            {
+                let offset = corners.iter().map(|x| normal.dot(x)).fold(f64::NEG_INFINITY, f64::max);
+                if (offset - normal.dot(&a)).abs() > ROUNDING * size {
+                    return Err("its hull is not convex after rounding".into());
+                }
+                planes.push((normal, offset));
+            }
+        }
+        let middle = corners.iter().sum::<Vec3>() / corners.len() as f64;
+        let inside = |(normal, offset): &(Vec3, f64)| offset - normal.dot(&middle);
+        let width = |(normal, offset): &(Vec3, f64)| {
+            offset - corners.iter().map(|x| normal.dot(x)).fold(f64::INFINITY, f64::min)
+        };
+        let inner_radius = planes.iter().map(inside).fold(f64::INFINITY, f64::min);
+        let thickness = planes.iter().map(width).fold(f64::INFINITY, f64::min);
+        if planes.len() < 4 || !(inner_radius > ROUNDING * size) {
+            return Err("its hull has no thickness".into());
+        }
+        Ok(Self {
+            triangles,
+            planes,
+            middle,
+            inner_radius,
+            thickness,
+            volume,
+            inertia_per_mass,
+            parry,
+            corners,
+        })
+    }
+
+    /// Corners in the axes of the body [m].
+    pub fn corners(&self) -> &[Vec3] {
+        &self.corners
+    }
+    /// Triangles of the hull, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+    /// Number of planes.
+    pub fn plane_count(&self) -> usize {
+        self.planes.len()
+    }
+    /// In parry's representation.
+    pub fn parry(&self) -> &ConvexPolyhedron {
+        &self.parry
+    }
+    /// Volume of the body [m³].
+    pub fn volume(&self) -> f64 {
+        self.volume
+    }
+    /// Principal moments of inertia per mass [m²].
+    pub fn inertia_per_mass(&self) -> Vec3 {
+        self.inertia_per_mass
+    }
+    /// Smallest distance between a plane and the farthest corner [m].
+    pub fn thickness(&self) -> f64 {
+        self.thickness
+    }
+    /// Radius of the ball about the centre of mass that contains it [m].
+    pub fn outer_radius(&self) -> f64 {
+        self.corners.iter().map(Vec3::norm).fold(0.0, f64::max)
+    }
+    /// Half extents along directions, the columns of `axes` transposed, of a box about the centre of mass [m].
+    pub fn half_extent(&self, axes: &Mat3) -> Vec3 {
+        self.corners.iter().fold(Vec3::zeros(), |most, x| most.sup(&(axes * x).abs()))
+    }
+
+    /// Signed distance of a point [m], negative inside, and the outward normal at the nearest point of the surface.
+    pub fn eval_distance(&self, p: &Vec3) -> (f64, Vec3) {
+        let above = |(normal, offset): &(Vec3, f64)| normal.dot(p) - offset;
+        let mut highest = (f64::NEG_INFINITY, Vec3::x());
+        for plane in &self.planes {
+            let height = above(plane);
+            if height > highest.0 {
+                highest = (height, plane.0);
+            }
+        }
+        if highest.0 <= 0.0 {
+            return highest;
+        }
+        // Outside: the nearest point is on a triangle that faces the point.
+        let mut nearest = (f64::INFINITY, highest.1);
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|corner| self.corners[corner as usize]);
+            if (b - a).cross(&(c - a)).dot(&(p - a)) > 0.0 {
+                let arm = p - closest_on_triangle(p, &[a, b, c]);
+                let distance = arm.norm();
+                if distance < nearest.0 {
+                    nearest = (distance, arm);
+                }
+            }
+        }
+        // On the surface, up to rounding, the plane has the normal.
+        match nearest.1.try_normalize(ROUNDING * self.inner_radius) {
+            Some(normal) if nearest.0.is_finite() => (nearest.0, normal),
+            _ => highest,
+        }
+    }
+
+    /// As [`Self::eval_distance`], for the polyhedron shrunk about a point inside such that every plane moves inwards by at least
+    /// `less` [m].
+    pub fn eval_core_distance(&self, p: &Vec3, less: f64) -> (f64, Vec3) {
+        let scale = 1.0 - less / self.inner_radius;
+        let (distance, normal) = self.eval_distance(&(self.middle + (p - self.middle) / scale));
+        (distance * scale, normal)
+    }
+
+    /// Whether a line through `p` along `d` meets it.
+    pub fn is_met_by_line(&self, p: &Vec3, d: &Vec3) -> bool {
+        let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (normal, offset) in &self.planes {
+            let (slope, left) = (normal.dot(d), offset - normal.dot(p));
+            if slope > 0.0 {
+                to = to.min(left / slope);
+            } else if slope < 0.0 {
+                from = from.max(left / slope);
+            } else if left < 0.0 {
+                return false;
+            }
+        }
+        from <= to
+    }
+}
+
+/// The point of a triangle that is nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5: by the regions of corners, edges
+/// and inside).
+fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
+    let (ab, ac) = (b - a, c - a);
+    let along = |x: &Vec3| (ab.dot(&(p - x)), ac.dot(&(p - x)));
+    let ((a1, a2), (b1, b2), (c1, c2)) = (along(a), along(b), along(c));
+    if a1 <= 0.0 && a2 <= 0.0 {
+        return *a;
+    }
+    if b1 >= 0.0 && b2 <= b1 {
+        return *b;
+    }
+    if c2 >= 0.0 && c1 <= c2 {
+        return *c;
+    }
+    let (beside_ab, beside_ac, beside_bc) = (a1 * b2 - b1 * a2, c1 * a2 - a1 * c2, b1 * c2 - c1 * b2);
+    if beside_ab <= 0.0 && a1 >= 0.0 && b1 <= 0.0 {
+        return a + ab * (a1 / (a1 - b1));
+    }
+    if beside_ac <= 0.0 && a2 >= 0.0 && c2 <= 0.0 {
+        return a + ac * (a2 / (a2 - c2));
+    }
+    let (to_b, to_c) = (b2 - b1, c1 - c2);
+    if beside_bc <= 0.0 && to_b >= 0.0 && to_c >= 0.0 {
+        return b + (c - b) * (to_b / (to_b + to_c));
+    }
+    let sum = beside_ab + beside_ac + beside_bc;
+    a + ab * (beside_ac / sum) + ac * (beside_ab / sum)
+}
+
+#[cfg(test)]
+mod tests;
