@@ -8,6 +8,8 @@ mod exit;
 pub mod export;
 mod input_file;
 mod json;
+#[cfg(feature = "service")]
+mod job_process;
 pub mod keep;
 pub mod material;
 mod material_fit;
@@ -59,8 +61,17 @@ impl Cli {
     pub fn default_log(&self) -> &'static str {
         match self.command {
             #[cfg(feature = "service")]
-            Command::Serve(_) => "warn,contuse=info",
+            Command::Serve(_) | Command::JobProcess => "warn,contuse=info",
             _ => "warn",
+        }
+    }
+
+    /// Whether a service reads the log and adds the time and the job to each line.
+    pub fn is_read_by_service(&self) -> bool {
+        match self.command {
+            #[cfg(feature = "service")]
+            Command::JobProcess => true,
+            _ => false,
         }
     }
 }
@@ -103,6 +114,10 @@ pub enum Command {
     /// Serve jobs over HTTP.
     #[cfg(feature = "service")]
     Serve(Box<serve::ServeArgs>),
+    /// Run one job of a service, which starts this command.
+    #[cfg(feature = "service")]
+    #[command(hide = true)]
+    JobProcess,
     /// Print the OpenAPI document of the service.
     #[cfg(feature = "service")]
     Openapi,
@@ -142,6 +157,8 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Schema => schema::print(out),
         #[cfg(feature = "service")]
         Command::Serve(args) => serve::serve(*args, out),
+        #[cfg(feature = "service")]
+        Command::JobProcess => job_process::job_process(),
         #[cfg(feature = "service")]
         Command::Openapi => serve::print_openapi(out),
         #[cfg(feature = "service")]

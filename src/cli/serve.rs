@@ -3,6 +3,7 @@
 use super::{CliError, Exit};
 use crate::scene::Budget;
 use crate::service::config::{ServiceConfig, Tokens};
+use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::simulator::Simulator;
 use crate::service::{Service, ServiceError, http};
 use clap::Args;
@@ -63,6 +64,9 @@ pub struct ServeArgs {
     /// Maximum number of waiting validations of small scenes, and of large ones.
     #[arg(long, env = "CONTUSE_MAX_VALIDATIONS_WAITING", default_value_t = 64)]
     max_validations_waiting: usize,
+    /// Number of attempts after which a job that loses its process, or the service, fails.
+    #[arg(long, env = "CONTUSE_MAX_ATTEMPTS", default_value_t = 3)]
+    max_attempts: u32,
     /// Wall-clock limit of a job in seconds.
     #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
     deadline_s: u64,
@@ -110,6 +114,7 @@ impl ServeArgs {
             threads_per_what_if,
             max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_queued: self.max_queued,
+            max_attempts: self.max_attempts.max(1),
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
             deadline: Duration::from_secs(self.deadline_s),
@@ -185,7 +190,7 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     keep_files_private();
     // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let engine = Arc::new(Simulator::new(&config));
+    let engine = Arc::new(ProcessEngine::new(&config, &this_program()?));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let served = runtime.block_on(async {
         let signals = count_signals()?;
@@ -199,6 +204,12 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Threads still running end with the process.
     runtime.shutdown_background();
     served
+}
+
+/// The file of this program. Linux finds it even if another one has taken its place.
+fn this_program() -> io::Result<PathBuf> {
+    let of_process = Path::new("/proc/self/exe");
+    if of_process.exists() { Ok(of_process.to_owned()) } else { std::env::current_exe() }
 }
 
 /// Files and folders made from now on are for the user of this process alone.

@@ -4,10 +4,10 @@ use super::Plan;
 use crate::mechanics::contact::ContactLaw;
 use crate::scene::Scene;
 use crate::scene::document::{FieldName, Keep, Role, SelfContact};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A feature that the plan omits.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct Omitted {
     /// Computation that is omitted, such as `inactive elements` or `viscosity pass`.

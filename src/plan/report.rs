@@ -12,11 +12,11 @@ use crate::mechanics::contact::solution::solvers::Method;
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::scene::document::Keep;
 use crate::scene::{IntegratorChoice, Scene};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Report of a plan, in numbers and words.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PlanReport {
     /// Number of nodes of meshes.
@@ -40,13 +40,13 @@ pub struct PlanReport {
     /// Element blocks, by kernel.
     pub blocks: Vec<BlockReport>,
     /// Parts whose material is a set of the library.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub named_materials: Vec<NamedMaterialReport>,
     /// Bodies that are locally refined.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refinements: Vec<RefinementReport>,
     /// Rigid bodies with their mass and inertia.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
     /// Contact pairs that are computed, with their surfaces and settings; of more than 64 the first.
     pub pairs: Vec<PairReport>,
@@ -63,7 +63,7 @@ pub struct PlanReport {
 }
 
 /// Time integration of a plan.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorReport {
     /// `explicit`, `implicit` or `quasi_static`.
@@ -75,7 +75,7 @@ pub struct IntegratorReport {
     /// Size of the linear systems of implicit steps; null for explicit steps.
     pub systems: Option<SystemSize>,
     /// How the scheme was chosen, where the scene leaves it open (`auto`), with the estimated cost of both.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub choice: Option<IntegratorChoice>,
 }
 
@@ -110,7 +110,7 @@ impl IntegratorReport {
 }
 
 /// Elements of one body with the same law and formulation.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct BlockReport {
     /// Name of the body.
@@ -142,7 +142,7 @@ pub struct BlockReport {
 }
 
 /// A contact pair: its sides, the discretisation, friction.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PairReport {
     /// Names of the sides, slave first.
@@ -152,7 +152,7 @@ pub struct PairReport {
     /// Number of faces of the master; null for a plane or a rigid body.
     pub master_faces: Option<usize>,
     /// Names of the rigid shapes among slave and master.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_shapes: Vec<String>,
     /// Coulomb friction μ [-].
     pub friction: f64,

@@ -10,6 +10,7 @@ mod end_to_end;
 mod examples;
 mod fairness;
 mod found;
+mod isolation;
 mod life;
 mod pages;
 mod privacy;

@@ -23,6 +23,8 @@ const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
 
 /// Longest path in the audit log [bytes]: ids are shorter.
 const LONGEST_PATH: usize = 200;
+/// Beginning of the addresses of what a job found.
+const RESULTS: &str = "/v1/jobs/{id}/";
 const CROSS_ORIGIN_RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 /// Policy of whatever is not a page with a policy of its own: a browser that shows it loads and runs nothing.
 const NO_CONTENT: &str = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -95,6 +97,16 @@ async fn own_pages(State(app): State<Arc<App>>, request: Request, next: Next) ->
     Ok(next.run(request).await)
 }
 
+/// Whether a request is written to the audit log: it changed or read data of a patient, or tried to without a right. The path has the
+/// ids of jobs and meshes. Lists, states and progress are read again and again, and say nothing of a patient.
+fn is_audited(method: &Method, route: &str, status: u16) -> bool {
+    if !route.starts_with("/v1/") || route.starts_with("/v1/materials") {
+        return false;
+    }
+    let is_refused = matches!(status, 401 | 403 | 429);
+    is_refused || ![Method::GET, Method::HEAD].contains(method) || route.starts_with(RESULTS)
+}
+
 /// Counts and logs a request, and adds the disclaimer to every answer.
 async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next) -> Response {
     let started = Instant::now();
@@ -109,8 +121,7 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
     let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
     let label = if known.contains(&method) { method.as_str() } else { "other" };
     app.metrics.answered(label, &route, status, duration);
-    // Whatever concerns jobs and meshes; the path has their ids.
-    if route.starts_with("/v1/") && !route.starts_with("/v1/materials") {
+    if is_audited(&method, &route, status) {
         let created = response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok());
         app.audit.record(&Entry {
             owner: who.0.get().map(String::as_str),

@@ -8,7 +8,7 @@ mod submit;
 
 use super::{
     Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, KnownBlobs,
-    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Remnants, Requeued, Submitted,
+    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
@@ -80,7 +80,7 @@ impl JobStore for SqliteStore {
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
         Box::pin(self.submit(new, max_queued))
     }
-    fn claim(&self, free_bytes: u64) -> Answer<'_, Option<ClaimedJob>> {
+    fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>> {
         Box::pin(self.claim(free_bytes))
     }
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
@@ -107,8 +107,8 @@ impl JobStore for SqliteStore {
     fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
         Box::pin(self.add_result(seq, key))
     }
-    fn remnants(&self, seq: i64) -> Answer<'_, Remnants> {
-        Box::pin(self.remnants(seq))
+    fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>> {
+        Box::pin(self.own_results(seq))
     }
     fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
         Box::pin(self.expired_jobs(older_than_days, limit))
@@ -208,6 +208,7 @@ fn migrations() -> Migrator {
         migration(3, "phases", include_str!("migrations/0003_phases.sql")),
         migration(4, "results", include_str!("migrations/0004_results.sql")),
         migration(5, "scale", include_str!("migrations/0005_scale.sql")),
+        migration(6, "alone", include_str!("migrations/0006_alone.sql")),
     ])
 }
 

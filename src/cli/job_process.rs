@@ -1,0 +1,26 @@
+//! `contuse job-process`: the process of a run, which a service starts.
+
+use super::{CliError, Exit};
+use crate::service::jobs::process::serve_one;
+use std::io;
+
+/// Does the task on standard input, and writes messages to standard output.
+///
+/// # Errors
+/// If the pipes of the service fail.
+pub fn job_process() -> Result<Exit, CliError> {
+    serve_one(io::stdin(), messages()?)?;
+    Ok(Exit::Success)
+}
+
+/// Standard output without its lock, which the results of other commands hold.
+#[cfg(unix)]
+fn messages() -> io::Result<std::fs::File> {
+    use std::os::fd::AsFd as _;
+    Ok(io::stdout().as_fd().try_clone_to_owned()?.into())
+}
+
+#[cfg(not(unix))]
+fn messages() -> io::Result<io::Sink> {
+    Err(io::Error::new(io::ErrorKind::Unsupported, "a service starts processes on Unix only"))
+}
