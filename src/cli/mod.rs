@@ -30,6 +30,8 @@ mod study_bulk_modulus;
 mod study_coverage;
 pub mod study_error;
 pub mod study_stability;
+#[cfg(feature = "service")]
+pub mod token;
 pub mod validate;
 pub mod what_if;
 mod what_if_table;
@@ -63,6 +65,15 @@ impl Cli {
             #[cfg(feature = "service")]
             Command::Serve(_) | Command::JobProcess => "warn,contuse=info",
             _ => "warn",
+        }
+    }
+
+    /// Whether the log is to be lines of JSON.
+    pub fn logs_json(&self) -> bool {
+        match &self.command {
+            #[cfg(feature = "service")]
+            Command::Serve(args) => args.log_format == serve::LogFormat::Json,
+            _ => false,
         }
     }
 
@@ -129,7 +140,7 @@ pub enum Command {
     Doctor(doctor::DoctorArgs),
     /// Make a bearer token for a service.
     #[cfg(feature = "service")]
-    Token(serve::TokenArgs),
+    Token(token::TokenArgs),
     /// Ask a service whether it is ready.
     #[cfg(feature = "service")]
     Health(serve::HealthArgs),
@@ -166,7 +177,7 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         #[cfg(feature = "service")]
         Command::Doctor(args) => doctor::doctor(&args, out),
         #[cfg(feature = "service")]
-        Command::Token(args) => serve::token(&args, out),
+        Command::Token(args) => token::token(&args, out),
         #[cfg(feature = "service")]
         Command::Health(args) => serve::health(&args),
     }

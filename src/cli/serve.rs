@@ -2,11 +2,13 @@
 
 use super::{CliError, Exit};
 use crate::scene::Budget;
-use crate::service::config::{ServiceConfig, Tokens};
+use crate::service::access::read_tokens;
+use crate::service::config::ServiceConfig;
 use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::simulator::Simulator;
+use crate::service::tokens::Tokens;
 use crate::service::{Service, ServiceError, http};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -14,7 +16,15 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
-use uuid::Uuid;
+
+/// Form of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// Lines of text.
+    Text,
+    /// An object of JSON on each line.
+    Json,
+}
 
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
@@ -79,10 +89,13 @@ pub struct ServeArgs {
     /// Grace period for running jobs and open responses after SIGTERM, in seconds; then jobs return to the queue.
     #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
     grace_s: u64,
-    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them); without it, everyone on this machine
-    /// has access, and no one else.
+    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them), read again when it changes; without it,
+    /// everyone on this machine has access, and no one else.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
+    /// Form of the log on standard error: lines of text, or of JSON.
+    #[arg(long, env = "CONTUSE_LOG_FORMAT", default_value = "text")]
+    pub(super) log_format: LogFormat,
     /// Name under which a service without tokens is reached, beside localhost; may be given several times.
     #[arg(long = "host", env = "CONTUSE_HOSTS", value_delimiter = ',')]
     hosts: Vec<String>,
@@ -131,6 +144,7 @@ impl ServeArgs {
                 ..Budget::SERVICE
             },
             tokens,
+            tokens_file: self.tokens_file,
             cors_origins: self.cors_origins,
             hosts: self.hosts,
             ..defaults
@@ -140,15 +154,7 @@ impl ServeArgs {
 
 /// Reads the tokens of a file.
 fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
-    let input = |source| CliError::Input { path: file.to_owned(), source };
-    let text = std::fs::read_to_string(file).map_err(input)?;
-    let tokens = Tokens::parse(&text).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
-    if tokens.is_open() {
-        return Err(CliError::Usage(format!(
-            "{} holds no token: no client could use the service",
-            file.display()
-        )));
-    }
+    let tokens = read_tokens(file).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
     if tokens.in_clear() > 0 {
         let count = tokens.in_clear();
         tracing::warn!(
@@ -157,28 +163,6 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
         );
     }
     Ok(tokens)
-}
-
-/// Arguments of `contuse token`.
-#[derive(Args, Clone, Debug)]
-pub struct TokenArgs {
-    /// Name of the owner of the token, without spaces.
-    name: String,
-}
-
-/// Makes a token, and the line that admits it in a file of tokens.
-///
-/// # Errors
-/// If the name has spaces, or the output cannot be written.
-pub fn token(args: &TokenArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    if args.name.is_empty() || args.name.starts_with('#') || args.name.contains(char::is_whitespace) {
-        return Err(CliError::Usage(format!("{:?} is no name: give a word without spaces", args.name)));
-    }
-    // 244 random bits.
-    let token = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());
-    writeln!(out, "token, for {} alone: {token}", args.name)?;
-    writeln!(out, "line for the file of --tokens-file: {}", Tokens::line(&args.name, &token))?;
-    Ok(Exit::Success)
 }
 
 /// Serves until SIGTERM or SIGINT; a second signal shortens the shutdown.

@@ -2,7 +2,7 @@
 
 use crate::support::client::{Answer, Client};
 use crate::support::*;
-use contuse::service::config::Tokens;
+use contuse::service::tokens::Tokens;
 use serde_json::{Value, json};
 use std::time::Duration;
 

@@ -9,7 +9,7 @@ use super::wire::NOTICE;
 use crate::service::audit::Entry;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request, State};
-use axum::http::{HeaderName, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
@@ -17,9 +17,16 @@ use std::sync::Arc;
 use std::time::Instant;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::cors::CorsLayer;
+use tracing::Instrument as _;
+use uuid::Uuid;
 
 /// Header with the disclaimer in every answer.
 const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
+
+/// Id of a request.
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// Longest id of a request that a client may give.
+const LONGEST_ID: usize = 64;
 
 /// Longest path in the audit log [bytes]: ids are shorter.
 const LONGEST_PATH: usize = 200;
@@ -88,13 +95,23 @@ fn cors(origins: &[String]) -> CorsLayer {
 /// request.
 async fn own_pages(State(app): State<Arc<App>>, request: Request, next: Next) -> Result<Response, Problem> {
     let config = &app.config;
-    if config.tokens.is_open() && !is_own_host(request.headers(), &config.hosts) {
+    if app.access.tokens().is_open() && !is_own_host(request.headers(), &config.hosts) {
         return Err(Problem::foreign_host());
     }
     if !is_own_page(request.headers(), &config.cors_origins) {
         return Err(Problem::cross_origin());
     }
     Ok(next.run(request).await)
+}
+
+/// Id of a request in the log and in its answer: that of the client or the proxy before it, otherwise a new one.
+fn request_id(headers: &HeaderMap) -> HeaderValue {
+    let given = headers.get(REQUEST_ID).filter(|id| {
+        let bytes = id.as_bytes();
+        (1..=LONGEST_ID).contains(&bytes.len()) && bytes.iter().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(b))
+    });
+    let new = || HeaderValue::try_from(Uuid::now_v7().simple().to_string());
+    given.cloned().or_else(|| new().ok()).unwrap_or(HeaderValue::from_static("none"))
 }
 
 /// Whether a request is written to the audit log: it changed or read data of a patient, or tried to without a right. The path has the
@@ -115,7 +132,9 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
     let peer = request.extensions().get::<Peer>().map(|Peer(address)| *address);
     request.extensions_mut().insert(who.clone());
     let route = request.extensions().get::<MatchedPath>().map_or("other", MatchedPath::as_str).to_owned();
-    let mut response = next.run(request).await;
+    let id = request_id(request.headers());
+    let span = tracing::info_span!("request", id = id.to_str().unwrap_or_default());
+    let mut response = next.run(request).instrument(span.clone()).await;
     let (status, duration) = (response.status().as_u16(), started.elapsed());
     // Methods are chosen by the client: unknown ones do not create separate series.
     let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
@@ -132,8 +151,9 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
             status,
         });
     }
-    tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered");
+    span.in_scope(|| tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered"));
     let headers = response.headers_mut();
+    headers.insert(REQUEST_ID, id);
     headers.insert(CONTUSE_NOTICE, HeaderValue::from_static(NOTICE));
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
