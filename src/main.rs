@@ -12,7 +12,8 @@ fn main() -> ExitCode {
     // Results go to standard output, everything else to standard error; RUST_LOG sets its level.
     let chosen = std::env::var("RUST_LOG").ok().and_then(|words| words.parse().ok());
     let filter: Targets = chosen.or_else(|| cli.default_log().parse().ok()).unwrap_or_default();
-    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(io::stderr().is_terminal());
+    let lines =
+        tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(io::stderr().is_terminal());
     let lines = match (cli.logs_json(), cli.is_read_by_service()) {
         (true, _) => lines.json().flatten_event(true).boxed(),
         (false, true) => lines.without_time().with_target(false).boxed(),

@@ -7,9 +7,9 @@ pub mod doctor;
 mod exit;
 pub mod export;
 mod input_file;
-mod json;
 #[cfg(feature = "service")]
 mod job_process;
+mod json;
 pub mod keep;
 pub mod material;
 mod material_fit;

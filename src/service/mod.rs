@@ -185,8 +185,17 @@ impl Service {
         let exports = Slots::new(ARCHIVES_AT_ONCE);
         let attempts = Attempts::default();
         let permits = AllPermits::of(config.max_connections);
-        let app =
-            Arc::new(App { queue, config, access, metrics, audit, attempts, permits, validation_slots, exports });
+        let app = Arc::new(App {
+            queue,
+            config,
+            access,
+            metrics,
+            audit,
+            attempts,
+            permits,
+            validation_slots,
+            exports,
+        });
         Ok(Self { app, listener, address, workers })
     }
 

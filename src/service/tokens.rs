@@ -73,7 +73,9 @@ pub struct Tokens {
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokensError {
     /// A line that has no owner and token, or more than these with a scope and a last day.
-    #[error("line {line}: expected `name sha256:digest`, then `read`, `submit` or `metrics` and `until=2026-12-31` where these apply")]
+    #[error(
+        "line {line}: expected `name sha256:digest`, then `read`, `submit` or `metrics` and `until=2026-12-31` where these apply"
+    )]
     Malformed {
         /// Line number, from 1.
         line: usize,
@@ -85,7 +87,9 @@ pub enum TokensError {
         line: usize,
     },
     /// A digest that is none of SHA-256.
-    #[error("line {line}: a digest has 64 hexadecimal digits after `sha256:`; `contuse token NAME` makes such a line")]
+    #[error(
+        "line {line}: a digest has 64 hexadecimal digits after `sha256:`; `contuse token NAME` makes such a line"
+    )]
     BadDigest {
         /// Line number, from 1.
         line: usize,
@@ -252,7 +256,10 @@ mod tests {
         assert_eq!(Tokens::parse("\nanna").unwrap_err(), TokensError::Malformed { line: 2 });
         let twice = "anna 0123456789abcdef\nbert 0123456789abcdef";
         assert_eq!(Tokens::parse(twice).unwrap_err(), TokensError::Repeated { line: 2 });
-        assert!(Tokens::parse("anna 0123456789abcdef\nanna fedcba9876543210").is_ok(), "to replace one by another");
+        assert!(
+            Tokens::parse("anna 0123456789abcdef\nanna fedcba9876543210").is_ok(),
+            "to replace one by another"
+        );
         assert!(Tokens::parse("").unwrap().is_open());
     }
 }

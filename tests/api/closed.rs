@@ -3,8 +3,8 @@
 use crate::support::client::{Answer, read_answer};
 use crate::support::*;
 use contuse::service::config::ServiceConfig;
-use contuse::service::tokens::{Scope, Tokens};
 use contuse::service::jobs::simulator::Simulator;
+use contuse::service::tokens::{Scope, Tokens};
 use contuse::service::{Service, ServiceError};
 use std::io::BufReader;
 use std::net::SocketAddr;

@@ -1,6 +1,7 @@
 //! The whole line, with the real program and the real engine: from a scene by HTTP to a recording that other programs read.
 
-use crate::support::program::Program;
+use crate::support::client::Client;
+use crate::support::program::{Program, SERVE};
 use crate::support::*;
 use contuse::blobs::hexadecimal;
 use mcap::{MessageStream, Summary};
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 

@@ -12,7 +12,8 @@ use tempfile::TempDir;
 
 /// A ball on a block of so many elements in each direction, over some time.
 fn ball_on_block(elements: u32, end_time_s: f64) -> Value {
-    let mut scene: Value = serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
+    let mut scene: Value =
+        serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
     scene["bodies"][1]["mesh"]["generator"]["elements"] = json!([elements, elements, elements]);
     scene["end_time_s"] = json!(end_time_s);
     scene["record"] = json!({"field_interval_s": end_time_s});
@@ -51,7 +52,8 @@ fn a_killed_run_is_tried_again_alone_and_its_neighbour_does_not_notice() {
     let victim = wait_for_run(&program);
     let neighbour = submit(client, &long());
     eventually("both run", || program.runs().len() == 2);
-    let kill = |id: u32| assert!(Command::new("kill").args(["-KILL", &id.to_string()]).status().unwrap().success());
+    let kill =
+        |id: u32| assert!(Command::new("kill").args(["-KILL", &id.to_string()]).status().unwrap().success());
     kill(victim);
     eventually("it waits again", || client.get(&job).json()["state"] == "queued");
     std::thread::sleep(Duration::from_millis(300));

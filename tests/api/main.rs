@@ -12,6 +12,7 @@ mod fairness;
 mod found;
 mod isolation;
 mod life;
+mod operations;
 mod pages;
 mod privacy;
 mod scale;

@@ -108,7 +108,8 @@ async fn own_pages(State(app): State<Arc<App>>, request: Request, next: Next) ->
 fn request_id(headers: &HeaderMap) -> HeaderValue {
     let given = headers.get(REQUEST_ID).filter(|id| {
         let bytes = id.as_bytes();
-        (1..=LONGEST_ID).contains(&bytes.len()) && bytes.iter().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(b))
+        (1..=LONGEST_ID).contains(&bytes.len())
+            && bytes.iter().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(b))
     });
     let new = || HeaderValue::try_from(Uuid::now_v7().simple().to_string());
     given.cloned().or_else(|| new().ok()).unwrap_or(HeaderValue::from_static("none"))

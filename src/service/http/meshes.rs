@@ -80,7 +80,8 @@ pub async fn upload(
     let engine = Arc::clone(&app.queue.engine);
     let inspect = move || {
         let bytes = draft.digest().bytes;
-        let inspected = draft.open().map(|mut content| engine.inspect_mesh(&mut content, bytes, parameters.format));
+        let inspected =
+            draft.open().map(|mut content| engine.inspect_mesh(&mut content, bytes, parameters.format));
         (inspected, draft)
     };
     let (inspected, draft) = app.validation_slots.call(&owner, lane, inspect).await?;

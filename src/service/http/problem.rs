@@ -6,8 +6,8 @@ use crate::scene::{self, Problems};
 use crate::service::fair_queue::Refusal;
 use crate::service::jobs::{JobId, JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
-use crate::service::tokens::Scope;
 use crate::service::permits::NoPermit;
+use crate::service::tokens::Scope;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -189,9 +189,14 @@ impl Problem {
 
     /// A token whose last day is over.
     pub fn expired_token() -> Self {
-        Self::new(StatusCode::UNAUTHORIZED, "expired-token", "Expired token", "The last day of this token is over.")
-            .remedy("Ask the operator for a new one (`contuse token`).")
-            .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer error=\"invalid_token\""))
+        Self::new(
+            StatusCode::UNAUTHORIZED,
+            "expired-token",
+            "Expired token",
+            "The last day of this token is over.",
+        )
+        .remedy("Ask the operator for a new one (`contuse token`).")
+        .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer error=\"invalid_token\""))
     }
 
     /// A token that does not allow a request.

@@ -63,7 +63,10 @@ pub(super) fn out_of_time() -> Failure {
 
 /// A run that did not stop at its deadline, or took more processor time than its threads have until then.
 pub(super) fn beyond_deadline() -> Failure {
-    Failure::of_no_run(FailureCause::Deadline, "The wall-clock budget of the job ran out; its process was ended.")
+    Failure::of_no_run(
+        FailureCause::Deadline,
+        "The wall-clock budget of the job ran out; its process was ended.",
+    )
 }
 
 /// A study without a finished run.

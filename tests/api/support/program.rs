@@ -6,7 +6,8 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-const SERVE: [&str; 6] = ["serve", "--listen", "127.0.0.1:0", "--workers", "1", "--data"];
+/// Arguments of a service, without its data folder.
+pub const SERVE: [&str; 6] = ["serve", "--listen", "127.0.0.1:0", "--workers", "1", "--data"];
 
 /// `contuse serve` as a process of its own, killed when it is dropped.
 pub struct Program {

@@ -55,7 +55,9 @@ impl ProcessEngine {
     /// An engine that starts `program`, which is this one.
     pub fn new(config: &ServiceConfig, program: &Path) -> Self {
         if !LIMITS_MEMORY {
-            tracing::warn!("this system does not limit the memory of a process: a run may take what it needs");
+            tracing::warn!(
+                "this system does not limit the memory of a process: a run may take what it needs"
+            );
         }
         let settings = Settings {
             budget: config.budget.clone(),
@@ -161,7 +163,8 @@ impl Engine for ProcessEngine {
             most_memory: order.most_memory,
         };
         let Some(mut child) = self.child(order.control) else { return run.stopped(order.control) };
-        let threads = if order.kind == JobKind::WhatIf { self.settings.threads_per_what_if } else { order.threads };
+        let threads =
+            if order.kind == JobKind::WhatIf { self.settings.threads_per_what_if } else { order.threads };
         let work =
             Work::Run { kind: order.kind, recording: order.recording.to_owned(), threads: order.threads };
         let task = self.task(work, order.most_memory, threads);
@@ -218,7 +221,7 @@ impl Lost {
 /// The exchange with the process of a run.
 struct Conversation {
     reached: Progress,
-    /// When the process was told to stop.
+    /// When the process was asked to stop.
     stopping: Option<Instant>,
     most_memory: u64,
 }
@@ -281,10 +284,10 @@ impl Conversation {
         }
     }
 
-    /// Tells the process to stop; false if it was told long ago.
+    /// Asks the process to stop; false if it was asked long ago.
     fn stop(&mut self, child: &mut Child, control: &RunControl) -> bool {
-        if let Some(told) = self.stopping {
-            return told.elapsed() < STOP_TIME;
+        if let Some(asked) = self.stopping {
+            return asked.elapsed() < STOP_TIME;
         }
         self.stopping = Some(Instant::now());
         let Some(reason) = control.reason() else { return true };

@@ -4,14 +4,14 @@ use super::host::{Host, HostMeshes, HostResults};
 use super::limits;
 use super::wire::{self, FromChild, Settings, Task, ToChild, Work};
 use crate::blobs::BlobStore;
+use crate::scene::problem::Pointer;
+use crate::scene::{Problem, Problems};
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::RunControl;
 use crate::service::jobs::engine::{Engine, JsonDocument, RunOrder, RunReport};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
 use crate::service::jobs::{JobId, JobKind, Phase, Progress};
-use crate::scene::problem::Pointer;
-use crate::scene::{Problem, Problems};
 use crate::step::Failure;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,10 +28,7 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// If the pipes fail, or the limits cannot be set.
-pub fn serve_one(
-    input: impl Read + Send + 'static,
-    output: impl Write + Send + 'static,
-) -> io::Result<()> {
+pub fn serve_one(input: impl Read + Send + 'static, output: impl Write + Send + 'static) -> io::Result<()> {
     let mut input = BufReader::new(input);
     let Some((task, bytes)) = wire::read::<Task>(&mut input)? else { return Ok(()) };
     limits::prefer_for_killing();
@@ -70,7 +67,8 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
     let meshes = HostMeshes(Arc::clone(host));
     match &task.work {
         Work::Run { kind, recording, threads } => {
-            let run = Run { kind: *kind, recording, threads: *threads, most_memory: task.limits.memory_bytes };
+            let run =
+                Run { kind: *kind, recording, threads: *threads, most_memory: task.limits.memory_bytes };
             FromChild::Ran(run.with(&simulator, &bytes, host, control))
         }
         Work::Check { kind } => FromChild::Checked(
@@ -88,7 +86,8 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
 
 /// Reads a document, which the service has read before.
 fn document(text: Vec<u8>) -> Result<JsonDocument, Problems> {
-    JsonDocument::read(text).map_err(|error| Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
+    JsonDocument::read(text)
+        .map_err(|error| Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
 }
 
 /// The run of a job.

@@ -101,7 +101,9 @@ impl Requeued {
             Self::Shutdown => "the service was shut down",
             Self::DiskFull => "the disk of the service was full",
             Self::WorkerLost => "the process that ran it was lost",
-            Self::ProcessLost => "the process that ran it was lost: it is tried again without others beside it",
+            Self::ProcessLost => {
+                "the process that ran it was lost: it is tried again without others beside it"
+            }
         }
     }
 }

@@ -1,13 +1,13 @@
 //! State changes of jobs, from the queue to the end.
 
 use super::read::{job_id, kind_of_name};
-use super::{SqliteStore, add_event};
+use super::{SqliteStore, Write, add_event};
 use crate::service::jobs::store::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerWish, Requeued,
 };
 use crate::service::jobs::{JobId, JobState, JobsError, Progress};
 use crate::step::Ending;
-use sqlx::{Row as _, Sqlite, Transaction};
+use sqlx::Row as _;
 
 impl SqliteStore {
     pub(super) async fn claim(&self, free_bytes: Option<u64>) -> Result<Option<ClaimedJob>, JobsError> {
@@ -219,7 +219,7 @@ fn wish_of(deleted: bool, cancel_requested: bool) -> OwnerWish {
 
 /// Number and state of a job of an owner.
 async fn find(
-    transaction: &mut Transaction<'_, Sqlite>,
+    transaction: &mut Write<'_>,
     owner: &str,
     id: JobId,
 ) -> Result<Option<(i64, JobState)>, JobsError> {
@@ -238,7 +238,7 @@ async fn find(
 
 /// Writes the progress of an attempt; false if the attempt is over.
 async fn write_progress(
-    transaction: &mut Transaction<'_, Sqlite>,
+    transaction: &mut Write<'_>,
     seq: i64,
     attempt: u32,
     progress: &Progress,

@@ -16,15 +16,47 @@ use crate::service::meshes::{MeshReport, StoredMesh};
 use futures::future::BoxFuture;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection as _, SqlStr, Sqlite, SqlitePool, Transaction};
+use sqlx::{Connection as _, SqlStr, Sqlite, SqliteConnection, SqlitePool, Transaction};
 use std::future::ready;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
+use tokio::sync::{Mutex, MutexGuard};
 
 /// The job store in a file, durable at every commit.
 #[derive(Debug)]
 pub struct SqliteStore {
     pool: SqlitePool,
+    /// Whose turn it is to write. SQLite has one writer at a time, and lets the others sleep for longer and longer.
+    turn: Mutex<()>,
+}
+
+/// A transaction that writes, when it has its turn.
+struct Write<'a> {
+    // Before the turn: it ends first.
+    transaction: Transaction<'a, Sqlite>,
+    _turn: MutexGuard<'a, ()>,
+}
+
+impl Write<'_> {
+    /// Makes the changes durable.
+    async fn commit(self) -> Result<(), sqlx::Error> {
+        self.transaction.commit().await
+    }
+}
+
+impl Deref for Write<'_> {
+    type Target = SqliteConnection;
+
+    fn deref(&self) -> &SqliteConnection {
+        &self.transaction
+    }
+}
+
+impl DerefMut for Write<'_> {
+    fn deref_mut(&mut self) -> &mut SqliteConnection {
+        &mut self.transaction
+    }
 }
 
 impl SqliteStore {
@@ -52,7 +84,7 @@ impl SqliteStore {
             .connect_with(options)
             .await?;
         migrations().run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
-        Ok(Self { pool })
+        Ok(Self { pool, turn: Mutex::default() })
     }
 
     async fn try_write(&self) -> Result<(), JobsError> {
@@ -63,8 +95,9 @@ impl SqliteStore {
     }
 
     /// A transaction with the write lock from its start: one that reads first and writes later could be refused midway.
-    async fn begin(&self) -> Result<Transaction<'_, Sqlite>, JobsError> {
-        Ok(self.pool.begin_with("BEGIN IMMEDIATE").await?)
+    async fn begin(&self) -> Result<Write<'_>, JobsError> {
+        let turn = self.turn.lock().await;
+        Ok(Write { transaction: self.pool.begin_with("BEGIN IMMEDIATE").await?, _turn: turn })
     }
 }
 
@@ -213,11 +246,7 @@ fn migrations() -> Migrator {
 }
 
 /// Adds an event to a job, with the next number of that job.
-async fn add_event(
-    transaction: &mut Transaction<'_, Sqlite>,
-    job: i64,
-    event: &Event<'_>,
-) -> Result<(), JobsError> {
+async fn add_event(transaction: &mut Write<'_>, job: i64, event: &Event<'_>) -> Result<(), JobsError> {
     sqlx::query(
         "INSERT INTO events (job, n, kind, data)
          VALUES (?1, (SELECT COALESCE(MAX(n), 0) + 1 FROM events WHERE job = ?1), ?2, ?3)",
