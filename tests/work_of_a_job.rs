@@ -7,6 +7,8 @@
 #[path = "api/support/mod.rs"]
 mod support;
 
+use contuse::service::config::ServiceConfig;
+use contuse::service::jobs::simulator::Simulator;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -38,7 +40,9 @@ impl Counter {
 fn a_job_loads_its_scene_once() {
     let counter = Counter::default();
     tracing_subscriber::registry().with(counter.clone()).init();
-    let server = Server::in_one_process();
+    // In this process, where it can be counted.
+    let engine = Simulator::new(&ServiceConfig::default());
+    let server = Server::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {});
     let client = server.client();
     let scene = std::fs::read_to_string("scenarios/flashball_thigh/scene_elastic.json").unwrap();
     let mut scene: Value = serde_json::from_str(&scene).unwrap();

@@ -9,7 +9,6 @@ use contuse::service::Service;
 use contuse::service::config::ServiceConfig;
 use contuse::service::jobs::engine::Engine;
 use contuse::service::jobs::process::ProcessEngine;
-use contuse::service::jobs::simulator::Simulator;
 use engine::ScriptedEngine;
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -46,19 +45,13 @@ impl Server {
         Self::running(Path::new(env!("CARGO_BIN_EXE_contuse")), |_| {})
     }
 
-    /// With runs in this process.
-    pub fn in_one_process() -> Self {
-        let engine = Simulator::new(&ServiceConfig::default());
-        Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {})
-    }
-
     /// With the engine that ships, which runs jobs as processes of a program.
     pub fn running(program: &Path, change: impl FnOnce(&mut ServiceConfig)) -> Self {
         let engine = ProcessEngine::new(&ServiceConfig::default(), program);
         Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), change)
     }
 
-    fn with_engine(
+    pub fn with_engine(
         data: Arc<TempDir>,
         engine: Arc<dyn Engine>,
         change: impl FnOnce(&mut ServiceConfig),

@@ -36,7 +36,7 @@ struct Log {
 /// What came from a process.
 pub(super) enum Heard {
     /// A message with its bytes.
-    Message(FromChild, Vec<u8>),
+    Message(Box<FromChild>, Vec<u8>),
     /// Nothing in time.
     Nothing,
     /// The process ended, or breaks the protocol.
@@ -118,7 +118,7 @@ impl Child {
     /// Waits for a message.
     pub fn hear(&self, within: Duration) -> Heard {
         match self.messages.recv_timeout(within) {
-            Ok((message, bytes)) => Heard::Message(message, bytes),
+            Ok((message, bytes)) => Heard::Message(Box::new(message), bytes),
             Err(RecvTimeoutError::Timeout) => Heard::Nothing,
             Err(RecvTimeoutError::Disconnected) => Heard::End,
         }

@@ -90,15 +90,16 @@ impl ProcessEngine {
         let begun = child.begin(&self.task(work, most_memory, 1), (count, bytes), None);
         while begun.is_ok() {
             match child.hear(self.settings.deadline) {
-                Heard::Message(FromChild::Mesh { name, limit }, _) => {
-                    let Some(meshes) = meshes else { break };
-                    if give_mesh(&mut child, meshes, &name, limit).is_err() {
-                        break;
+                Heard::Message(message, _) => match (*message, meshes) {
+                    (FromChild::Mesh { name, limit }, Some(meshes)) => {
+                        if give_mesh(&mut child, meshes, &name, limit).is_err() {
+                            break;
+                        }
                     }
-                }
-                Heard::Message(message, _) => match answer(message) {
-                    Some(answer) => return Ok(answer),
-                    None => break,
+                    (message, _) => match answer(message) {
+                        Some(answer) => return Ok(answer),
+                        None => break,
+                    },
                 },
                 Heard::Nothing | Heard::End => break,
             }
@@ -231,14 +232,16 @@ impl Conversation {
     fn hold(mut self, mut child: Child, order: &mut RunOrder<'_>) -> Result<RunReport, Failure> {
         loop {
             match child.hear(LOOK_INTERVAL) {
-                Heard::Message(FromChild::Ran(result), _) => return result,
-                Heard::Message(FromChild::Panicked, _) => return Err(panic_elsewhere()),
-                Heard::Message(message, bytes) => {
-                    if let Err(error) = self.answer(&mut child, order, message, &bytes) {
-                        // The end of the process, which is found next, is why.
-                        tracing::debug!(job = %order.job, %error, "a run takes no answer");
+                Heard::Message(message, bytes) => match *message {
+                    FromChild::Ran(result) => return result,
+                    FromChild::Panicked => return Err(panic_elsewhere()),
+                    message => {
+                        if let Err(error) = self.answer(&mut child, order, message, &bytes) {
+                            // The end of the process, which is found next, is why.
+                            tracing::debug!(job = %order.job, %error, "a run takes no answer");
+                        }
                     }
-                }
+                },
                 Heard::Nothing => {}
                 Heard::End => return self.lost(&child.end(), order.control),
             }

@@ -56,12 +56,12 @@ fn listen(input: &mut impl BufRead, control: &RunControl, answers: &Sender<(ToCh
 }
 
 fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> FromChild {
-    let Settings { budget, deadline, threads_per_job, threads_per_what_if } = task.settings.clone();
+    let Settings { threads_per_job, threads_per_what_if, deadline, budget } = task.settings.clone();
     let simulator = Simulator::new(&ServiceConfig {
-        budget,
-        deadline,
         threads_per_job,
         threads_per_what_if,
+        deadline,
+        budget,
         ..ServiceConfig::default()
     });
     let meshes = HostMeshes(Arc::clone(host));

@@ -32,10 +32,10 @@ pub(super) struct Task {
 /// The part of the configuration of a service that concerns scenes and runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Settings {
-    pub budget: Budget,
-    pub deadline: Duration,
     pub threads_per_job: usize,
     pub threads_per_what_if: usize,
+    pub deadline: Duration,
+    pub budget: Budget,
 }
 
 /// One call of an engine.
