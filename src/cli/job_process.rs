@@ -3,12 +3,16 @@
 use super::{CliError, Exit};
 use crate::service::jobs::process::serve_one;
 use std::io;
+use std::sync::Arc;
 
 /// Does the task on standard input, and writes messages to standard output.
 ///
 /// # Errors
 /// If the pipes of the service fail.
 pub fn job_process() -> Result<Exit, CliError> {
+    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     serve_one(io::stdin(), messages()?)?;
     Ok(Exit::Success)
 }

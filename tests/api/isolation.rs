@@ -46,7 +46,10 @@ fn kinds(client: &Client, job: &str) -> Vec<String> {
 #[test]
 fn a_killed_run_is_tried_again_alone_and_its_neighbour_does_not_notice() {
     let data = tempfile::tempdir().unwrap();
-    let program = Program::start(data.path(), &["--workers", "2", "--max-attempts", "2"]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+    command.args(["serve", "--listen", "127.0.0.1:0", "--workers", "2", "--max-attempts", "2", "--data"]);
+    command.arg(data.path());
+    let program = Program::spawn(command);
     let client = &program.client;
     let job = submit(client, &long());
     let victim = wait_for_run(&program);
