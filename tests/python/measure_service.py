@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures a service that is started for it: latency of a durable 202, small jobs per second, memory of the service.
+"""Measures a service that is started for it: latency of a durable 202, small jobs per second, memory and processor time.
 
     measure_service.py target/release/contuse --clients 16 --jobs 400
 """
@@ -9,6 +9,7 @@ import http.client
 import json
 import os
 import re
+import resource
 import subprocess
 import tempfile
 import threading
@@ -90,6 +91,12 @@ def post(address: str, clients: int, jobs: int) -> list[float]:
     return latencies
 
 
+def processor_s() -> float:
+    """Processor time of the services that have ended, and of their runs."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 class Service:
     """`contuse serve` on a data folder of its own."""
 
@@ -126,6 +133,7 @@ def main() -> None:
             latencies = post(service.address, arguments.clients, arguments.jobs)
             print(f"202 at {arguments.clients} clients, nothing else: {percentiles(latencies)}")
         print(f"fsync of 4 kB on the same disk: {percentiles(fsyncs(folder))}")
+        before = processor_s()
         with Service(arguments.program, os.path.join(folder, "busy"), arguments.workers) as service:
             begun = time.perf_counter()
             latencies = post(service.address, arguments.clients, arguments.jobs)
@@ -135,6 +143,7 @@ def main() -> None:
             print(f"202 at {arguments.clients} clients, beside their runs: {percentiles(latencies)}")
             print(f"{count} small jobs end to end: {took:.2f} s, {count / took:.1f} jobs/s with {arguments.workers} worker(s)")
             print(f"peak memory of the service: {service.peak_mb():.0f} MB")
+        print(f"processor time of service and runs: {1e3 * (processor_s() - before) / count:.1f} ms a job")
 
 
 if __name__ == "__main__":
