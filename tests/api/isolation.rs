@@ -97,8 +97,8 @@ fn memory_of_the_service_stays_small() {
     let data = tempfile::tempdir().unwrap();
     let program = Program::start(data.path(), &[]);
     let client = &program.client;
-    // 100 000 elements, whose validation and run take some 300 MB each.
-    let large = ball_on_block(46, 1e-6);
+    // 33 000 elements, whose validation takes more than that.
+    let large = ball_on_block(32, 1e-6);
     let answer = client.post_json("/v1/jobs/validate", &large);
     assert_eq!(answer.status, 200, "{answer:?}");
     let (job, _) = finished(client, &large);
