@@ -97,7 +97,7 @@ fn memory_of_the_service_stays_small() {
     let data = tempfile::tempdir().unwrap();
     let program = Program::start(data.path(), &[]);
     let client = &program.client;
-    // 33 000 elements, whose validation takes more than that.
+    // 33 000 elements: more than the service validates itself.
     let large = ball_on_block(32, 1e-6);
     let answer = client.post_json("/v1/jobs/validate", &large);
     assert_eq!(answer.status, 200, "{answer:?}");
