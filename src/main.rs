@@ -14,6 +14,11 @@ fn main() -> ExitCode {
     let filter: Targets = chosen.or_else(|| cli.default_log().parse().ok()).unwrap_or_default();
     let lines =
         tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(io::stderr().is_terminal());
+    let lines = match (cli.logs_json(), cli.is_read_by_service()) {
+        (true, _) => lines.json().flatten_event(true).boxed(),
+        (false, true) => lines.without_time().with_target(false).boxed(),
+        (false, false) => lines.boxed(),
+    };
     tracing_subscriber::registry().with(lines.with_filter(filter)).init();
 
     let mut out = io::BufWriter::new(io::stdout().lock());

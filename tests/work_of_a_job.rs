@@ -1,4 +1,5 @@
-//! How often a job parses documents, loads scenes and compiles plans: once each, and once more for what its runs do not share.
+//! How often a job parses documents, loads scenes and compiles plans: once each for its validation and its run, and once more for what its runs
+//! do not share.
 
 // A test fails by panicking, also in the functions that it calls; and not all that the tests of the API share is of use here.
 #![allow(clippy::unwrap_used, clippy::format_push_string, dead_code)]
@@ -6,6 +7,8 @@
 #[path = "api/support/mod.rs"]
 mod support;
 
+use contuse::service::config::ServiceConfig;
+use contuse::service::jobs::simulator::Simulator;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -37,17 +40,19 @@ impl Counter {
 fn a_job_loads_its_scene_once() {
     let counter = Counter::default();
     tracing_subscriber::registry().with(counter.clone()).init();
-    let server = Server::simulating();
+    // In this process, where it can be counted.
+    let engine = Simulator::new(&ServiceConfig::default());
+    let server = Server::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {});
     let client = server.client();
     let scene = std::fs::read_to_string("scenarios/flashball_thigh/scene_elastic.json").unwrap();
     let mut scene: Value = serde_json::from_str(&scene).unwrap();
 
     // Error bars come from three runs on one coarser mesh; that of half the elements is refused, the next one is not.
     finished(&client, &scene);
-    assert_eq!(counter.take(), [1, 3, 4]);
+    assert_eq!(counter.take(), [2, 4, 4]);
     scene["solver"] = json!({"error_bars": "none"});
     finished(&client, &scene);
-    assert_eq!(counter.take(), [1, 1, 1]);
+    assert_eq!(counter.take(), [2, 2, 1]);
 
     // Cases that differ in their motion share a scene; the kept text of the question is read again. Two threads have a plan each.
     let question = json!({
@@ -60,6 +65,6 @@ fn a_job_loads_its_scene_once() {
     assert_eq!(answer.status, 202, "{answer:?}");
     wait_for(&client, answer.header("location").unwrap(), "succeeded");
     let [parses, loads, compilations] = counter.take();
-    assert_eq!((parses, loads), (2, 1));
+    assert_eq!((parses, loads), (2, 2));
     assert!(compilations <= 3, "{compilations}");
 }

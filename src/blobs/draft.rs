@@ -67,15 +67,12 @@ impl Draft {
         self.digester.digest()
     }
 
-    /// The bytes so far.
+    /// Opens the bytes so far.
     ///
     /// # Errors
     /// When the store fails.
-    pub fn read(&self) -> Result<Vec<u8>, BlobError> {
-        let mut bytes = Vec::new();
-        let opened = self.unnamed.open();
-        opened.and_then(|mut blob| blob.read_to_end(&mut bytes)).map_err(BlobError::of(NAME))?;
-        Ok(bytes)
+    pub fn open(&self) -> Result<Box<dyn Blob>, BlobError> {
+        self.unnamed.open().map_err(BlobError::of(NAME))
     }
 
     /// Names the draft: it becomes a blob, durable on return, replacing any blob of that name.

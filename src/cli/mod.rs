@@ -7,6 +7,8 @@ pub mod doctor;
 mod exit;
 pub mod export;
 mod input_file;
+#[cfg(feature = "service")]
+mod job_process;
 mod json;
 pub mod keep;
 pub mod material;
@@ -28,6 +30,8 @@ mod study_bulk_modulus;
 mod study_coverage;
 pub mod study_error;
 pub mod study_stability;
+#[cfg(feature = "service")]
+pub mod token;
 pub mod validate;
 pub mod what_if;
 mod what_if_table;
@@ -59,8 +63,26 @@ impl Cli {
     pub fn default_log(&self) -> &'static str {
         match self.command {
             #[cfg(feature = "service")]
-            Command::Serve(_) => "warn,contuse=info",
+            Command::Serve(_) | Command::JobProcess => "warn,contuse=info",
             _ => "warn",
+        }
+    }
+
+    /// Whether the log is to be lines of JSON.
+    pub fn logs_json(&self) -> bool {
+        match &self.command {
+            #[cfg(feature = "service")]
+            Command::Serve(args) => args.log_format == serve::LogFormat::Json,
+            _ => false,
+        }
+    }
+
+    /// Whether a service reads the log and adds the time and the job to each line.
+    pub fn is_read_by_service(&self) -> bool {
+        match self.command {
+            #[cfg(feature = "service")]
+            Command::JobProcess => true,
+            _ => false,
         }
     }
 }
@@ -103,6 +125,10 @@ pub enum Command {
     /// Serve jobs over HTTP.
     #[cfg(feature = "service")]
     Serve(Box<serve::ServeArgs>),
+    /// Run one job of a service, which starts this command.
+    #[cfg(feature = "service")]
+    #[command(hide = true)]
+    JobProcess,
     /// Print the OpenAPI document of the service.
     #[cfg(feature = "service")]
     Openapi,
@@ -114,7 +140,7 @@ pub enum Command {
     Doctor(doctor::DoctorArgs),
     /// Make a bearer token for a service.
     #[cfg(feature = "service")]
-    Token(serve::TokenArgs),
+    Token(token::TokenArgs),
     /// Ask a service whether it is ready.
     #[cfg(feature = "service")]
     Health(serve::HealthArgs),
@@ -143,13 +169,15 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         #[cfg(feature = "service")]
         Command::Serve(args) => serve::serve(*args, out),
         #[cfg(feature = "service")]
+        Command::JobProcess => job_process::job_process(),
+        #[cfg(feature = "service")]
         Command::Openapi => serve::print_openapi(out),
         #[cfg(feature = "service")]
         Command::Purge(args) => serve::purge(&args, out),
         #[cfg(feature = "service")]
         Command::Doctor(args) => doctor::doctor(&args, out),
         #[cfg(feature = "service")]
-        Command::Token(args) => serve::token(&args, out),
+        Command::Token(args) => token::token(&args, out),
         #[cfg(feature = "service")]
         Command::Health(args) => serve::health(&args),
     }

@@ -2,10 +2,13 @@
 
 use super::{CliError, Exit};
 use crate::scene::Budget;
-use crate::service::config::{ServiceConfig, Tokens};
+use crate::service::access::read_tokens;
+use crate::service::config::ServiceConfig;
+use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::simulator::Simulator;
+use crate::service::tokens::Tokens;
 use crate::service::{Service, ServiceError, http};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -13,7 +16,15 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
-use uuid::Uuid;
+
+/// Form of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// Lines of text.
+    Text,
+    /// An object of JSON on each line.
+    Json,
+}
 
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
@@ -63,6 +74,9 @@ pub struct ServeArgs {
     /// Maximum number of waiting validations of small scenes, and of large ones.
     #[arg(long, env = "CONTUSE_MAX_VALIDATIONS_WAITING", default_value_t = 64)]
     max_validations_waiting: usize,
+    /// Number of attempts after which a job that loses its process, or the service, fails.
+    #[arg(long, env = "CONTUSE_MAX_ATTEMPTS", default_value_t = 3)]
+    max_attempts: u32,
     /// Wall-clock limit of a job in seconds.
     #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
     deadline_s: u64,
@@ -75,10 +89,13 @@ pub struct ServeArgs {
     /// Grace period for running jobs and open responses after SIGTERM, in seconds; then jobs return to the queue.
     #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
     grace_s: u64,
-    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them); without it, everyone on this machine
-    /// has access, and no one else.
+    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them), read again when it changes; without it,
+    /// everyone on this machine has access, and no one else.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
+    /// Form of the log on standard error: lines of text, or of JSON.
+    #[arg(long, env = "CONTUSE_LOG_FORMAT", default_value = "text")]
+    pub(super) log_format: LogFormat,
     /// Name under which a service without tokens is reached, beside localhost; may be given several times.
     #[arg(long = "host", env = "CONTUSE_HOSTS", value_delimiter = ',')]
     hosts: Vec<String>,
@@ -110,6 +127,7 @@ impl ServeArgs {
             threads_per_what_if,
             max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_queued: self.max_queued,
+            max_attempts: self.max_attempts.max(1),
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
             deadline: Duration::from_secs(self.deadline_s),
@@ -126,6 +144,7 @@ impl ServeArgs {
                 ..Budget::SERVICE
             },
             tokens,
+            tokens_file: self.tokens_file,
             cors_origins: self.cors_origins,
             hosts: self.hosts,
             ..defaults
@@ -135,15 +154,7 @@ impl ServeArgs {
 
 /// Reads the tokens of a file.
 fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
-    let input = |source| CliError::Input { path: file.to_owned(), source };
-    let text = std::fs::read_to_string(file).map_err(input)?;
-    let tokens = Tokens::parse(&text).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
-    if tokens.is_open() {
-        return Err(CliError::Usage(format!(
-            "{} holds no token: no client could use the service",
-            file.display()
-        )));
-    }
+    let tokens = read_tokens(file).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
     if tokens.in_clear() > 0 {
         let count = tokens.in_clear();
         tracing::warn!(
@@ -152,28 +163,6 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
         );
     }
     Ok(tokens)
-}
-
-/// Arguments of `contuse token`.
-#[derive(Args, Clone, Debug)]
-pub struct TokenArgs {
-    /// Name of the owner of the token, without spaces.
-    name: String,
-}
-
-/// Makes a token, and the line that admits it in a file of tokens.
-///
-/// # Errors
-/// If the name has spaces, or the output cannot be written.
-pub fn token(args: &TokenArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    if args.name.is_empty() || args.name.starts_with('#') || args.name.contains(char::is_whitespace) {
-        return Err(CliError::Usage(format!("{:?} is no name: give a word without spaces", args.name)));
-    }
-    // 244 random bits.
-    let token = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());
-    writeln!(out, "token, for {} alone: {token}", args.name)?;
-    writeln!(out, "line for the file of --tokens-file: {}", Tokens::line(&args.name, &token))?;
-    Ok(Exit::Success)
 }
 
 /// Serves until SIGTERM or SIGINT; a second signal shortens the shutdown.
@@ -185,7 +174,7 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     keep_files_private();
     // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let engine = Arc::new(Simulator::new(&config));
+    let engine = Arc::new(ProcessEngine::new(&config, &this_program()?));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let served = runtime.block_on(async {
         let signals = count_signals()?;
@@ -199,6 +188,12 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Threads still running end with the process.
     runtime.shutdown_background();
     served
+}
+
+/// The file of this program. Linux finds it even if another one has taken its place.
+fn this_program() -> io::Result<PathBuf> {
+    let of_process = Path::new("/proc/self/exe");
+    if of_process.exists() { Ok(of_process.to_owned()) } else { std::env::current_exe() }
 }
 
 /// Files and folders made from now on are for the user of this process alone.

@@ -8,10 +8,10 @@ use crate::mechanics::force::ElementBlock;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Approximate memory of a run by component.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct MemoryReport {
     /// Plan [bytes]: positions, masses, connectivity, boundary surfaces, assembly, and the matrix and factor of implicit

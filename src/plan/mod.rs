@@ -50,7 +50,7 @@ use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns}
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Cell, Cells, surface};
 use crate::scene::document::{FieldName, ForceFilter, PersonDocument, Role};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -259,7 +259,7 @@ impl Implicit {
 }
 
 /// Sizes of the linear systems of implicit steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SystemSize {
     /// Unknown velocity components (degrees of freedom).

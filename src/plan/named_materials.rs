@@ -3,11 +3,11 @@
 use crate::scene::Scene;
 use crate::scene::document::PartDocument;
 use crate::scene::materials::library;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// A part by the name of its set.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct NamedMaterialReport {
     /// Name of the body.

@@ -5,10 +5,10 @@ use super::by_pair::MOST_LISTED_BODIES;
 use crate::mechanics::contact::ContactLaw;
 use crate::scene::Scene;
 use crate::scene::document::{FieldName, Keep, Role, SelfContact};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A feature that the plan omits.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct Omitted {
     /// Computation that is omitted, such as `inactive elements` or `viscosity pass`.

@@ -13,11 +13,11 @@ use crate::mechanics::contact::{ContactPair, Master};
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::scene::document::Keep;
 use crate::scene::{IntegratorChoice, Scene};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Report of a plan, in numbers and words.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PlanReport {
     /// Number of nodes of meshes.
@@ -43,13 +43,13 @@ pub struct PlanReport {
     /// Number of all element blocks.
     pub block_count: usize,
     /// Parts whose material is a set of the library.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub named_materials: Vec<NamedMaterialReport>,
     /// Bodies that are locally refined.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refinements: Vec<RefinementReport>,
     /// Rigid bodies with their mass and inertia; of more than 64 the first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
     /// Contact pairs that are computed, with their surfaces and settings; of more than 64 the first.
     pub pairs: Vec<PairReport>,
@@ -66,7 +66,7 @@ pub struct PlanReport {
 }
 
 /// Time integration of a plan.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorReport {
     /// `explicit`, `implicit` or `quasi_static`.
@@ -78,7 +78,7 @@ pub struct IntegratorReport {
     /// Size of the linear systems of implicit steps; null for explicit steps.
     pub systems: Option<SystemSize>,
     /// How the scheme was chosen, where the scene leaves it open (`auto`), with the estimated cost of both.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub choice: Option<IntegratorChoice>,
 }
 
@@ -113,7 +113,7 @@ impl IntegratorReport {
 }
 
 /// Elements of one body with the same law and formulation.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct BlockReport {
     /// Name of the body.
@@ -145,7 +145,7 @@ pub struct BlockReport {
 }
 
 /// A contact pair: its sides, the discretisation, friction.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PairReport {
     /// Names of the sides, slave first.
@@ -155,7 +155,7 @@ pub struct PairReport {
     /// Number of faces of the master; null for a plane or a rigid body.
     pub master_faces: Option<usize>,
     /// Names of the rigid shapes among slave and master.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid_shapes: Vec<String>,
     /// Coulomb friction μ [-].
     pub friction: f64,

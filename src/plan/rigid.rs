@@ -3,7 +3,7 @@
 use super::{ContactPlan, Plan, PlanBody};
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation};
 use crate::mechanics::tensor::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Rigid bodies of a plan, with their initial orientations and contact pairs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,7 +65,7 @@ impl Plan {
 }
 
 /// Report of a rigid body.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct RigidReport {
     /// Name of the body.

@@ -3,13 +3,13 @@
 use super::PlanBody;
 use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces, ForceInput, Threads};
 use crate::mechanics::tensor::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Multiples of the smallest critical time step within which elements are counted.
 const WITHIN: [f64; 3] = [1.1, 2.0, 4.0];
 
 /// The initial critical time step, and the element that determines it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct StableStepReport {
     /// Smallest critical time step of an element [s], without safety factor; the scene's `max_step_s` when there is no
@@ -30,7 +30,7 @@ pub struct StableStepReport {
 }
 
 /// Elements whose critical time step is near the smallest.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct ElementsWithin {
     /// Upper bound of their critical time step, as a multiple of the smallest [-].

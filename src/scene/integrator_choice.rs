@@ -12,7 +12,7 @@ use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_byt
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cell;
 use crate::mesh::surface::{boundary, boundary_nodes};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Default number of implicit steps of a run, unless a body moves faster.
 const IMPLICIT_STEPS: f64 = 100.0;
@@ -22,7 +22,7 @@ const FLOWN: f64 = 0.5;
 const SLAVES: f64 = 0.5;
 
 /// The chosen scheme, with the estimated cost of both.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorChoice {
     /// Integrator of the run: `explicit` or `implicit`.
@@ -36,7 +36,7 @@ pub struct IntegratorChoice {
 }
 
 /// Approximate cost of a time integration scheme.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SteppingEstimate {
     /// Expected time step [s].

@@ -1,6 +1,7 @@
 //! Sources of mesh bytes: files in the folder of the scene, or the store of a service.
 
 use crate::mesh::read::MeshFormat;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
@@ -34,7 +35,7 @@ pub struct MeshBytes {
 }
 
 /// Why a mesh cannot be provided.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Serialize, Deserialize, thiserror::Error)]
 pub enum MeshSourceError {
     /// No mesh of that name in the folder.
     #[error("there is no mesh {name:?}")]

@@ -1,4 +1,4 @@
-//! The audit log: who did what, and when, as a line of JSON for each request that concerns jobs or meshes.
+//! The audit log: who did what, and when, as a line of JSON for each request that changes jobs or meshes or reads results.
 //!
 //! It names owners, addresses, ids and statuses, never scenes. It stays when jobs are deleted.
 

@@ -10,7 +10,9 @@
 //! - [`shelves`]: names of recordings, meshes, snapshots and results in the [store of blobs](crate::blobs).
 //! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
 //! - [`fair_queue`]: who validates next.
+//! - [`tokens`], [`access`]: who has access.
 
+pub mod access;
 pub mod audit;
 pub mod config;
 pub mod doctor;
@@ -24,8 +26,10 @@ pub mod permits;
 pub mod server;
 pub mod shelves;
 mod stall;
+pub mod tokens;
 
 use crate::blobs::FolderBlobs;
+use access::Access;
 use audit::Audit;
 use config::ServiceConfig;
 use fair_queue::QueueLimits;
@@ -171,13 +175,27 @@ impl Service {
         if let Some(days) = config.keep_days {
             tokio::spawn(keep_for_days(Arc::clone(&queue), days));
         }
+        let access = Arc::new(Access::new(config.tokens.clone()));
+        if let Some(file) = config.tokens_file.clone() {
+            let (access, closing) = (Arc::clone(&access), queue.closing());
+            tokio::spawn(async move { access.follow(&file, closing).await });
+        }
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
         let validation_slots = ValidationSlots::new(validations(&config));
         let exports = Slots::new(ARCHIVES_AT_ONCE);
         let attempts = Attempts::default();
         let permits = AllPermits::of(config.max_connections);
-        let app =
-            Arc::new(App { queue, config, metrics, audit, attempts, permits, validation_slots, exports });
+        let app = Arc::new(App {
+            queue,
+            config,
+            access,
+            metrics,
+            audit,
+            attempts,
+            permits,
+            validation_slots,
+            exports,
+        });
         Ok(Self { app, listener, address, workers })
     }
 

@@ -33,6 +33,11 @@ pub fn result_name(key: &str) -> String {
     format!("{RESULTS}/{key}.json")
 }
 
+/// Key of the result with a name.
+pub fn result_key(name: &str) -> Option<&str> {
+    name.strip_prefix(RESULTS)?.strip_prefix('/')?.strip_suffix(".json")
+}
+
 /// Name of a snapshot of the recording of a running job.
 pub fn snapshot_name(id: JobId, number: u32) -> String {
     format!("{SNAPSHOTS}/{id}-{number}.mcap")

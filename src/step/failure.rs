@@ -45,6 +45,12 @@ pub enum FailureCause {
     Budget,
     /// The worker process was lost more often than a job may lose one.
     WorkerLost,
+    /// The process of the run was refused memory.
+    OutOfMemory,
+    /// The process of the run was killed, or crashed.
+    Killed,
+    /// A fault of the program stopped the run: it panicked.
+    Panicked,
     /// The recording could not be written.
     RecordingFailed,
     /// The machine or the engine failed, not the scene.
@@ -175,6 +181,14 @@ impl FailureCause {
             Self::WorkerLost => {
                 "Check the memory of the machine and the log of the service; a smaller scene may succeed."
             }
+            Self::OutOfMemory => {
+                "Take fewer or larger elements or fewer threads, or ask the operator of the service for more memory."
+            }
+            Self::Killed => {
+                "Look at the log of the machine around the end of the run: who killed it, or whether memory was short; a smaller \
+                 scene may succeed."
+            }
+            Self::Panicked => "Report it with the id of the job and the log of the service around its end.",
             Self::Internal => {
                 "Try again with fewer threads; if the failure persists, keep the scene and report it."
             }

@@ -8,7 +8,7 @@ use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::{Pose, Rotation};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Complete state of the run at one time t_n: positions, reactions and a closed energy ledger.
@@ -80,7 +80,7 @@ impl Frame<'_> {
 }
 
 /// How a run ended.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "ending", rename_all = "snake_case")]
 pub enum Ending {
     /// It reached the end time.

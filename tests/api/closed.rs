@@ -2,14 +2,16 @@
 
 use crate::support::client::{Answer, read_answer};
 use crate::support::*;
-use contuse::service::config::{ServiceConfig, Tokens};
+use contuse::service::config::ServiceConfig;
 use contuse::service::jobs::simulator::Simulator;
+use contuse::service::tokens::{Scope, Tokens};
 use contuse::service::{Service, ServiceError};
 use std::io::BufReader;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
 const ANNA: &str = "anna-0123456789abcdef";
+const BERT: &str = "bert-0123456789abcdef";
 
 fn start(listen: [u8; 4], tokens: Tokens) -> Result<(), ServiceError> {
     let data = tempfile::tempdir().unwrap();
@@ -92,7 +94,7 @@ fn every_answer_has_a_content_security_policy() {
 
 #[test]
 fn wrong_tokens_have_to_wait_and_right_ones_do_not() {
-    let line = Tokens::line("anna", ANNA);
+    let line = Tokens::line("anna", ANNA, Scope::Submit, None);
     let server = Server::with(|c| c.tokens = Tokens::parse(&line).unwrap());
     let wrong = server.client().with_token("wrong-0123456789abcdef");
     for _ in 0..10 {
@@ -103,4 +105,50 @@ fn wrong_tokens_have_to_wait_and_right_ones_do_not() {
     assert!((1..=60).contains(&refused.header("retry-after").unwrap().parse::<u64>().unwrap()));
     assert_eq!(server.client().with_token(ANNA).get("/v1/jobs").status, 200);
     problem(&server.client().get("/v1/jobs"), 401, "unauthorized");
+}
+
+#[test]
+fn tokens_have_a_scope_and_a_last_day() {
+    let lines = [
+        Tokens::line("anna", ANNA, Scope::Submit, None),
+        Tokens::line("anna", "anna-reads-456789abcdef", Scope::Read, None),
+        Tokens::line("prometheus", "prometheus-0123456789", Scope::Metrics, None),
+        Tokens::line("anna", "anna-before-0123456789", Scope::Submit, Some("2020-12-31")),
+    ];
+    let server = Server::with(|c| c.tokens = Tokens::parse(&lines.join("\n")).unwrap());
+    let with = |token| server.client().with_token(token);
+    let (job, _) = finished(&with(ANNA), &quick());
+    let reader = with("anna-reads-456789abcdef");
+    assert_eq!(reader.get(&job).status, 200);
+    assert_eq!(reader.get("/metrics").status, 200);
+    let refused = problem(&reader.post_json("/v1/jobs", &quick()), 403, "beyond-scope");
+    assert!(refused["detail"].as_str().unwrap().contains("needs `submit`"), "{refused}");
+    problem(&reader.delete(&job), 403, "beyond-scope");
+    let scraper = with("prometheus-0123456789");
+    assert_eq!(scraper.get("/metrics").status, 200);
+    problem(&scraper.get("/v1/jobs"), 403, "beyond-scope");
+    problem(&with("anna-before-0123456789").get("/v1/jobs"), 401, "expired-token");
+}
+
+#[test]
+fn tokens_are_read_again_when_their_file_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("tokens");
+    let line = Tokens::line("anna", ANNA, Scope::Submit, None);
+    std::fs::write(&file, &line).unwrap();
+    let server = Server::with(|c| {
+        c.tokens = Tokens::parse(&line).unwrap();
+        c.tokens_file = Some(file.clone());
+    });
+    let status = |token| server.client().with_token(token).get("/v1/jobs").status;
+    assert_eq!((status(ANNA), status(BERT)), (200, 401));
+    std::fs::write(&file, format!("{}\n", Tokens::line("bert", BERT, Scope::Submit, None))).unwrap();
+    eventually("the new token is known", || status(BERT) == 200);
+    // Wrong tokens were tried meanwhile, perhaps too often.
+    let is_refused = |token| [401, 429].contains(&status(token));
+    assert!(is_refused(ANNA));
+    // A file that is wrong, or gone, locks no one out and lets no one in.
+    std::fs::write(&file, "bert").unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    assert!(is_refused(ANNA) && status(BERT) == 200);
 }

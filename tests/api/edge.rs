@@ -1,7 +1,7 @@
 //! What holds for every call: tokens, origins, limits of the head, unknown addresses and methods.
 
 use crate::support::*;
-use contuse::service::config::Tokens;
+use contuse::service::tokens::Tokens;
 use std::io::Read;
 use std::time::Duration;
 

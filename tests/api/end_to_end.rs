@@ -1,6 +1,7 @@
 //! The whole line, with the real program and the real engine: from a scene by HTTP to a recording that other programs read.
 
 use crate::support::client::Client;
+use crate::support::program::{Program, SERVE};
 use crate::support::*;
 use contuse::blobs::hexadecimal;
 use mcap::{MessageStream, Summary};
@@ -8,67 +9,8 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
 use tempfile::TempDir;
-
-const SERVE: [&str; 6] = ["serve", "--listen", "127.0.0.1:0", "--workers", "1", "--data"];
-
-/// `contuse serve` as a process of its own, killed when it is dropped.
-struct Program {
-    child: Child,
-    client: Client,
-}
-
-impl Program {
-    fn start(data: &Path, flags: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
-        command.args(SERVE).arg(data).args(flags);
-        Self::spawn(command)
-    }
-
-    /// With a limit on the size of files, in blocks of 512 bytes: a write beyond it fails as on a full disk.
-    fn limited(data: &Path, blocks: u32) -> Self {
-        let mut command = Command::new("sh");
-        let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
-        command.args(["-c", &script, env!("CARGO_BIN_EXE_contuse")]).args(SERVE).arg(data);
-        Self::spawn(command)
-    }
-
-    fn spawn(mut command: Command) -> Self {
-        let mut child = command.env("RUST_LOG", "error").stdout(Stdio::piped()).spawn().unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let address = line.trim().strip_prefix("listening on http://").unwrap_or_else(|| panic!("{line:?}"));
-        let client = Client::new(address.parse().unwrap());
-        Self { child, client }
-    }
-
-    fn kill(mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
-    }
-
-    fn terminate(mut self) -> ExitStatus {
-        let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
-        let limit = Instant::now() + Duration::from_secs(20);
-        loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                return status;
-            }
-            assert!(Instant::now() < limit, "it does not end");
-            std::thread::sleep(Duration::from_millis(10));
-        }
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
 
 fn example(name: &str) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("api/examples").join(name);

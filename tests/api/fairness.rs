@@ -2,7 +2,7 @@
 
 use crate::support::client::{Answer, Client};
 use crate::support::*;
-use contuse::service::config::Tokens;
+use contuse::service::tokens::Tokens;
 use serde_json::{Value, json};
 use std::time::Duration;
 
@@ -101,7 +101,8 @@ fn memory_of_a_document_is_a_multiple_of_its_text() {
 fn a_job_waits_until_its_memory_is_free() {
     let server = Server::with(|c| {
         c.workers = 3;
-        c.max_running_memory = 1000;
+        // A run may take twice what is expected, and 256 MB.
+        c.max_running_memory = 2000 + 2 * (256 << 20);
     });
     let client = server.client();
     let of = |mut scene: Value, bytes: u64| {
@@ -109,7 +110,7 @@ fn a_job_waits_until_its_memory_is_free() {
         submit(&client, &scene)
     };
     // It takes more than there is, and runs alone.
-    let all = of(endless(), 5000);
+    let all = of(endless(), 1 << 30);
     wait_for(&client, &all, "running");
     let half = of(endless(), 500);
     std::thread::sleep(Duration::from_millis(300));

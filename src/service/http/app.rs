@@ -2,6 +2,7 @@
 
 use super::attempts::Attempts;
 use super::slots::{Slots, ValidationSlots};
+use crate::service::access::Access;
 use crate::service::audit::Audit;
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::queue::Queue;
@@ -13,8 +14,10 @@ use std::sync::Arc;
 pub struct App {
     /// Queue that stores, starts and stops jobs.
     pub queue: Arc<Queue>,
-    /// Limits and access tokens of the service.
+    /// Limits of the service.
     pub config: Arc<ServiceConfig>,
+    /// Tokens that grant access.
+    pub access: Arc<Access>,
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     /// Log of who did what.

@@ -9,7 +9,7 @@ use super::wire::NOTICE;
 use crate::service::audit::Entry;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request, State};
-use axum::http::{HeaderName, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
@@ -17,12 +17,21 @@ use std::sync::Arc;
 use std::time::Instant;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::cors::CorsLayer;
+use tracing::Instrument as _;
+use uuid::Uuid;
 
 /// Header with the disclaimer in every answer.
 const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
 
+/// Id of a request.
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// Longest id of a request that a client may give.
+const LONGEST_ID: usize = 64;
+
 /// Longest path in the audit log [bytes]: ids are shorter.
 const LONGEST_PATH: usize = 200;
+/// Beginning of the addresses of what a job found.
+const RESULTS: &str = "/v1/jobs/{id}/";
 const CROSS_ORIGIN_RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 /// Policy of whatever is not a page with a policy of its own: a browser that shows it loads and runs nothing.
 const NO_CONTENT: &str = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -86,13 +95,34 @@ fn cors(origins: &[String]) -> CorsLayer {
 /// request.
 async fn own_pages(State(app): State<Arc<App>>, request: Request, next: Next) -> Result<Response, Problem> {
     let config = &app.config;
-    if config.tokens.is_open() && !is_own_host(request.headers(), &config.hosts) {
+    if app.access.tokens().is_open() && !is_own_host(request.headers(), &config.hosts) {
         return Err(Problem::foreign_host());
     }
     if !is_own_page(request.headers(), &config.cors_origins) {
         return Err(Problem::cross_origin());
     }
     Ok(next.run(request).await)
+}
+
+/// Id of a request in the log and in its answer: that of the client or the proxy before it, otherwise a new one.
+fn request_id(headers: &HeaderMap) -> HeaderValue {
+    let given = headers.get(REQUEST_ID).filter(|id| {
+        let bytes = id.as_bytes();
+        (1..=LONGEST_ID).contains(&bytes.len())
+            && bytes.iter().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(b))
+    });
+    let new = || HeaderValue::try_from(Uuid::now_v7().simple().to_string());
+    given.cloned().or_else(|| new().ok()).unwrap_or(HeaderValue::from_static("none"))
+}
+
+/// Whether a request is written to the audit log: it changed or read data of a patient, or tried to without a right. The path has the
+/// ids of jobs and meshes. Lists, states and progress are read again and again, and say nothing of a patient.
+fn is_audited(method: &Method, route: &str, status: u16) -> bool {
+    if !route.starts_with("/v1/") || route.starts_with("/v1/materials") {
+        return false;
+    }
+    let is_refused = matches!(status, 401 | 403 | 429);
+    is_refused || ![Method::GET, Method::HEAD].contains(method) || route.starts_with(RESULTS)
 }
 
 /// Counts and logs a request, and adds the disclaimer to every answer.
@@ -103,14 +133,15 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
     let peer = request.extensions().get::<Peer>().map(|Peer(address)| *address);
     request.extensions_mut().insert(who.clone());
     let route = request.extensions().get::<MatchedPath>().map_or("other", MatchedPath::as_str).to_owned();
-    let mut response = next.run(request).await;
+    let id = request_id(request.headers());
+    let span = tracing::info_span!("request", id = id.to_str().unwrap_or_default());
+    let mut response = next.run(request).instrument(span.clone()).await;
     let (status, duration) = (response.status().as_u16(), started.elapsed());
     // Methods are chosen by the client: unknown ones do not create separate series.
     let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
     let label = if known.contains(&method) { method.as_str() } else { "other" };
     app.metrics.answered(label, &route, status, duration);
-    // Whatever concerns jobs and meshes; the path has their ids.
-    if route.starts_with("/v1/") && !route.starts_with("/v1/materials") {
+    if is_audited(&method, &route, status) {
         let created = response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok());
         app.audit.record(&Entry {
             owner: who.0.get().map(String::as_str),
@@ -121,8 +152,9 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
             status,
         });
     }
-    tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered");
+    span.in_scope(|| tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered"));
     let headers = response.headers_mut();
+    headers.insert(REQUEST_ID, id);
     headers.insert(CONTUSE_NOTICE, HeaderValue::from_static(NOTICE));
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));

@@ -3,13 +3,17 @@
 use super::app::App;
 use super::problem::Problem;
 use crate::service::jobs::JobId;
+use crate::service::tokens::{Grant, Scope};
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
-use axum::http::{Extensions, HeaderMap, header};
+use axum::http::{Extensions, HeaderMap, Method, header};
 use serde::de::DeserializeOwned;
 use std::convert::Infallible;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
+
+/// Address of the counters.
+const METRICS: &str = "/metrics";
 
 /// Owner of a request: the name of its bearer token, empty if the service is open to everyone.
 #[derive(Clone, Debug)]
@@ -27,7 +31,7 @@ impl FromRequestParts<Arc<App>> for Owner {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
-        let tokens = &app.config.tokens;
+        let tokens = app.access.tokens();
         let known = |name: &str| {
             if let Some(who) = parts.extensions.get::<Who>() {
                 // Set once: a request has one owner.
@@ -41,8 +45,14 @@ impl FromRequestParts<Arc<App>> for Owner {
         let value = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
         let token =
             value.and_then(|v| v.split_once(' ')).filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
-        if let Some(name) = token.and_then(|(_, token)| tokens.owner(token.trim())) {
-            return known(name);
+        if let Some(grant) = token.and_then(|(_, token)| tokens.grant(token.trim())) {
+            let owner = known(grant.owner);
+            let needed = needed_scope(parts);
+            return match grant {
+                Grant { is_expired: true, .. } => Err(Problem::expired_token()),
+                Grant { scope, .. } if scope < needed => Err(Problem::beyond_scope(scope, needed)),
+                _ => owner,
+            };
         }
         // A request without a token tries none.
         let peer = parts.extensions.get::<Peer>().filter(|_| value.is_some());
@@ -50,6 +60,15 @@ impl FromRequestParts<Arc<App>> for Owner {
             Some(wait_s) => Err(Problem::too_many_wrong_tokens(wait_s)),
             None => Err(Problem::unauthorized()),
         }
+    }
+}
+
+/// Scope that a request needs.
+fn needed_scope(parts: &Parts) -> Scope {
+    match parts.method {
+        _ if parts.uri.path() == METRICS => Scope::Metrics,
+        Method::GET | Method::HEAD => Scope::Read,
+        _ => Scope::Submit,
     }
 }
 

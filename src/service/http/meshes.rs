@@ -79,7 +79,9 @@ pub async fn upload(
     let lane = if draft.digest().bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
     let engine = Arc::clone(&app.queue.engine);
     let inspect = move || {
-        let inspected = draft.read().map(|bytes| engine.inspect_mesh(&bytes, parameters.format));
+        let bytes = draft.digest().bytes;
+        let inspected =
+            draft.open().map(|mut content| engine.inspect_mesh(&mut content, bytes, parameters.format));
         (inspected, draft)
     };
     let (inspected, draft) = app.validation_slots.call(&owner, lane, inspect).await?;

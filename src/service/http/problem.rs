@@ -7,6 +7,7 @@ use crate::service::fair_queue::Refusal;
 use crate::service::jobs::{JobId, JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
 use crate::service::permits::NoPermit;
+use crate::service::tokens::Scope;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -184,6 +185,27 @@ impl Problem {
         Self::new(StatusCode::UNAUTHORIZED, "unauthorized", "Unauthorized", detail)
             .remedy("Send the header `Authorization: Bearer …`.")
             .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
+    }
+
+    /// A token whose last day is over.
+    pub fn expired_token() -> Self {
+        Self::new(
+            StatusCode::UNAUTHORIZED,
+            "expired-token",
+            "Expired token",
+            "The last day of this token is over.",
+        )
+        .remedy("Ask the operator for a new one (`contuse token`).")
+        .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer error=\"invalid_token\""))
+    }
+
+    /// A token that does not allow a request.
+    pub fn beyond_scope(scope: Scope, needed: Scope) -> Self {
+        let (scope, needed) = (scope.as_str(), needed.as_str());
+        let detail = format!("The scope of this token is `{scope}`, and the request needs `{needed}`.");
+        Self::new(StatusCode::FORBIDDEN, "beyond-scope", "Beyond the scope of the token", detail)
+            .remedy("Use another token, or ask the operator for one (`contuse token --scope`).")
+            .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer error=\"insufficient_scope\""))
     }
 
     /// Wrong tokens again and again from one address.

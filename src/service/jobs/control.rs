@@ -1,11 +1,12 @@
 //! Control of a running job: stopping it, and why.
 
 use crate::step::Interrupt;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
 /// Why a running job is requested to stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StopReason {
     /// Cancelled or deleted by its owner.
     Cancel,

@@ -4,18 +4,20 @@
 //! production engine is [`super::simulator::Simulator`].
 
 use super::control::RunControl;
-use super::store::{Event, Remnants};
-use super::{JobKind, Progress};
-use crate::blobs::{BlobError, BlobStore, hexadecimal};
+use super::store::Event;
+use super::{JobId, JobKind, Progress};
+use crate::blobs::{BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
 use crate::plan::PlanReport;
 use crate::scene::json::{Parsed, read};
 use crate::scene::summary::BodySummary;
-use crate::scene::{Problem, Problems};
+use crate::scene::{MeshSource, MeshSourceError, Problem, Problems};
 use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf};
 use crate::step::{Ending, Failure};
 use crate::study::what_if::Note;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -51,7 +53,7 @@ impl JsonDocument {
 }
 
 /// Properties of a scene that can run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CheckedScene {
     /// Name of the scene.
     pub name: String,
@@ -66,7 +68,7 @@ pub struct CheckedScene {
 }
 
 /// Preview of a scene without running it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ScenePreview {
     /// Properties of the scene.
     pub checked: CheckedScene,
@@ -76,16 +78,37 @@ pub struct ScenePreview {
     pub plan: PlanReport,
 }
 
+/// Meshes that a document may name.
+pub trait Meshes: MeshSource + Sync {
+    /// Opens the mesh called `name` without reading it.
+    ///
+    /// # Errors
+    /// As [`MeshSource::read`].
+    fn open(&self, name: &str, limit: u64) -> Result<OpenMesh, MeshSourceError>;
+}
+
+/// A mesh that can be read.
+pub struct OpenMesh {
+    /// File name; its extension gives the format.
+    pub file_name: String,
+    /// Size of the content [bytes].
+    pub bytes: u64,
+    /// The content.
+    pub content: Box<dyn Read + Send>,
+}
+
 /// A run requested by a worker.
 pub struct RunOrder<'a> {
+    /// Id of the job, for the log.
+    pub job: JobId,
     /// Kind of job that the document requests.
     pub kind: JobKind,
     /// Document accepted at submission.
     pub document: &'a [u8],
-    /// Digest of the scene from [`Engine::check`].
-    pub content_hash: &'a str,
+    /// Memory that the run may take, where the engine can limit it [bytes].
+    pub most_memory: u64,
     /// Meshes that it may name.
-    pub meshes: &'a MeshShelf,
+    pub meshes: &'a dyn Meshes,
     /// Path of the complete recording; until then it is at [`crate::record::partial_path`] of that.
     pub recording: &'a Path,
     /// Number of threads for the run.
@@ -95,7 +118,7 @@ pub struct RunOrder<'a> {
     /// Receives the progress, as often as the engine chooses.
     pub progress: &'a mut (dyn FnMut(Progress) + Send),
     /// Receives parts of the result as they become available.
-    pub emit: &'a mut dyn FnMut(Event<'static>),
+    pub emit: &'a mut dyn FnMut(&Event<'_>),
     /// Store of results by content, for all jobs.
     pub blobs: &'a Arc<dyn BlobStore>,
     /// Receives the key of every result by content, before the job reads or stores it.
@@ -103,7 +126,7 @@ pub struct RunOrder<'a> {
 }
 
 /// How a started run ended.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunReport {
     /// Ending of the run.
     pub ending: Ending,
@@ -137,17 +160,11 @@ pub trait Engine: Send + Sync + 'static {
     /// All problems of the scene at once.
     fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems>;
 
-    /// Runs a job to its end. The recording is closed and readable however it ends.
+    /// Runs a job to its end. The recording is closed and readable if it gives a report.
     ///
     /// # Errors
-    /// The diagnosis of a run that could not begin.
+    /// The diagnosis of a run that could not begin, or that lost its process.
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, Failure>;
-
-    /// Removes what it keeps of a job beside its recording: the loaded scene, and results by content. Blocks on files.
-    ///
-    /// # Errors
-    /// If a result cannot be deleted.
-    fn forget(&self, remnants: &Remnants, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError>;
 
     /// Turns the partial recording of a lost writer into a complete file marked as incomplete.
     ///
@@ -161,13 +178,14 @@ pub trait Engine: Send + Sync + 'static {
     /// A sentence that explains why there is nothing yet.
     fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String>;
 
-    /// Reads and checks an uploaded mesh, in the given or the detected format.
+    /// Reads and checks an uploaded mesh of so many bytes, in the given or the detected format.
     ///
     /// # Errors
     /// Why it is not a mesh.
     fn inspect_mesh(
         &self,
-        bytes: &[u8],
+        content: &mut dyn Read,
+        bytes: u64,
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal>;
 }

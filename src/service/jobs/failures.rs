@@ -3,10 +3,36 @@
 use super::JobsError;
 use crate::scene::Problems;
 use crate::step::{Failure, FailureCause};
+use std::any::Any;
 
 /// A job that lost its worker too often.
 pub fn worker_lost(attempts: u32) -> Failure {
     Failure::of_no_run(FailureCause::WorkerLost, format!("the process that ran it was lost {attempts} times"))
+}
+
+/// A run that panicked. Its words are logged, and not disclosed.
+pub(super) fn panicked(payload: &(dyn Any + Send)) -> Failure {
+    let words = payload.downcast_ref::<&str>().copied();
+    let words = words.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    tracing::error!(panic = words.unwrap_or("no words"), "a fault of the program");
+    panic_elsewhere()
+}
+
+/// A run that panicked in its process, which has logged its words.
+pub(super) fn panic_elsewhere() -> Failure {
+    Failure::of_no_run(FailureCause::Panicked, "A fault of the program stopped the run: it panicked.")
+}
+
+/// A run that was refused memory beyond what it may take.
+pub(super) fn out_of_memory(most_bytes: u64) -> Failure {
+    let most = most_bytes / 1_000_000;
+    let message = format!("The run needed more memory than the {most} MB that it may take.");
+    Failure::of_no_run(FailureCause::OutOfMemory, message)
+}
+
+/// A run whose process was killed or crashed.
+pub(super) fn killed(how: &str) -> Failure {
+    Failure::of_no_run(FailureCause::Killed, format!("The process of the run was lost: {how}."))
 }
 
 /// A defect of the program. Details are in the log, and are not disclosed.
@@ -33,6 +59,14 @@ pub(super) fn out_of_time() -> Failure {
                 .into(),
         ..Failure::of_no_run(FailureCause::Deadline, message)
     }
+}
+
+/// A run that did not stop at its deadline, or took more processor time than its threads have until then.
+pub(super) fn beyond_deadline() -> Failure {
+    Failure::of_no_run(
+        FailureCause::Deadline,
+        "The wall-clock budget of the job ran out; its process was ended.",
+    )
 }
 
 /// A study without a finished run.

@@ -1,7 +1,10 @@
 //! Kind of a job: determined at submission, and stored with it.
 
+use serde::{Deserialize, Serialize};
+
 /// The kinds of jobs. Each has documents of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum JobKind {
     /// Run of a scene.
     Simulation,

@@ -6,8 +6,9 @@
 //! - [`data_folder`]: files that are still being written.
 //! - [`snapshots`]: views of a recording while it is written.
 //! - [`control`]: stopping a running job, and why.
+//! - [`process`]: runs in processes of their own.
 
-mod checked;
+mod allowance;
 pub mod control;
 pub mod data_folder;
 pub mod engine;
@@ -15,6 +16,7 @@ mod error;
 pub mod failures;
 pub mod found;
 mod kind;
+pub mod process;
 pub mod queue;
 mod scene_loader;
 mod scene_size;

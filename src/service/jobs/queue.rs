@@ -1,5 +1,6 @@
 //! Operations on jobs, and recovery at the start.
 
+use super::allowance::{allowed, expected_within};
 use super::control::{RunControl, StopReason};
 use super::data_folder::DataFolder;
 use super::engine::Engine;
@@ -16,8 +17,9 @@ use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
-use crate::service::shelves::{mesh_name, recording_name};
+use crate::service::shelves::{RESULTS, mesh_name, recording_name, result_name};
 use crate::step::Ending;
+use crate::study::what_if::trim_shelf;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -63,7 +65,7 @@ pub struct Queue {
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
-    /// Memory that each running job is expected to take [bytes].
+    /// Memory that each running job may take [bytes].
     memory: tokio::sync::Mutex<BTreeMap<i64, u64>>,
     snapshots: Snapshots,
     arrivals: Notify,
@@ -141,7 +143,7 @@ impl Queue {
             for name in found.removable(&known) {
                 queue.blobs.delete(name)?;
             }
-            Ok(())
+            Ok(trim_shelf(queue.blobs.as_ref(), RESULTS)?)
         })
         .await
     }
@@ -305,10 +307,10 @@ impl Queue {
     /// # Errors
     /// If the store or the files fail; the next start of the service tries again.
     pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId) -> Result<(), JobsError> {
-        let remnants = self.store.remnants(seq).await?;
+        let results = self.store.own_results(seq).await?;
         self.with_files(move |queue| {
             queue.remove_files(id)?;
-            Ok(queue.engine.forget(&remnants, &queue.blobs)?)
+            Ok(results.iter().try_for_each(|key| queue.blobs.delete(&result_name(key)))?)
         })
         .await?;
         self.store.erase(seq).await
@@ -383,16 +385,25 @@ impl Queue {
     async fn claim(&self) -> Result<Option<ClaimedJob>, JobsError> {
         // Held until the memory of the job is counted.
         let mut taken = self.memory.lock().await;
-        let free = if taken.is_empty() {
-            u64::MAX
+        let expected = if taken.is_empty() {
+            None
         } else {
-            self.config.max_running_memory.saturating_sub(taken.values().sum())
+            let sum = taken.values().fold(0, |sum: u64, bytes| sum.saturating_add(*bytes));
+            let free = self.config.max_running_memory.saturating_sub(sum);
+            let Some(expected) = expected_within(free) else { return Ok(None) };
+            Some(expected)
         };
-        let job = self.store.claim(free).await?;
+        let job = self.store.claim(expected).await?;
         if let Some(job) = &job {
-            taken.insert(job.seq, job.memory_bytes);
+            taken.insert(job.seq, if job.alone { u64::MAX } else { allowed(job.memory_bytes) });
         }
         Ok(job)
+    }
+
+    /// Memory that the run of a job may take [bytes].
+    pub(super) fn most_memory(&self, job: &ClaimedJob) -> u64 {
+        let all = self.config.max_running_memory;
+        if job.alone { all } else { allowed(job.memory_bytes).min(all) }
     }
 
     /// Control of a job that begins, already stopped if its owner cancelled or deleted it in between.

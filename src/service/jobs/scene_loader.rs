@@ -1,7 +1,6 @@
 //! Scenes of jobs: loaded within the budget of the service, once for validation and job.
 
-use super::checked::Checked;
-use super::engine::CheckedScene;
+use super::engine::{CheckedScene, Meshes, OpenMesh};
 use super::failures::invalid_scene;
 use crate::scene::cost::FactorSize;
 use crate::scene::json::Parsed;
@@ -27,7 +26,6 @@ pub struct SceneLoader {
     deadline: Duration,
     threads: usize,
     what_if_threads: usize,
-    checked: Checked,
 }
 
 impl SceneLoader {
@@ -38,12 +36,11 @@ impl SceneLoader {
             deadline: config.deadline,
             threads: config.threads_per_job,
             what_if_threads: config.threads_per_what_if,
-            checked: Checked::new(config.workers.max(1)),
         }
     }
 
     /// Loads a scene whose run can finish before the deadline.
-    pub fn load(&self, scene: &Parsed, meshes: &MeshShelf) -> Result<Loaded, Problems> {
+    pub fn load(&self, scene: &Parsed, meshes: &dyn MeshSource) -> Result<Loaded, Problems> {
         let loaded = load_parsed(scene, meshes, &self.budget)?;
         self.too_long(&loaded, 1, "/end_time_s").map_or(Ok(loaded), |problem| Err(problem.alone()))
     }
@@ -73,28 +70,9 @@ impl SceneLoader {
         })
     }
 
-    /// Keeps the scene of a validated document for its job.
-    pub fn keep(&self, checked: CheckedScene, loaded: Loaded) -> CheckedScene {
-        self.checked.keep(&checked.content_hash, loaded);
-        checked
-    }
-
-    /// Drops the scene of a validated document.
-    pub fn forget(&self, content_hash: &str) {
-        while self.checked.take(content_hash).is_some() {}
-    }
-
-    /// The scene of a job as validated, if that was recent; otherwise loaded again.
-    pub fn scene_of(
-        &self,
-        content_hash: &str,
-        meshes: &MeshShelf,
-        scene: impl FnOnce() -> Result<Parsed, Failure>,
-    ) -> Result<Loaded, Failure> {
-        match self.checked.take(content_hash) {
-            Some(loaded) => Ok(loaded),
-            None => self.load(&scene()?, meshes).map_err(|problems| invalid_scene(&problems)),
-        }
+    /// The scene of an accepted job.
+    pub fn scene_of(&self, scene: &Parsed, meshes: &dyn MeshSource) -> Result<Loaded, Failure> {
+        self.load(scene, meshes).map_err(|problems| invalid_scene(&problems))
     }
 
     /// Number of parallel cases of a what-if question.
@@ -119,6 +97,15 @@ fn least_systems_s(loaded: &Loaded) -> f64 {
 /// Uploaded meshes by id.
 impl MeshSource for MeshShelf {
     fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
+        let OpenMesh { file_name, mut content, .. } = Meshes::open(self, name, limit)?;
+        let mut bytes = Vec::new();
+        content.read_to_end(&mut bytes).map_err(|error| unreadable(name, &error))?;
+        Ok(MeshBytes { file_name, bytes })
+    }
+}
+
+impl Meshes for MeshShelf {
+    fn open(&self, name: &str, limit: u64) -> Result<OpenMesh, MeshSourceError> {
         let mesh = self.find(name).map_err(|error| match error {
             ShelfError::Unknown => MeshSourceError::NotUploaded { name: name.to_owned() },
             ShelfError::Jobs(error) => unreadable(name, &error),
@@ -126,11 +113,10 @@ impl MeshSource for MeshShelf {
         if mesh.bytes > limit {
             return Err(MeshSourceError::TooLarge { name: name.to_owned(), bytes: mesh.bytes, limit });
         }
-        let mut bytes = Vec::new();
-        let opened = self.open(&mesh).map_err(|error| unreadable(name, &error))?;
-        let mut blob = opened.ok_or_else(|| unreadable(name, &"it is missing"))?;
-        blob.read_to_end(&mut bytes).map_err(|error| unreadable(name, &error))?;
-        Ok(MeshBytes { file_name: format!("{}.{}", mesh.id, mesh.format.extension()), bytes })
+        let opened = self.content(&mesh).map_err(|error| unreadable(name, &error))?;
+        let content = Box::new(opened.ok_or_else(|| unreadable(name, &"it is missing"))?);
+        let file_name = format!("{}.{}", mesh.id, mesh.format.extension());
+        Ok(OpenMesh { file_name, bytes: mesh.bytes, content })
     }
 }
 

@@ -1,15 +1,13 @@
 //! The production engine: loads, compiles and runs scenes as the command line does.
 
-use super::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
+use super::engine::{CheckedScene, Engine, JsonDocument, Meshes, RunOrder, RunReport, ScenePreview};
 use super::failures::{for_the_world, internal, invalid_scene};
 use super::scene_loader::{SceneLoader, checked};
 use super::scene_size;
 use super::spending::Spending;
-use super::store::Remnants;
 use super::study_job;
-use super::what_if_job::{self, SharedResults};
+use super::what_if_job;
 use super::{JobKind, Phase, Progress};
-use crate::blobs::{BlobError, BlobStore};
 use crate::mesh::Mesh;
 use crate::mesh::quality::{first_beyond_range, quality};
 use crate::mesh::read::stl::{ClosedSurface, read_stl};
@@ -26,24 +24,46 @@ use crate::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShe
 use crate::step::{Ending, Failure};
 use crate::study::{RunRequest, run_scene};
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
-use std::sync::Arc;
 
 /// Loads, compiles and runs scenes within a budget.
 #[derive(Debug)]
 pub struct Simulator {
     scenes: SceneLoader,
-    results: SharedResults,
 }
 
 impl Simulator {
     /// A simulator with the limits of the service.
     pub fn new(config: &ServiceConfig) -> Self {
-        Self { scenes: SceneLoader::new(config), results: SharedResults::default() }
+        Self { scenes: SceneLoader::new(config) }
     }
-}
 
-impl Simulator {
+    /// [`Engine::check`] on any meshes.
+    pub(super) fn check_on(
+        &self,
+        kind: JobKind,
+        document: &JsonDocument,
+        meshes: &dyn Meshes,
+    ) -> Result<CheckedScene, Problems> {
+        match kind {
+            JobKind::Simulation => Ok(checked(&self.scenes.load(&document.parsed, meshes)?)),
+            JobKind::Study => study_job::check(&self.scenes, document, meshes),
+            JobKind::WhatIf => what_if_job::check(&self.scenes, document, meshes),
+        }
+    }
+
+    /// [`Engine::preview`] on any meshes.
+    pub(super) fn preview_on(
+        &self,
+        scene: &JsonDocument,
+        meshes: &dyn Meshes,
+    ) -> Result<ScenePreview, Problems> {
+        let loaded = self.scenes.load(&scene.parsed, meshes)?;
+        let plan = compile(&loaded.scene).map_err(|error| not_compilable(&error).alone())?;
+        Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
+    }
+
     /// Runs a loaded scene and reports its ending and summary.
     fn simulate(&self, loaded: &Loaded, order: &mut RunOrder<'_>) -> Result<RunReport, Failure> {
         let estimated_steps = loaded.estimate.steps;
@@ -91,42 +111,26 @@ impl Engine for Simulator {
         document: &JsonDocument,
         meshes: &MeshShelf,
     ) -> Result<CheckedScene, Problems> {
-        match kind {
-            JobKind::Simulation => {
-                let loaded = self.scenes.load(&document.parsed, meshes)?;
-                Ok(self.scenes.keep(checked(&loaded), loaded))
-            }
-            JobKind::Study => study_job::check(&self.scenes, document, meshes),
-            JobKind::WhatIf => what_if_job::check(&self.scenes, document, meshes),
-        }
+        self.check_on(kind, document, meshes)
     }
 
     fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
-        let loaded = self.scenes.load(&scene.parsed, meshes)?;
-        let plan = compile(&loaded.scene).map_err(|error| not_compilable(&error).alone())?;
-        Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
+        self.preview_on(scene, meshes)
     }
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {
         let document = order.document;
-        let parsed = || {
-            json::read(document, u64::MAX).map_err(|error| {
-                invalid_scene(&Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
-            })
-        };
+        let parsed = json::read(document, u64::MAX).map_err(|error| {
+            invalid_scene(&Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
+        })?;
         match order.kind {
             JobKind::Simulation => {
-                let loaded = self.scenes.scene_of(order.content_hash, order.meshes, parsed)?;
+                let loaded = self.scenes.scene_of(&parsed, order.meshes)?;
                 self.simulate(&loaded, &mut order)
             }
-            JobKind::Study => study_job::run(&self.scenes, parsed()?.value, &mut order),
-            JobKind::WhatIf => what_if_job::run(&self.scenes, &self.results, &parsed()?.value, &mut order),
+            JobKind::Study => study_job::run(&self.scenes, parsed.value, &mut order),
+            JobKind::WhatIf => what_if_job::run(&self.scenes, &parsed.value, &mut order),
         }
-    }
-
-    fn forget(&self, remnants: &Remnants, blobs: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
-        self.scenes.forget(&remnants.content_hash);
-        if remnants.results.is_empty() { Ok(()) } else { self.results.of(blobs).forget(&remnants.results) }
     }
 
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {
@@ -139,10 +143,17 @@ impl Engine for Simulator {
 
     fn inspect_mesh(
         &self,
-        bytes: &[u8],
+        content: &mut dyn Read,
+        bytes: u64,
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
         let refusal = |message: String| MeshRefusal { message };
+        let mut read = Vec::new();
+        if let Err(error) = content.take(bytes).read_to_end(&mut read) {
+            tracing::error!(%error, "an upload cannot be read");
+            return Err(refusal("the storage of the service failed: send it again".into()));
+        }
+        let bytes = read.as_slice();
         let format = format.or_else(|| MeshFormat::sniff(bytes));
         let format =
             format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;

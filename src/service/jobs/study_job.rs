@@ -1,6 +1,6 @@
 //! Studies as jobs: many runs of one scene in one job, whose summary contains the results.
 
-use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
+use super::engine::{CheckedScene, JsonDocument, Meshes, RunOrder, RunReport};
 use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
 use super::scene_loader::{SceneLoader, checked};
 use super::study_entries::{Entries, too_many};
@@ -8,7 +8,6 @@ use super::{Phase, Progress};
 use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::problem::{Pointer, ProblemList, Severity};
 use crate::scene::{Problem, Problems};
-use crate::service::meshes::MeshShelf;
 use crate::step::{Ending, Failure};
 use crate::study::Setting;
 use crate::study::error::{COARSEST, ErrorRequest, FINEST, Ladder, Quantity, Row, USUAL_LEVELS, study_error};
@@ -115,7 +114,7 @@ impl StudyDocument {
 pub(super) fn check(
     scenes: &SceneLoader,
     document: &JsonDocument,
-    meshes: &MeshShelf,
+    meshes: &dyn Meshes,
 ) -> Result<CheckedScene, Problems> {
     match StudyDocument::read(document.parsed.value.clone()).map_err(Problem::alone)? {
         StudyDocument::Error(study) => check_error(scenes, study, meshes),
@@ -157,7 +156,7 @@ fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<Problem> {
 fn check_error(
     scenes: &SceneLoader,
     study: ErrorStudyDocument,
-    meshes: &MeshShelf,
+    meshes: &dyn Meshes,
 ) -> Result<CheckedScene, Problems> {
     let lists =
         [("formulations", study.formulations.len()), ("contact_solvers", study.contact_solvers.len())];
@@ -177,7 +176,7 @@ fn check_error(
     let finest = 8_u64.saturating_pow(u32::try_from(study.finest).unwrap_or(0));
     let memory_bytes = checked.memory_bytes.saturating_mul(finest).min(scenes.budget().memory_bytes);
     let name = format!("error of {}", checked.name);
-    Ok(scenes.keep(CheckedScene { name, memory_bytes, ..checked }, loaded))
+    Ok(CheckedScene { name, memory_bytes, ..checked })
 }
 
 /// Location of the scene in the document of a study or a question.
@@ -227,8 +226,7 @@ pub(super) fn run(
                 geometry: study.geometry,
                 combined: study.combined,
             };
-            let scene = || Ok(study.scene.into());
-            let document = scenes.scene_of(order.content_hash, order.meshes, scene)?.scene.document;
+            let document = scenes.scene_of(&study.scene.into(), order.meshes)?.scene.document;
             let exact = study.exact.iter();
             let exact =
                 exact.filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();

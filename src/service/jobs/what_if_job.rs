@@ -1,16 +1,14 @@
 //! What-if questions as jobs: the answer is the summary, and every case is an event.
 
-use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
+use super::engine::{CheckedScene, JsonDocument, Meshes, RunOrder, RunReport};
 use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
 use super::scene_loader::SceneLoader;
 use super::store::Event;
 use super::study_job::scene_place;
 use super::{Phase, Progress};
-use crate::blobs::BlobStore;
 use crate::scene::json::Parsed;
 use crate::scene::problem::Pointer;
 use crate::scene::{Problem, Problems};
-use crate::service::meshes::MeshShelf;
 use crate::service::shelves::RESULTS;
 use crate::step::{Ending, Failure};
 use crate::study::what_if::{
@@ -18,29 +16,13 @@ use crate::study::what_if::{
     study_what_if,
 };
 use serde_json::Value;
-use std::sync::{Arc, OnceLock};
-
-/// Cache of results shared by all questions of a service.
-#[derive(Debug, Default)]
-pub struct SharedResults(OnceLock<Cache>);
-
-impl SharedResults {
-    /// The cache in a blob store. A failure of the store costs time but no answer.
-    pub(super) fn of(&self, blobs: &Arc<dyn BlobStore>) -> &Cache {
-        self.0.get_or_init(|| {
-            Cache::on_shelf(Arc::clone(blobs), RESULTS).unwrap_or_else(|error| {
-                tracing::error!(%error, "results cannot be kept");
-                Cache::default()
-            })
-        })
-    }
-}
+use std::sync::Arc;
 
 /// Validates a question; problems of its scene are located in the whole document.
 pub(super) fn check(
     scenes: &SceneLoader,
     document: &JsonDocument,
-    meshes: &MeshShelf,
+    meshes: &dyn Meshes,
 ) -> Result<CheckedScene, Problems> {
     let question = read(&document.parsed.value).map_err(Problem::alone)?;
     let scene = scene_of(&question).map_err(Problem::alone)?;
@@ -48,15 +30,14 @@ pub(super) fn check(
     let runs = count(&question);
     let too_long = Problems(scenes.too_long(&base, runs, "/sample/count").into_iter().collect());
     too_long.then(check_question(&question, &base, meshes, scenes.budget()).map_err(Problems))?;
-    let checked = CheckedScene {
+    Ok(CheckedScene {
         name: format!("what if: {}", base.scene.document.name),
         content_hash: document.digest(),
         end_time_s: base.scene.document.end_time_s,
         warnings: base.warnings.clone(),
         // Each thread has a run of its own.
         memory_bytes: base.estimate.memory_bytes.saturating_mul(runs.min(scenes.what_if_threads() as u64)),
-    };
-    Ok(scenes.keep(checked, base))
+    })
 }
 
 /// Reads the question from a document, or locates its errors.
@@ -76,13 +57,13 @@ fn scene_of(question: &WhatIfDocument) -> Result<Parsed, Problem> {
 /// Answers a validated question.
 pub(super) fn run(
     scenes: &SceneLoader,
-    results: &SharedResults,
     document: &Value,
     order: &mut RunOrder<'_>,
 ) -> Result<RunReport, Failure> {
     let refused = |problem: Problem| invalid_scene(&problem.alone());
     let question = &read(document).map_err(refused)?;
-    let base = scenes.scene_of(order.content_hash, order.meshes, || scene_of(question).map_err(refused))?;
+    let base = scenes.scene_of(&scene_of(question).map_err(refused)?, order.meshes)?;
+    let cache = Cache::on_shelf(Arc::clone(order.blobs), RESULTS).noting(Arc::clone(&order.note_result));
     let expected = count(question);
     let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
@@ -93,7 +74,7 @@ pub(super) fn run(
         source: order.meshes,
         budget: scenes.budget(),
         threads: scenes.what_if_threads(),
-        cache: &results.of(order.blobs).noting(Arc::clone(&order.note_result)),
+        cache: &cache,
         shares_plans: true,
         interrupt: &|| order.control.interrupt(),
         report: &mut |partial| {
@@ -102,7 +83,7 @@ pub(super) fn run(
                 reached.progress = reached.step as f64 / expected as f64;
                 (order.progress)(reached);
             }
-            (order.emit)(event(&partial));
+            (order.emit)(&event(&partial));
         },
     });
     let summary = serde_json::to_string_pretty(&answer).map_err(|error| {

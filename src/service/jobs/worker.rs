@@ -5,7 +5,7 @@
 
 use super::control::{RunControl, StopReason};
 use super::engine::{RunOrder, RunReport};
-use super::failures::{internal, recording_failed};
+use super::failures::{internal, panicked, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
 use super::{JobState, JobsError, Phase, Progress};
@@ -87,6 +87,7 @@ impl Worker {
             _ if is_unrecorded(&result) && self.queue.is_disk_short() => {
                 self.requeue(job, Requeued::DiskFull)
             }
+            None if self.is_worth_another_attempt(job, &result) => self.requeue(job, Requeued::ProcessLost),
             _ => self.finish(job, result),
         };
         if let Err(error) = outcome {
@@ -94,6 +95,16 @@ impl Worker {
             tracing::error!(job = %job.id, %error, "could not write how the job ended");
         }
         self.queue.metrics.run_ended(control.elapsed());
+    }
+
+    /// Whether a run lost its process and might keep it without others beside it, or with more memory.
+    fn is_worth_another_attempt(&self, job: &ClaimedJob, result: &Result<RunReport, Failure>) -> bool {
+        let is_suspect = match result.as_ref().err().map(|failure| failure.cause) {
+            Some(FailureCause::Killed) => true,
+            Some(FailureCause::OutOfMemory) => !job.alone,
+            _ => false,
+        };
+        is_suspect && job.attempt < self.queue.config.max_attempts
     }
 
     /// Calls the engine. A panic in it is a defect of the program, and affects this job only.
@@ -105,11 +116,12 @@ impl Worker {
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
         let mut progress = |p: Progress| reporter.report(p);
-        let mut emit = |event: Event<'static>| self.record_event(job, &event);
+        let mut emit = |event: &Event<'_>| self.record_event(job, event);
         let order = RunOrder {
+            job: job.id,
             kind: job.kind,
             document: &job.document,
-            content_hash: &job.content_hash,
+            most_memory: self.queue.most_memory(job),
             meshes: &shelf,
             recording: &recording,
             threads: self.queue.config.threads_per_job,
@@ -120,12 +132,14 @@ impl Worker {
             note_result: self.note_result(job),
         };
         let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
-        called.unwrap_or_else(|payload| {
-            let words = panic_words(payload.as_ref());
-            tracing::error!(job = %job.id, panic = words, "a run panicked");
+        let result = called.unwrap_or_else(|payload| Err(panicked(payload.as_ref())));
+        if let Err(failure) = &result
+            && failure.cause == FailureCause::Panicked
+        {
+            tracing::error!(job = %job.id, "a run panicked");
             self.queue.metrics.run_panicked();
-            Err(internal())
-        })
+        }
+        result
     }
 
     /// Stores a part of a result as an event.
@@ -264,13 +278,4 @@ impl<'a> Reporter<'a> {
 /// Expected remaining time [s] of a run that has completed a fraction in `elapsed`.
 fn eta_s(elapsed: Duration, fraction: f64) -> Option<f64> {
     (fraction > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - fraction) / fraction)
-}
-
-/// Message of a panic.
-fn panic_words(payload: &(dyn std::any::Any + Send)) -> &str {
-    payload
-        .downcast_ref::<&str>()
-        .copied()
-        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
-        .unwrap_or("no words")
 }

@@ -73,7 +73,7 @@ pub struct StoredMesh {
 }
 
 /// Why an upload is not a mesh.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{message}")]
 pub struct MeshRefusal {
     /// Description of the error, and where it is in the file.

@@ -49,7 +49,7 @@ impl MeshShelf {
     ///
     /// # Errors
     /// If they cannot be opened.
-    pub fn open(&self, mesh: &StoredMesh) -> Result<Option<Box<dyn Blob>>, JobsError> {
+    pub fn content(&self, mesh: &StoredMesh) -> Result<Option<Box<dyn Blob>>, JobsError> {
         Ok(self.blobs.open(&mesh_name(&mesh.id, mesh.format))?)
     }
 }

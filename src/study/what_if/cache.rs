@@ -11,7 +11,7 @@ use std::io::{self, BufReader};
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Maximum number of entries on a shelf; the oldest are removed when it is opened. An entry takes about a kilobyte.
+/// Maximum number of entries on a shelf; the oldest are removed by [`trim_shelf`]. An entry takes about a kilobyte.
 const MOST_ENTRIES: usize = 100_000;
 
 /// Results of one run.
@@ -73,17 +73,10 @@ struct Shelf {
 }
 
 impl Cache {
-    /// A cache on a shelf, from which the oldest entries are removed if there are very many.
-    ///
-    /// # Errors
-    /// If the shelf cannot be listed or cleared.
-    pub fn on_shelf(blobs: Arc<dyn BlobStore>, name: &str) -> Result<Self, BlobError> {
-        let mut entries = blobs.list(name)?;
-        entries.sort_by_key(|entry| entry.kept);
-        let surplus = entries.len().saturating_sub(MOST_ENTRIES);
-        entries[..surplus].iter().try_for_each(|entry| blobs.delete(&entry.name))?;
+    /// A cache on a shelf.
+    pub fn on_shelf(blobs: Arc<dyn BlobStore>, name: &str) -> Self {
         let shelf = Some(Shelf { blobs, name: name.to_owned() });
-        Ok(Self { kept: Arc::new(Kept { shelf, ..Kept::default() }), note: None })
+        Self { kept: Arc::new(Kept { shelf, ..Kept::default() }), note: None }
     }
 
     /// A cache in a folder, which is created if necessary.
@@ -91,27 +84,15 @@ impl Cache {
     /// # Errors
     /// If the folder cannot be created or read.
     pub fn in_folder(folder: &Path) -> Result<Self, BlobError> {
-        Self::on_shelf(Arc::new(FolderBlobs::open(folder)?), "")
+        let blobs = FolderBlobs::open(folder)?;
+        trim_shelf(&blobs, "")?;
+        Ok(Self::on_shelf(Arc::new(blobs), ""))
     }
 
     /// The same results; `note` receives the keys of those that are used through this copy.
     #[must_use]
     pub fn noting(&self, note: Note) -> Self {
         Self { kept: Arc::clone(&self.kept), note: Some(note) }
-    }
-
-    /// Removes the results with these keys.
-    ///
-    /// # Errors
-    /// If one cannot be deleted from the shelf.
-    pub fn forget(&self, keys: &[String]) -> Result<(), BlobError> {
-        for key in keys {
-            self.lock().remove(key);
-            if let Some(shelf) = &self.kept.shelf {
-                shelf.blobs.delete(&shelf.name_of(key))?;
-            }
-        }
-        Ok(())
     }
 
     /// Result stored under a key. An unreadable entry counts as missing.
@@ -140,6 +121,17 @@ impl Cache {
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Numbers>> {
         self.kept.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Removes the oldest results from a shelf with very many.
+///
+/// # Errors
+/// If the shelf cannot be listed or cleared.
+pub fn trim_shelf(blobs: &dyn BlobStore, name: &str) -> Result<(), BlobError> {
+    let mut entries = blobs.list(name)?;
+    entries.sort_by_key(|entry| entry.kept);
+    let surplus = entries.len().saturating_sub(MOST_ENTRIES);
+    entries[..surplus].iter().try_for_each(|entry| blobs.delete(&entry.name))
 }
 
 impl Shelf {

@@ -33,7 +33,7 @@ pub mod surrogate;
 
 pub use answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
 pub use base_facts::BaseFacts;
-pub use cache::{Cache, Note, Numbers};
+pub use cache::{Cache, Note, Numbers, trim_shelf};
 pub use case_answer::{CaseAnswer, Number};
 pub use cases::{Case, Matrix, Origin, cases, count};
 pub use check::check;

@@ -1,22 +1,20 @@
 //! An engine that does what the scene says, to test everything around it: how many steps, how long each takes, how it ends.
 
-use contuse::blobs::{BlobError, BlobStore};
 use contuse::mesh::read::MeshFormat;
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
 use contuse::scene::summary::BodySummary;
 use contuse::scene::{Problem, Problems, problem::Pointer};
 use contuse::service::jobs::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
-use contuse::service::jobs::store::Remnants;
 use contuse::service::jobs::{JobKind, Phase, Progress};
 use contuse::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
 use contuse::step::{Ending, Failure, FailureCause, Interrupt};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 use std::time::Duration;
 
 pub struct ScriptedEngine;
@@ -198,10 +196,6 @@ impl Engine for ScriptedEngine {
         Ok(RunReport { ending, summary, progress })
     }
 
-    fn forget(&self, _: &Remnants, _: &Arc<dyn BlobStore>) -> Result<(), BlobError> {
-        Ok(())
-    }
-
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {
         let mut bytes = std::fs::read(partial_path(recording)).map_err(|e| e.to_string())?;
         bytes.extend_from_slice(b"mended");
@@ -215,9 +209,12 @@ impl Engine for ScriptedEngine {
 
     fn inspect_mesh(
         &self,
-        bytes: &[u8],
+        content: &mut dyn Read,
+        _: u64,
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
+        let mut bytes = Vec::new();
+        content.read_to_end(&mut bytes).unwrap();
         let format = format.or(bytes.starts_with(b"$").then_some(MeshFormat::Gmsh));
         match format {
             Some(format) if !bytes.ends_with(b"broken") => Ok((format, report())),

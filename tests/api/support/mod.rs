@@ -2,12 +2,13 @@
 
 pub mod client;
 pub mod engine;
+pub mod program;
 
 use client::{Answer, Client};
 use contuse::service::Service;
 use contuse::service::config::ServiceConfig;
 use contuse::service::jobs::engine::Engine;
-use contuse::service::jobs::simulator::Simulator;
+use contuse::service::jobs::process::ProcessEngine;
 use engine::ScriptedEngine;
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -41,11 +42,16 @@ impl Server {
 
     /// With the engine that ships.
     pub fn simulating() -> Self {
-        let engine = Simulator::new(&ServiceConfig::default());
-        Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {})
+        Self::running(Path::new(env!("CARGO_BIN_EXE_contuse")), |_| {})
     }
 
-    fn with_engine(
+    /// With the engine that ships, which runs jobs as processes of a program.
+    pub fn running(program: &Path, change: impl FnOnce(&mut ServiceConfig)) -> Self {
+        let engine = ProcessEngine::new(&ServiceConfig::default(), program);
+        Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), change)
+    }
+
+    pub fn with_engine(
         data: Arc<TempDir>,
         engine: Arc<dyn Engine>,
         change: impl FnOnce(&mut ServiceConfig),

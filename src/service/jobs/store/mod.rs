@@ -12,7 +12,7 @@ mod tests;
 
 pub use records::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, KnownBlobs, MeshDeletion,
-    NewJob, Orphan, OwnerWish, Page, Remnants, Requeued, Submitted,
+    NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
 };
 pub use sqlite::SqliteStore;
 
@@ -38,8 +38,9 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Stores a new job; `QueueFull` if `max_queued` jobs are waiting already.
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted>;
 
-    /// Claims the job that has waited longest, if its run is expected to take at most `free_bytes` of memory. No other overtakes it.
-    fn claim(&self, free_bytes: u64) -> Answer<'_, Option<ClaimedJob>>;
+    /// Claims the job that has waited longest, if its run is expected to take at most `free_bytes` of memory and it need not run alone;
+    /// any if `None`, when no other runs. No other overtakes it.
+    fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>>;
 
     /// Records the progress of an attempt.
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()>;
@@ -65,8 +66,8 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Notes that a job uses a result by content.
     fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()>;
 
-    /// What a job leaves beside its recording, apart from results that other jobs use, too.
-    fn remnants(&self, seq: i64) -> Answer<'_, Remnants>;
+    /// Keys of the results by content that only this job uses.
+    fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>>;
 
     /// Owners and ids of jobs that ended more than some days ago, at most `limit`.
     fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>>;

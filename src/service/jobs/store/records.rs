@@ -56,10 +56,10 @@ pub struct ClaimedJob {
     pub kind: JobKind,
     /// Document accepted at submission.
     pub document: Vec<u8>,
-    /// Digest of the document and its meshes.
-    pub content_hash: String,
     /// Memory that the run is expected to take [bytes].
     pub memory_bytes: u64,
+    /// Whether it lost its process before, and therefore runs without others.
+    pub alone: bool,
     /// Number of this attempt, from 1.
     pub attempt: u32,
 }
@@ -84,14 +84,16 @@ pub enum Requeued {
     Shutdown,
     /// The disk was full. The attempt does not count, since any job would have failed.
     DiskFull,
-    /// Its worker was lost. The attempt counts, since the job may be the cause.
+    /// The service was lost. The attempt counts, since the job may be the cause.
     WorkerLost,
+    /// The process of its run was lost. The attempt counts, and the next one runs alone.
+    ProcessLost,
 }
 
 impl Requeued {
     /// Number of attempts that do not count.
     pub fn attempts_forgiven(self) -> u32 {
-        u32::from(self != Self::WorkerLost)
+        u32::from(matches!(self, Self::Shutdown | Self::DiskFull))
     }
 
     fn reason(self) -> &'static str {
@@ -99,6 +101,9 @@ impl Requeued {
             Self::Shutdown => "the service was shut down",
             Self::DiskFull => "the disk of the service was full",
             Self::WorkerLost => "the process that ran it was lost",
+            Self::ProcessLost => {
+                "the process that ran it was lost: it is tried again without others beside it"
+            }
         }
     }
 }
@@ -179,15 +184,6 @@ impl KnownBlobs {
         tracing::error!(%error, "a row of the job store cannot be read");
         self.unreadable += 1;
     }
-}
-
-/// What a job leaves beside its recording.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Remnants {
-    /// Digest of its document and meshes.
-    pub content_hash: String,
-    /// Keys of the results that no other job uses.
-    pub results: Vec<String>,
 }
 
 /// Outcome of the deletion of a mesh.

@@ -49,18 +49,18 @@ async fn jobs_are_claimed_once_in_the_order_of_their_coming(store: &dyn JobStore
     for name in ["a", "b", "c"] {
         submitted(store, name).await;
     }
-    let claims = futures::future::join_all((0..5).map(|_| store.claim(u64::MAX))).await;
+    let claims = futures::future::join_all((0..5).map(|_| store.claim(None))).await;
     let mut seqs: Vec<i64> = claims.into_iter().filter_map(|c| c.unwrap()).map(|c| c.seq).collect();
     seqs.sort_unstable();
     assert_eq!(seqs, [1, 2, 3]);
-    assert!(store.claim(u64::MAX).await.unwrap().is_none());
+    assert!(store.claim(None).await.unwrap().is_none());
 }
 
 async fn attempt_that_is_over_changes_nothing(store: &dyn JobStore) {
     let job = submitted(store, "a").await;
-    let first = store.claim(u64::MAX).await.unwrap().unwrap();
+    let first = store.claim(None).await.unwrap().unwrap();
     store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap();
-    let second = store.claim(u64::MAX).await.unwrap().unwrap();
+    let second = store.claim(None).await.unwrap().unwrap();
     assert_eq!((first.attempt, second.attempt), (1, 2));
 
     let progress = Progress::at(Phase::Stepping, 0.5, 0, 0.0);
@@ -86,7 +86,7 @@ async fn orphans_are_those_without_a_worker_and_those_that_were_hidden(store: &d
         jobs.push(submitted(store, name).await);
     }
     for _ in 0..4 {
-        store.claim(u64::MAX).await.unwrap().unwrap();
+        store.claim(None).await.unwrap().unwrap();
     }
     assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
     let deleted = store.hide("anna", jobs[2].id).await.unwrap();
@@ -105,7 +105,7 @@ async fn orphans_are_those_without_a_worker_and_those_that_were_hidden(store: &d
 async fn what_a_job_is_for_is_read_back(store: &dyn JobStore) {
     let job = submitted(store, "a").await;
     assert_eq!(store.document("anna", job.id).await.unwrap().unwrap(), (JobKind::Study, b"{}".to_vec()));
-    assert_eq!(store.claim(u64::MAX).await.unwrap().unwrap().kind, JobKind::Study);
+    assert_eq!(store.claim(None).await.unwrap().unwrap().kind, JobKind::Study);
 }
 
 async fn queue_has_an_end(store: &dyn JobStore) {
@@ -116,15 +116,28 @@ async fn queue_has_an_end(store: &dyn JobStore) {
 async fn job_waits_for_its_memory(store: &dyn JobStore) {
     store.submit(&NewJob { memory_bytes: 100, ..new("large") }, 10).await.unwrap();
     submitted(store, "small").await;
-    assert!(store.claim(99).await.unwrap().is_none(), "nor does the next one overtake it");
-    assert_eq!(store.claim(100).await.unwrap().unwrap().memory_bytes, 100);
-    assert_eq!(store.claim(0).await.unwrap().unwrap().memory_bytes, 0);
+    assert!(store.claim(Some(99)).await.unwrap().is_none(), "nor does the next one overtake it");
+    assert_eq!(store.claim(Some(100)).await.unwrap().unwrap().memory_bytes, 100);
+    assert_eq!(store.claim(Some(0)).await.unwrap().unwrap().memory_bytes, 0);
+}
+
+async fn job_that_lost_its_process_runs_alone(store: &dyn JobStore) {
+    submitted(store, "killer").await;
+    let job = store.claim(Some(0)).await.unwrap().unwrap();
+    assert!(!job.alone);
+    store.requeue(job.seq, job.attempt, Requeued::ProcessLost).await.unwrap();
+    assert!(store.claim(Some(u64::MAX)).await.unwrap().is_none(), "something else runs");
+    let again = store.claim(None).await.unwrap().unwrap();
+    assert_eq!((again.seq, again.attempt, again.alone), (job.seq, 2, true));
+    // However it waits again.
+    store.requeue(again.seq, again.attempt, Requeued::Shutdown).await.unwrap();
+    assert!(store.claim(Some(u64::MAX)).await.unwrap().is_none());
 }
 
 async fn counts_follow_the_jobs(store: &dyn JobStore) {
     let jobs = [submitted(store, "a").await, submitted(store, "b").await, submitted(store, "c").await];
     assert_eq!(store.job("anna", jobs[2].id).await.unwrap().unwrap().queue_position, Some(3));
-    let claimed = store.claim(u64::MAX).await.unwrap().unwrap();
+    let claimed = store.claim(None).await.unwrap().unwrap();
     store.finish(claimed.seq, claimed.attempt, &end(Ending::Finished)).await.unwrap();
     store.hide("anna", jobs[1].id).await.unwrap();
     store.erase(jobs[1].seq).await.unwrap();

@@ -55,7 +55,7 @@ fn panicking_run_fails_alone() {
     scene["ending"] = json!("panic");
     let job = submit(&client, &scene);
     let end = wait_for(&client, &job, "failed");
-    assert_eq!(end["failure"]["cause"], "internal");
+    assert_eq!(end["failure"]["cause"], "panicked");
     assert!(!end.to_string().contains("secret"), "{end}");
     // What it left of a recording was mended.
     assert!(client.get(&format!("{job}/recording")).body.ends_with(b"mended"));

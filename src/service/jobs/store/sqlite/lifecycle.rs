@@ -1,26 +1,26 @@
 //! State changes of jobs, from the queue to the end.
 
 use super::read::{job_id, kind_of_name};
-use super::{SqliteStore, add_event};
+use super::{SqliteStore, Write, add_event};
 use crate::service::jobs::store::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerWish, Requeued,
 };
 use crate::service::jobs::{JobId, JobState, JobsError, Progress};
 use crate::step::Ending;
-use sqlx::{Row as _, Sqlite, Transaction};
+use sqlx::Row as _;
 
 impl SqliteStore {
-    pub(super) async fn claim(&self, free_bytes: u64) -> Result<Option<ClaimedJob>, JobsError> {
+    pub(super) async fn claim(&self, free_bytes: Option<u64>) -> Result<Option<ClaimedJob>, JobsError> {
         let mut transaction = self.begin().await?;
         let row = sqlx::query(
             "UPDATE jobs SET state = 'running', phase = 'loading', attempts = attempts + 1, progress = 0, step = 0,
                  simulated_time_s = 0, expected_steps = NULL, eta_s = NULL,
                  started_at = strftime('%Y-%m-%dT%H:%M:%fZ', 'now')
              WHERE seq = (SELECT seq FROM jobs WHERE state = 'queued' AND deleted = 0 ORDER BY seq LIMIT 1)
-                 AND memory_bytes <= ?1
-             RETURNING seq, id, owner, kind, scene, content_hash, attempts, memory_bytes",
+                 AND (?1 IS NULL OR (alone = 0 AND memory_bytes <= ?1))
+             RETURNING seq, id, owner, kind, scene, attempts, memory_bytes, alone",
         )
-        .bind(i64::try_from(free_bytes).unwrap_or(i64::MAX))
+        .bind(free_bytes.map(|bytes| i64::try_from(bytes).unwrap_or(i64::MAX)))
         .fetch_optional(&mut *transaction)
         .await?;
         let Some(row) = row else { return Ok(None) };
@@ -34,8 +34,8 @@ impl SqliteStore {
             owner: row.try_get("owner")?,
             kind: kind_of_name(row.try_get("kind")?)?,
             document: row.try_get("scene")?,
-            content_hash: row.try_get("content_hash")?,
             memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
+            alone: row.try_get("alone")?,
             attempt,
         }))
     }
@@ -110,12 +110,13 @@ impl SqliteStore {
         let mut transaction = self.begin().await?;
         let result = sqlx::query(
             "UPDATE jobs SET state = 'queued', phase = 'waiting', attempts = attempts - ?3, started_at = NULL, eta_s = NULL,
-                 progress = 0, step = 0, simulated_time_s = 0
+                 progress = 0, step = 0, simulated_time_s = 0, alone = MAX(alone, ?4)
              WHERE seq = ?1 AND state = 'running' AND attempts = ?2",
         )
         .bind(seq)
         .bind(attempt)
         .bind(why.attempts_forgiven())
+        .bind(why == Requeued::ProcessLost)
         .execute(&mut *transaction)
         .await?;
         if result.rows_affected() > 0 {
@@ -218,7 +219,7 @@ fn wish_of(deleted: bool, cancel_requested: bool) -> OwnerWish {
 
 /// Number and state of a job of an owner.
 async fn find(
-    transaction: &mut Transaction<'_, Sqlite>,
+    transaction: &mut Write<'_>,
     owner: &str,
     id: JobId,
 ) -> Result<Option<(i64, JobState)>, JobsError> {
@@ -237,7 +238,7 @@ async fn find(
 
 /// Writes the progress of an attempt; false if the attempt is over.
 async fn write_progress(
-    transaction: &mut Transaction<'_, Sqlite>,
+    transaction: &mut Write<'_>,
     seq: i64,
     attempt: u32,
     progress: &Progress,

@@ -8,7 +8,7 @@ mod submit;
 
 use super::{
     Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, KnownBlobs,
-    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Remnants, Requeued, Submitted,
+    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
@@ -16,15 +16,47 @@ use crate::service::meshes::{MeshReport, StoredMesh};
 use futures::future::BoxFuture;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection as _, SqlStr, Sqlite, SqlitePool, Transaction};
+use sqlx::{Connection as _, SqlStr, Sqlite, SqliteConnection, SqlitePool, Transaction};
 use std::future::ready;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
+use tokio::sync::{Mutex, MutexGuard};
 
 /// The job store in a file, durable at every commit.
 #[derive(Debug)]
 pub struct SqliteStore {
     pool: SqlitePool,
+    /// Whose turn it is to write. SQLite has one writer at a time, and lets the others sleep for longer and longer.
+    turn: Mutex<()>,
+}
+
+/// A transaction that writes, when it has its turn.
+struct Write<'a> {
+    // Before the turn: it ends first.
+    transaction: Transaction<'a, Sqlite>,
+    _turn: MutexGuard<'a, ()>,
+}
+
+impl Write<'_> {
+    /// Makes the changes durable.
+    async fn commit(self) -> Result<(), sqlx::Error> {
+        self.transaction.commit().await
+    }
+}
+
+impl Deref for Write<'_> {
+    type Target = SqliteConnection;
+
+    fn deref(&self) -> &SqliteConnection {
+        &self.transaction
+    }
+}
+
+impl DerefMut for Write<'_> {
+    fn deref_mut(&mut self) -> &mut SqliteConnection {
+        &mut self.transaction
+    }
 }
 
 impl SqliteStore {
@@ -52,7 +84,7 @@ impl SqliteStore {
             .connect_with(options)
             .await?;
         migrations().run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
-        Ok(Self { pool })
+        Ok(Self { pool, turn: Mutex::default() })
     }
 
     async fn try_write(&self) -> Result<(), JobsError> {
@@ -63,8 +95,9 @@ impl SqliteStore {
     }
 
     /// A transaction with the write lock from its start: one that reads first and writes later could be refused midway.
-    async fn begin(&self) -> Result<Transaction<'_, Sqlite>, JobsError> {
-        Ok(self.pool.begin_with("BEGIN IMMEDIATE").await?)
+    async fn begin(&self) -> Result<Write<'_>, JobsError> {
+        let turn = self.turn.lock().await;
+        Ok(Write { transaction: self.pool.begin_with("BEGIN IMMEDIATE").await?, _turn: turn })
     }
 }
 
@@ -80,7 +113,7 @@ impl JobStore for SqliteStore {
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
         Box::pin(self.submit(new, max_queued))
     }
-    fn claim(&self, free_bytes: u64) -> Answer<'_, Option<ClaimedJob>> {
+    fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>> {
         Box::pin(self.claim(free_bytes))
     }
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
@@ -107,8 +140,8 @@ impl JobStore for SqliteStore {
     fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
         Box::pin(self.add_result(seq, key))
     }
-    fn remnants(&self, seq: i64) -> Answer<'_, Remnants> {
-        Box::pin(self.remnants(seq))
+    fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>> {
+        Box::pin(self.own_results(seq))
     }
     fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
         Box::pin(self.expired_jobs(older_than_days, limit))
@@ -208,15 +241,12 @@ fn migrations() -> Migrator {
         migration(3, "phases", include_str!("migrations/0003_phases.sql")),
         migration(4, "results", include_str!("migrations/0004_results.sql")),
         migration(5, "scale", include_str!("migrations/0005_scale.sql")),
+        migration(6, "alone", include_str!("migrations/0006_alone.sql")),
     ])
 }
 
 /// Adds an event to a job, with the next number of that job.
-async fn add_event(
-    transaction: &mut Transaction<'_, Sqlite>,
-    job: i64,
-    event: &Event<'_>,
-) -> Result<(), JobsError> {
+async fn add_event(transaction: &mut Write<'_>, job: i64, event: &Event<'_>) -> Result<(), JobsError> {
     sqlx::query(
         "INSERT INTO events (job, n, kind, data)
          VALUES (?1, (SELECT COALESCE(MAX(n), 0) + 1 FROM events WHERE job = ?1), ?2, ?3)",

@@ -2,7 +2,6 @@
 
 use super::SqliteStore;
 use super::read::job_id;
-use crate::service::jobs::store::Remnants;
 use crate::service::jobs::{JobId, JobsError};
 
 impl SqliteStore {
@@ -15,11 +14,7 @@ impl SqliteStore {
         Ok(())
     }
 
-    pub(super) async fn remnants(&self, seq: i64) -> Result<Remnants, JobsError> {
-        let hash: Option<(String,)> = sqlx::query_as("SELECT content_hash FROM jobs WHERE seq = ?1")
-            .bind(seq)
-            .fetch_optional(&self.pool)
-            .await?;
+    pub(super) async fn own_results(&self, seq: i64) -> Result<Vec<String>, JobsError> {
         let keys: Vec<(String,)> = sqlx::query_as(
             "SELECT key FROM results own WHERE job = ?1
                  AND NOT EXISTS (SELECT 1 FROM results other WHERE other.key = own.key AND other.job <> ?1)",
@@ -27,8 +22,7 @@ impl SqliteStore {
         .bind(seq)
         .fetch_all(&self.pool)
         .await?;
-        let results = keys.into_iter().map(|(key,)| key).collect();
-        Ok(Remnants { content_hash: hash.map(|(hash,)| hash).unwrap_or_default(), results })
+        Ok(keys.into_iter().map(|(key,)| key).collect())
     }
 
     pub(super) async fn expired_jobs(

@@ -1,10 +1,9 @@
 //! Submission of a job, at most once per key.
 
 use super::read::job_id;
-use super::{SqliteStore, add_event};
+use super::{SqliteStore, Write, add_event};
 use crate::service::jobs::store::{Event, NewJob, Submitted};
 use crate::service::jobs::{JobId, JobsError};
-use sqlx::{Sqlite, Transaction};
 
 impl SqliteStore {
     pub(super) async fn replay(
@@ -76,7 +75,7 @@ impl SqliteStore {
 
 /// Digest of the body submitted with a key.
 async fn body_of_key(
-    transaction: &mut Transaction<'_, Sqlite>,
+    transaction: &mut Write<'_>,
     owner: &str,
     key: &str,
 ) -> Result<Option<String>, JobsError> {

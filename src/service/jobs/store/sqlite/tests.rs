@@ -85,7 +85,7 @@ async fn a_full_disk_is_reported_and_forgotten_when_there_is_room() {
     set_everywhere(&store, "PRAGMA max_page_count = 1000000").await;
     assert!(matches!(store.submit(&large, 10).await.unwrap(), Submitted::Created(_)));
     store.try_write().await.unwrap();
-    assert_eq!(store.claim(u64::MAX).await.unwrap().unwrap().seq, 1);
+    assert_eq!(store.claim(None).await.unwrap().unwrap().seq, 1);
 }
 
 /// Sets a pragma on all connections of the pool.

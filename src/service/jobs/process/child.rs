@@ -1,0 +1,196 @@
+//! The process of a run, as the service sees it.
+
+use super::wire::{self, FromChild, Task, ToChild};
+use crate::service::jobs::JobId;
+use std::io::{self, BufRead, BufReader, BufWriter, Read};
+use std::path::Path;
+use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Messages that wait for the service; then the process waits.
+const WAITING: usize = 64;
+/// Longest line of the log that is forwarded [bytes].
+const LONGEST_LINE: u64 = 4096;
+/// Beginning of the last words of a process that was refused memory, as the standard library of Rust writes them.
+const REFUSED_MEMORY: &str = "memory allocation of";
+
+/// A process that waits for its task, does it, or has ended. Dropped, it is killed.
+pub(super) struct Child {
+    process: std::process::Child,
+    input: BufWriter<ChildStdin>,
+    messages: Receiver<(FromChild, Vec<u8>)>,
+    log: Arc<Log>,
+    logging: Option<JoinHandle<()>>,
+}
+
+/// What a process writes to its standard error.
+#[derive(Debug, Default)]
+struct Log {
+    job: OnceLock<JobId>,
+    was_refused_memory: Mutex<bool>,
+}
+
+/// What came from a process.
+pub(super) enum Heard {
+    /// A message with its bytes.
+    Message(Box<FromChild>, Vec<u8>),
+    /// Nothing in time.
+    Nothing,
+    /// The process ended, or breaks the protocol.
+    End,
+}
+
+/// How a process ended.
+#[derive(Debug, Default)]
+pub(super) struct Death {
+    /// Status, if the system gave it.
+    pub status: Option<ExitStatus>,
+    /// Whether it was refused memory.
+    pub was_refused_memory: bool,
+}
+
+impl Death {
+    /// How it ended, in words.
+    pub fn how(&self) -> String {
+        self.status.map_or_else(|| "its end is unknown".to_owned(), |status| status.to_string())
+    }
+
+    /// Whether it took more processor time than it may.
+    #[cfg(unix)]
+    pub fn is_out_of_time(&self) -> bool {
+        use std::os::unix::process::ExitStatusExt as _;
+        self.status.and_then(|status| status.signal()) == Some(signal_hook::consts::SIGXCPU)
+    }
+
+    #[cfg(not(unix))]
+    pub fn is_out_of_time(&self) -> bool {
+        false
+    }
+}
+
+impl Child {
+    /// Starts a process that waits for its task.
+    pub fn start(program: &Path) -> io::Result<Self> {
+        let mut command = Command::new(program);
+        command.arg("job-process").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        // A Ctrl-C in a terminal is for the service, which stops its runs in order.
+        #[cfg(unix)]
+        {
+            use std::os::unix::process::CommandExt as _;
+            command.arg0("contuse").process_group(0);
+        }
+        let mut process = command.spawn()?;
+        let missing = || io::Error::other("a process without pipes");
+        let input = BufWriter::new(process.stdin.take().ok_or_else(missing)?);
+        let (output, errors) = (process.stdout.take(), process.stderr.take());
+        let (output, errors) = (output.ok_or_else(missing)?, errors.ok_or_else(missing)?);
+        let (sender, messages) = sync_channel(WAITING);
+        let log = Arc::new(Log::default());
+        let heard = Arc::clone(&log);
+        std::thread::Builder::new().name("run-messages".into()).spawn(move || receive(output, &sender))?;
+        let logging =
+            std::thread::Builder::new().name("run-log".into()).spawn(move || heard.forward(errors))?;
+        Ok(Self { process, input, messages, log, logging: Some(logging) })
+    }
+
+    /// Gives the process its task with its bytes, of a job or of none.
+    pub fn begin(
+        &mut self,
+        task: &Task,
+        (count, bytes): (u64, &mut dyn Read),
+        job: Option<JobId>,
+    ) -> io::Result<()> {
+        if let Some(job) = job {
+            // A process has one task.
+            let _ = self.log.job.set(job);
+        }
+        wire::write(&mut self.input, task, count, bytes)
+    }
+
+    /// Sends a message with its bytes.
+    pub fn send(&mut self, message: &ToChild, (count, bytes): (u64, &mut dyn Read)) -> io::Result<()> {
+        wire::write(&mut self.input, message, count, bytes)
+    }
+
+    /// Waits for a message.
+    pub fn hear(&self, within: Duration) -> Heard {
+        match self.messages.recv_timeout(within) {
+            Ok((message, bytes)) => Heard::Message(Box::new(message), bytes),
+            Err(RecvTimeoutError::Timeout) => Heard::Nothing,
+            Err(RecvTimeoutError::Disconnected) => Heard::End,
+        }
+    }
+
+    /// Ends the process, if it has not ended, and says how it did.
+    pub fn end(mut self) -> Death {
+        let status = self.reap();
+        if let Some(logging) = self.logging.take() {
+            // It ends with the pipe, which no other process holds.
+            let _ = logging.join();
+        }
+        let was_refused_memory = *self.log.was_refused_memory.lock().unwrap_or_else(PoisonError::into_inner);
+        Death { status, was_refused_memory }
+    }
+
+    fn reap(&mut self) -> Option<ExitStatus> {
+        // No effect on a process that has ended.
+        let _ = self.process.kill();
+        self.process.wait().ok()
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        self.reap();
+    }
+}
+
+/// Receives messages until the process ends or breaks the protocol, or no one listens.
+fn receive(output: ChildStdout, messages: &SyncSender<(FromChild, Vec<u8>)>) {
+    let mut output = BufReader::new(output);
+    loop {
+        match wire::read(&mut output) {
+            Ok(Some(message)) => {
+                if messages.send(message).is_err() {
+                    return;
+                }
+            }
+            Ok(None) => return,
+            Err(error) => {
+                tracing::warn!(%error, "the process of a run was cut off");
+                return;
+            }
+        }
+    }
+}
+
+impl Log {
+    /// Forwards lines to the log of the service, with the id of the job.
+    fn forward(&self, errors: ChildStderr) {
+        let mut errors = BufReader::new(errors);
+        let mut line = Vec::new();
+        while errors.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
+            let text = String::from_utf8_lossy(&line);
+            let text = text.trim();
+            let job = self.job.get();
+            if text.starts_with(REFUSED_MEMORY) {
+                *self.was_refused_memory.lock().unwrap_or_else(PoisonError::into_inner) = true;
+            }
+            match text.split_once(' ') {
+                Some(("ERROR", words)) => tracing::error!(job = job.map(tracing::field::display), "{words}"),
+                Some(("WARN", words)) => tracing::warn!(job = job.map(tracing::field::display), "{words}"),
+                Some(("INFO", words)) => tracing::info!(job = job.map(tracing::field::display), "{words}"),
+                Some(("DEBUG" | "TRACE", words)) => {
+                    tracing::debug!(job = job.map(tracing::field::display), "{words}");
+                }
+                _ if text.is_empty() => {}
+                // Last words.
+                _ => tracing::error!(job = job.map(tracing::field::display), "{text}"),
+            }
+            line.clear();
+        }
+    }
+}

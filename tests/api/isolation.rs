@@ -1,0 +1,170 @@
+//! Runs are processes: what happens to one happens to no other, and not to the service.
+
+use crate::support::client::Client;
+use crate::support::program::Program;
+use crate::support::*;
+use serde_json::{Value, json};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// A ball on a block of so many elements in each direction, over some time.
+fn ball_on_block(elements: u32, end_time_s: f64) -> Value {
+    let mut scene: Value =
+        serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
+    scene["bodies"][1]["mesh"]["generator"]["elements"] = json!([elements, elements, elements]);
+    scene["end_time_s"] = json!(end_time_s);
+    scene["record"] = json!({"field_interval_s": end_time_s});
+    scene
+}
+
+/// Runs for minutes.
+fn long() -> Value {
+    ball_on_block(8, 1.0)
+}
+
+fn short() -> Value {
+    ball_on_block(4, 1e-4)
+}
+
+fn wait_for_run(program: &Program) -> u32 {
+    let mut found = Vec::new();
+    eventually("a run has its process", || {
+        found = program.runs();
+        !found.is_empty()
+    });
+    found[0]
+}
+
+fn kinds(client: &Client, job: &str) -> Vec<String> {
+    let kinds = client.follow(&format!("{job}/events"), None).map(|event| event.kind);
+    kinds.filter(|kind| kind != "progress").collect()
+}
+
+#[test]
+fn a_killed_run_is_tried_again_alone_and_its_neighbour_does_not_notice() {
+    let data = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+    command.args(["serve", "--listen", "127.0.0.1:0", "--workers", "2", "--max-attempts", "2", "--data"]);
+    command.arg(data.path());
+    let program = Program::spawn(command);
+    let client = &program.client;
+    let job = submit(client, &long());
+    let victim = wait_for_run(&program);
+    let neighbour = submit(client, &long());
+    eventually("both run", || program.runs().len() == 2);
+    let kill =
+        |id: u32| assert!(Command::new("kill").args(["-KILL", &id.to_string()]).status().unwrap().success());
+    kill(victim);
+    eventually("it waits again", || client.get(&job).json()["state"] == "queued");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(client.get(&job).json()["state"], "queued", "its neighbour still runs");
+    assert_eq!(client.get(&neighbour).json()["state"], "running");
+    client.post(&format!("{neighbour}/cancel"));
+    assert_eq!(wait_for(client, &neighbour, "cancelled")["attempts"], 1);
+    // Alone now: the next one waits, although there is a worker for it.
+    wait_for(client, &job, "running");
+    let next = submit(client, &short());
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(client.get(&next).json()["state"], "queued");
+    kill(wait_for_run(&program));
+    let end = wait_for(client, &job, "failed");
+    assert_eq!((&end["attempts"], &end["failure"]["cause"]), (&json!(2), &json!("killed")), "{end}");
+    assert!(end["failure"]["message"].as_str().unwrap().contains("signal: 9"), "{end}");
+    assert_eq!(kinds(client, &job), ["queued", "running", "requeued", "running", "failed"]);
+    wait_for(client, &next, "succeeded");
+}
+
+#[test]
+fn a_run_that_needs_more_memory_than_it_may_take_fails_by_itself() {
+    let data = tempfile::tempdir().unwrap();
+    let program = Program::start(data.path(), &["--max-running-memory", "40M"]);
+    let client = &program.client;
+    let large = submit(client, &ball_on_block(40, 1e-5));
+    let small = submit(client, &short());
+    let end = wait_for(client, &large, "failed");
+    assert_eq!(end["failure"]["cause"], "out_of_memory", "{end}");
+    assert!(end["failure"]["message"].as_str().unwrap().contains("41 MB"), "{end}");
+    // Once more alone, which gives it no more memory here.
+    assert_eq!(end["attempts"], 2);
+    wait_for(client, &small, "succeeded");
+}
+
+#[test]
+fn memory_of_the_service_stays_small() {
+    let data = tempfile::tempdir().unwrap();
+    let program = Program::start(data.path(), &[]);
+    let client = &program.client;
+    // 33 000 elements: more than the service validates itself.
+    let large = ball_on_block(32, 1e-6);
+    let answer = client.post_json("/v1/jobs/validate", &large);
+    assert_eq!(answer.status, 200, "{answer:?}");
+    let (job, _) = finished(client, &large);
+    assert_eq!(client.get(&format!("{job}/plan")).status, 200);
+    let peak = program.peak_memory();
+    assert!(peak < 150_000_000, "{peak}");
+}
+
+#[test]
+fn runs_end_with_the_service() {
+    let data = tempfile::tempdir().unwrap();
+    let program = Program::start(data.path(), &[]);
+    submit(&program.client, &long());
+    let run = wait_for_run(&program);
+    program.kill();
+    eventually("its run ends", || !Path::new(&format!("/proc/{run}/exe")).exists());
+}
+
+/// A program that does what a script says instead of a run.
+fn scripted(folder: &TempDir, script: &str) -> std::path::PathBuf {
+    let path = folder.path().join("run");
+    std::fs::write(&path, format!("#!/bin/sh\nread task\n{script}\n")).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o700)).unwrap();
+    path
+}
+
+#[test]
+fn each_death_has_its_cause() {
+    for (script, cause, attempts) in [
+        ("printf '[\"Panicked\",0]\\n'", "panicked", 1),
+        ("kill -SEGV $$", "killed", 2),
+        ("exit 3", "killed", 2),
+        ("echo nonsense", "killed", 2),
+        ("echo 'memory allocation of 8 bytes failed' >&2; kill -ABRT $$", "out_of_memory", 2),
+        ("kill -XCPU $$", "deadline", 1),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let server = Server::running(&scripted(&folder, script), |c| c.max_attempts = 2);
+        let end = wait_for(&server.client(), &submit(&server.client(), &short()), "failed");
+        let found = (end["failure"]["cause"].as_str().unwrap(), &end["attempts"]);
+        assert_eq!(found, (cause, &json!(attempts)), "{script}: {end}");
+        assert!(!leaks(&end.to_string(), server.data.path()), "{end}");
+    }
+}
+
+#[test]
+fn a_run_that_does_not_listen_is_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::running(&scripted(&folder, "sleep 600"), |c| c.workers = 1);
+    let client = server.client();
+    let job = submit(&client, &short());
+    wait_for(&client, &job, "running");
+    let asked = Instant::now();
+    client.post(&format!("{job}/cancel"));
+    wait_for(&client, &job, "cancelled");
+    assert!(asked.elapsed() < Duration::from_secs(60));
+}
+
+#[test]
+fn a_run_waits_for_a_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("later");
+    let server = Server::running(&program, |_| {});
+    let client = server.client();
+    let job = submit(&client, &short());
+    wait_for(&client, &job, "running");
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_contuse"), &program).unwrap();
+    assert_eq!(wait_for(&client, &job, "succeeded")["attempts"], 1);
+}

@@ -1,0 +1,177 @@
+//! What an operator meets: scarce descriptors, a disk that turns read-only, backups.
+
+use crate::found::run;
+use crate::support::client::read_answer;
+use crate::support::program::{Program, SERVE};
+use crate::support::*;
+use contuse::service::doctor::examine;
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
+use std::io::{BufReader, Write as _};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+
+/// A scene that runs for a moment.
+fn small() -> String {
+    include_str!("../recording/small_ball_on_block.json").to_owned()
+}
+
+#[test]
+fn without_descriptors_requests_are_answered_503() {
+    let data = tempfile::tempdir().unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -n 64; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_contuse")]);
+    command.args(SERVE).arg(data.path());
+    let program = Program::spawn(command);
+    let client = &program.client;
+    let (job, _) = finished(client, &serde_json::from_str(&small()).unwrap());
+    // A connection that is open before all others.
+    let mut open = client.raw(b"");
+    let ask = |stream: &mut TcpStream, path: &str| {
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {}\r\n\r\n", client.address).unwrap();
+        read_answer(&mut BufReader::new(stream.try_clone().unwrap()), false)
+    };
+    assert_eq!(ask(&mut open, "/healthz").status, 200);
+    let recording = format!("{job}/recording");
+    let mut others = Vec::new();
+    eventually("no descriptor is left", || {
+        others.push(client.raw(b""));
+        let answer = ask(&mut open, &recording);
+        if answer.status == 503 {
+            problem(&answer, 503, "busy");
+            assert!(answer.header("retry-after").is_some());
+        } else {
+            assert_eq!(answer.status, 200, "{answer:?}");
+        }
+        answer.status == 503
+    });
+    assert_eq!(ask(&mut open, "/healthz").status, 200);
+    drop(others);
+    eventually("there are descriptors again", || ask(&mut open, &recording).status == 200);
+    finished(client, &serde_json::from_str(&small()).unwrap());
+}
+
+/// A disk in a file, which turns read-only on demand as after a fault of the device. Needs the rights to mount.
+struct Disk {
+    image: PathBuf,
+    mounted: PathBuf,
+}
+
+fn command(program: &str, arguments: &[&str]) -> bool {
+    let output = Command::new(program).args(arguments).output();
+    output.is_ok_and(|output| output.status.success())
+}
+
+impl Disk {
+    fn new(folder: &Path) -> Option<Self> {
+        let disk = Self { image: folder.join("image"), mounted: folder.join("mounted") };
+        std::fs::create_dir(&disk.mounted).unwrap();
+        std::fs::File::create(&disk.image).unwrap().set_len(256 << 20).unwrap();
+        let is_made = command("mkfs.ext4", &["-q", disk.image.to_str().unwrap()]) && disk.mount();
+        is_made.then_some(disk)
+    }
+
+    fn mount(&self) -> bool {
+        command("mount", &["-o", "loop", self.image.to_str().unwrap(), self.mounted.to_str().unwrap()])
+    }
+
+    /// From now on every write fails, also to files that are open.
+    fn fail(&self) {
+        assert!(command("mount", &["-o", "remount,abort", self.mounted.to_str().unwrap()]));
+    }
+
+    fn repair(&self) {
+        assert!(command("umount", &[self.mounted.to_str().unwrap()]));
+        // Its exit code says that it repaired something.
+        command("e2fsck", &["-fy", self.image.to_str().unwrap()]);
+        assert!(self.mount());
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        command("umount", &[self.mounted.to_str().unwrap()]);
+    }
+}
+
+#[test]
+fn a_read_only_disk_pauses_the_workers_and_refuses_jobs() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(disk) = Disk::new(folder.path()) else {
+        eprintln!("not tried: this user may not mount a disk");
+        return;
+    };
+    let data = disk.mounted.join("data");
+    let program = Program::start(&data, &["--grace-s", "0"]);
+    let client = &program.client;
+    let (done, _) = finished(client, &serde_json::from_str(&small()).unwrap());
+    let mut long: serde_json::Value = serde_json::from_str(&small()).unwrap();
+    long["end_time_s"] = serde_json::json!(0.01);
+    let running = submit(client, &long);
+    wait_for(client, &running, "running");
+    let waiting: Vec<String> = (0..20).map(|_| submit(client, &long)).collect();
+    disk.fail();
+    eventually("jobs are refused", || {
+        let answer = client.post_text("/v1/jobs", &small());
+        assert!([202, 503, 507].contains(&answer.status), "{answer:?}");
+        assert!(answer.status == 202 || answer.header("retry-after").is_some(), "{answer:?}");
+        answer.status != 202
+    });
+    problem(&client.get("/readyz"), 503, "unavailable");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    // What is there can be read, and nothing has failed.
+    assert_eq!(client.get(&format!("{done}/recording")).status, 200);
+    for job in &waiting {
+        assert_eq!(client.get(job).json()["state"], "queued");
+    }
+    program.kill();
+    disk.repair();
+    let again = Program::start(&data, &[]);
+    for job in [&running].into_iter().chain(&waiting[..2]) {
+        wait_for(&again.client, job, "succeeded");
+    }
+    again.kill();
+}
+
+/// Copies a folder with all in it, if it exists.
+fn copy(from: &Path, to: &Path) {
+    assert!(!from.exists() || command("cp", &["-a", from.to_str().unwrap(), to.to_str().unwrap()]));
+}
+
+#[test]
+fn a_backup_of_a_running_service_is_restored() {
+    let server = Server::start();
+    let client = server.client();
+    let octets = [("Content-Type", "application/octet-stream")];
+    let mesh = client.send("POST", "/v1/meshes", &octets, b"$MeshFormat").json()["id"].clone();
+    let (done, end) = finished(&client, &quick());
+    let running = submit(
+        &client,
+        &serde_json::json!({ "name": "slow", "end_time_s": 1.0, "steps": 2000, "step_ms": 1 }),
+    );
+    wait_for(&client, &running, "running");
+    // As in docs/operations.md: first the store, then what never changes.
+    let backup = Arc::new(tempfile::tempdir().unwrap());
+    let store = backup.path().join("jobs.sqlite");
+    run(async {
+        let options = SqliteConnectOptions::new().filename(server.data.path().join("jobs.sqlite"));
+        let pool = SqlitePool::connect_with(options).await.unwrap();
+        sqlx::query("VACUUM INTO ?1").bind(store.to_str().unwrap()).execute(&pool).await.unwrap();
+        pool.close().await;
+    });
+    for shelf in ["recordings", "meshes", "results", "audit.jsonl"] {
+        copy(&server.data.path().join(shelf), &backup.path().join(shelf));
+    }
+    // A job that came later is not in it.
+    let later = submit(&client, &quick());
+    drop(server);
+    assert!(run(examine(backup.path())).unwrap().is_sound());
+    let restored = Server::on(backup, |_| {});
+    let client = restored.client();
+    assert_eq!(client.get(&done).json()["recording"], end["recording"]);
+    assert_eq!(client.get(&format!("{done}/recording")).status, 200);
+    assert_eq!(client.get(&format!("/v1/meshes/{}", mesh.as_str().unwrap())).status, 200);
+    wait_for(&client, &running, "succeeded");
+    assert_eq!(client.get(&later).status, 404);
+}
