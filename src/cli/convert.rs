@@ -80,7 +80,9 @@ pub fn convert(args: &ConvertArgs, out: &mut dyn Write) -> Result<Exit, CliError
         let encoding = if args.binary { Encoding::LittleEndian } else { Encoding::Ascii };
         let bytes = write_gmsh(&mesh, version, encoding);
         write_file(&args.output, |file| file.write_all(&bytes))?;
-        fields.keys().for_each(|name| eprintln!("note: {name} is not written: name a .vtu file for it"));
+        for name in fields.keys() {
+            eprintln!("note: {name} is not written: name a .vtu file for it");
+        }
     }
     if !mesh.hanging.is_empty() {
         let hanging = mesh.hanging.len();

@@ -183,8 +183,9 @@ impl AbsorbedEnergy {
             self.frame = Observer { time: tissue.time, velocity, ..self.frame };
         }
         if !is_untouched && !std::mem::replace(&mut self.is_touched, true) {
-            let is_pressed =
-                |pair: &usize| energy.pairs.get(*pair).is_some_and(|of| of.impulse_n_s != [0.0; 3]);
+            let is_pressed = |pair: &usize| {
+                energy.pairs.get(*pair).is_some_and(|of| of.impulse_n_s.iter().any(|p| *p != 0.0))
+            };
             if self.planes.iter().any(is_pressed) {
                 self.frame = Observer::default();
             }

@@ -46,7 +46,7 @@ impl ElementFields {
 
     /// The fields of the elements of another mesh, of which each lies in, or is, the given element of this one.
     #[must_use]
-    pub fn of_elements(&self, origins: impl Iterator<Item = usize> + Clone) -> Self {
+    pub fn of_elements(&self, origins: &(impl Iterator<Item = usize> + Clone)) -> Self {
         fn picked<T: Copy>(values: &[T], origins: impl Iterator<Item = usize>) -> Vec<T> {
             origins.filter_map(|element| values.get(element).copied()).collect()
         }
@@ -64,7 +64,9 @@ impl ElementFields {
     pub fn rotate(&mut self, rotation: &Rotation3<f64>) {
         for field in self.0.values_mut() {
             if let ElementField::Vectors(values) = field {
-                values.iter_mut().for_each(|v| *v = rotation * *v);
+                for v in values {
+                    *v = rotation * *v;
+                }
             }
         }
     }

@@ -155,7 +155,9 @@ impl<'a> System<'a> {
         }
         for (node, masters) in self.followers.each() {
             let own = std::mem::take(&mut y[node as usize]);
-            masters.iter().for_each(|(master, weight)| y[*master as usize] += weight * own);
+            for (master, weight) in masters {
+                y[*master as usize] += weight * own;
+            }
         }
     }
 

@@ -127,7 +127,7 @@ impl Refinement {
         let fine = Mesh {
             part_of: of_origin().filter_map(|e| mesh.part_of.get(e).copied()).collect(),
             axes: of_origin().filter_map(|e| mesh.axes.get(e).copied()).collect(),
-            fields: mesh.fields.of_elements(of_origin()),
+            fields: mesh.fields.of_elements(&of_origin()),
             parts: mesh.parts.clone(),
             node_sets: self.split.refined_sets(mesh, &coarse_boundary, &fine_boundary),
             notes: mesh.notes.clone(),

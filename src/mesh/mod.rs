@@ -117,7 +117,7 @@ impl Mesh {
             ..Mesh::default()
         };
         let is_kept = |e: &usize| new_part[self.part_of[*e] as usize].is_some();
-        out.fields = self.fields.of_elements((0..self.cells.len()).filter(is_kept));
+        out.fields = self.fields.of_elements(&(0..self.cells.len()).filter(is_kept));
         for (e, cell) in self.cells.iter().enumerate() {
             if let Some(part) = new_part[self.part_of[e] as usize] {
                 out.cells.push(cell.kind, cell.nodes);

@@ -40,7 +40,7 @@ pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
     Ok(Mesh {
         part_of: (0..cells.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
         axes: (0..cells.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
-        fields: mesh.fields.of_elements((0..cells.len()).map(each_eight_times)),
+        fields: mesh.fields.of_elements(&(0..cells.len()).map(each_eight_times)),
         nodes: split.nodes,
         cells,
         parts: mesh.parts.clone(),

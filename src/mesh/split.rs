@@ -52,7 +52,7 @@ impl Mesh {
                 origins.push(element);
             }
         }
-        out.fields = self.fields.of_elements(origins.iter().copied());
+        out.fields = self.fields.of_elements(&origins.iter().copied());
         out
     }
 

@@ -32,7 +32,7 @@ pub(super) fn body_axes(
     for (entry, part) in body.parts.iter().enumerate() {
         let elements = elements_of(entry, part_entry);
         // Without a law that can be made, or without fibres, axes mean nothing.
-        let Some(law) = part.law() else { return None };
+        let law = part.law()?;
         let frame = part.fibre_frame.as_ref().filter(|_| law.family_count() > 0);
         if elements.is_empty() {
             continue;
@@ -185,12 +185,11 @@ pub(super) fn laws(
         };
         let mut known: BTreeMap<u64, u32> = BTreeMap::new();
         for (element, factor) in elements.into_iter().zip(factors) {
-            let law = match known.get(&factor.to_bits()) {
-                Some(law) => *law,
-                None => {
-                    materials.push(part.law_of_stiffness(factor)?);
-                    materials.len() as u32 - 1
-                }
+            let law = if let Some(law) = known.get(&factor.to_bits()) {
+                *law
+            } else {
+                materials.push(part.law_of_stiffness(factor)?);
+                materials.len() as u32 - 1
             };
             known.insert(factor.to_bits(), law);
             law_of[element] = law;

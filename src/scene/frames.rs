@@ -198,7 +198,7 @@ fn of_arrays(names: &[String], law: &Material, mesh: &Mesh, elements: &[usize]) 
         (Some(a), b) if of_law.len() <= 2 && names.len() == of_law.len() => frame(*a, b.copied()),
         _ => None,
     };
-    let from = from.and_then(|from| from.try_inverse()).ok_or(refused)?;
+    let from = from.and_then(nalgebra::Matrix::try_inverse).ok_or(refused)?;
     let mut families: Vec<Vec<Vec3>> = Vec::new();
     for (family, name) in names.iter().enumerate() {
         let field = mesh.fields.get(name);

@@ -46,12 +46,9 @@ impl ValidityDocument {
             stretch: self.limit_stretch.unwrap_or_else(|| wider(own.limit.stretch, fitted.stretch)),
             jacobian: self.limit_jacobian.unwrap_or_else(|| wider(own.limit.jacobian, fitted.jacobian)),
         };
-        let given = Given {
-            stretch: self.stretch.is_some(),
-            jacobian: self.jacobian.is_some(),
-            limit_stretch: self.limit_stretch.is_some(),
-            limit_jacobian: self.limit_jacobian.is_some(),
-        };
-        Validity { fitted, given, limit }
+        let given = Given { stretch: self.stretch.is_some(), jacobian: self.jacobian.is_some() };
+        let declared =
+            Given { stretch: self.limit_stretch.is_some(), jacobian: self.limit_jacobian.is_some() };
+        Validity { fitted, given, declared, limit }
     }
 }

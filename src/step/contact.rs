@@ -229,7 +229,9 @@ impl<'p> ContactStep<'p> {
             let flight = |body: usize| plan.bodies[body].flight_velocity;
             let drift = flight(slave) - master.map_or(Vec3::zeros(), flight);
             let drift = if phase.flies() { drift } else { Vec3::zeros() };
-            of_pair.iter_mut().for_each(|contact| contact.complete(law, drift));
+            for contact in of_pair {
+                contact.complete(law, drift);
+            }
         }
     }
 

@@ -156,11 +156,11 @@ fn the_file_has_its_name_only_when_it_is_whole() {
 fn a_run_that_spends_its_budget_leaves_what_it_has() {
     let folder = tempfile::tempdir().unwrap();
     for (name, interrupt) in [
-        ("steps.mcap", Interrupt::Steps { most: 30 }),
+        ("steps.mcap", Interrupt::Steps { most: 20 }),
         ("bytes.mcap", Interrupt::RecordingBytes { most: 1000 }),
     ] {
         let path = folder.path().join(name);
-        let (result, _) = record(&scene(&[]), &path, 1, &|asked| (asked > 35).then_some(interrupt));
+        let (result, _) = record(&scene(&[]), &path, 1, &|asked| (asked > 25).then_some(interrupt));
         let Ending::Failed { failure } = &result.outcome.ending else {
             panic!("{:?}", result.outcome.ending)
         };

@@ -111,14 +111,22 @@ fn check(what: &str, plan: &Plan, size: f64, gain: f64) {
     assert_at_most(gain, assembled / alone, &format!("least gain of {what}"));
 }
 
+/// Between held faces, so that no node has less mass than inside: 2/ω is that of a plane wave of two elements' length.
 #[test]
-fn cubes_have_the_step_of_a_plane_wave() {
+fn cubes_have_four_fifths_of_the_step_of_a_plane_wave() {
     let h = 0.005;
-    let plan = plan_with(&block([0.04; 3], [8; 3], 1e3, &json!({})), None);
+    let held = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"].map(|set| json!({"set": set}));
+    let plan = plan_with(&block([0.04; 3], [8; 3], 1e3, &json!({"fixed": held})), None);
     let [alone, assembled, exact] = steps(&plan, &vec![Vec3::zeros(); plan.node_count()]);
     let of_plane_wave = h / (BULK / DENSITY).sqrt();
-    assert_within(exact / of_plane_wave, 1.0, 0.03, "exact step over that of a plane wave");
-    assert_within(assembled / of_plane_wave, 1.0, 0.03, "assembled step over that of a plane wave");
+    println!("{:.4} {:.4} {:.4}", alone / of_plane_wave, assembled / of_plane_wave, exact / of_plane_wave);
+    assert_within(exact / of_plane_wave, 1.0, 0.1, "exact step over that of a plane wave");
+    assert_within(
+        assembled / of_plane_wave,
+        0.79,
+        0.06,
+        "assembled step, with its margin, over that of a plane wave",
+    );
     assert_within(alone / of_plane_wave, 1.0 / 3.0_f64.sqrt(), 0.03, "step of the elements alone");
 }
 
@@ -127,9 +135,9 @@ fn deformed_and_flat_elements_stay_below_the_exact_step() {
     let cubes = plan_with(&block([0.04, 0.04, 0.03], [8, 8, 6], 1e4, &json!({})), None);
     let flat = plan_with(&block([0.04, 0.04, 0.006], [8, 8, 6], 1e4, &json!({})), None);
     let stiff_in_shear = plan_with(&block([0.04; 3], [6; 3], 2e6, &json!({})), None);
-    for (size, gain) in [(0.0, 1.6), (0.2, 1.3), (0.5, 1.1)] {
+    for (size, gain) in [(0.0, 1.15), (0.2, 1.05), (0.5, 1.0)] {
         check("cubes", &cubes, size, gain);
-        check("flat elements", &flat, size, 1.05);
+        check("flat elements", &flat, size, 1.0);
         check("shear modulus of a fifth of the bulk modulus", &stiff_in_shear, size, 1.0);
     }
 }
@@ -140,7 +148,7 @@ fn contrasts_of_stiffness_stay_below_the_exact_step() {
     let material = |shear_modulus: f64, bulk_modulus: f64| json!({"law": "neo_hookean", "c10_pa": 0.5 * shear_modulus, "bulk_modulus_pa": bulk_modulus});
     let layers = |below: &Value, above: &Value| {
         let layer =
-            |name: &str, thickness: f64| json!({"name": name, "thickness_m": thickness, "elements": 3});
+            |name: &str, thickness: f64| json!({"part": name, "thickness_m": thickness, "elements": 3});
         let part = |name: &str, material: &Value| json!({"part": name, "density_kg_per_m3": DENSITY, "material": material});
         let generator = json!({
             "kind": "layered_block", "size_m": [0.03, 0.03], "elements": [6, 6],
@@ -153,7 +161,7 @@ fn contrasts_of_stiffness_stay_below_the_exact_step() {
     let (dilating, shearing) = (material(1e3, 1e7), material(3e6, 4e6));
     check("volume below, shape above", &layers(&dilating, &shearing), 0.0, 1.0);
     check("shape below, volume above", &layers(&shearing, &dilating), 0.2, 1.0);
-    check("a hundred times stiffer above", &layers(&dilating, &material(1e5, 1e9)), 0.0, 1.2);
+    check("a hundred times stiffer above", &layers(&dilating, &material(1e5, 1e9)), 0.0, 1.0);
 }
 
 #[test]

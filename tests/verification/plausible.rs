@@ -131,7 +131,10 @@ fn ball_on_one_point_gel(record: &Value) -> Value {
                 "mesh": {"generator": {"kind": "block", "min_m": [-0.06, -0.06, -0.048], "max_m": [0.06, 0.06, 0], "elements": [10, 10, 8]}},
                 "parts": [{
                     "part": "*", "density_kg_per_m3": 1000, "formulation": "reduced",
-                    "material": {"law": "neo_hookean", "c10_pa": 3e4, "bulk_modulus_pa": 5e7}
+                    "material": {
+                        "law": "neo_hookean", "c10_pa": 3e4, "bulk_modulus_pa": 5e7,
+                        "valid_to": {"limit_stretch": [0.1, 4.0], "limit_jacobian": [0.1, 10.0]}
+                    }
                 }]
             }
         ],

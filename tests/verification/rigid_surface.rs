@@ -63,7 +63,7 @@ fn end(shape: &Value, on_block: bool) -> (Vec3, Vec3, f64) {
     let brick = plan.rigid_bodies()[0].clone();
     let (mut impulse, mut deepest) = (Vec3::zeros(), 0.0_f64);
     let (outcome, state) = run(&plan, |frame| {
-        impulse = Vec3::from(frame.energy.pairs.last().unwrap().impulse_n_s);
+        impulse = Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s);
         let pose = frame.pose(0).unwrap();
         for node in plan.bodies.iter().skip(1).flat_map(|body| &body.boundary.nodes) {
             deepest = deepest.max(-brick.shape.eval_distance(&pose.local(&frame.position(*node))).0);

@@ -187,6 +187,20 @@ fn every_two_meet(plan: &Plan) -> bool {
     plan.contact.as_ref().is_some_and(|contact| !contact.pairs.every_two().is_empty())
 }
 
+/// Where some of the tissue, but not enough to withhold all results, is beyond the limit of its law.
+fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<String> {
+    if numerics.energy_fraction_beyond_declared_limits > LAW_LIMIT {
+        return None;
+    }
+    let excess = beyond_limit(&measures.laws)?;
+    let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
+    Some(format!(
+        "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.{}",
+        fraction_in_words(excess, numerics),
+        if is_much { NOT_OF_TISSUE } else { "" }
+    ))
+}
+
 /// Warnings that follow from the measures.
 pub(super) fn own_warnings(
     measures: &Measures,
@@ -211,16 +225,7 @@ pub(super) fn own_warnings(
     warnings.extend(softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
-    if numerics.energy_fraction_beyond_declared_limits <= LAW_LIMIT
-        && let Some(excess) = beyond_limit(&measures.laws)
-    {
-        let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
-        warnings.push(format!(
-            "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.{}",
-            fraction_in_words(excess, numerics),
-            if is_much { NOT_OF_TISSUE } else { "" }
-        ));
-    }
+    warnings.extend(beyond_limit_warning(measures, numerics));
     // Artefacts, penetration and projection.
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(penetration_warning(&measures.penetration.deepest));

@@ -145,7 +145,7 @@ mod tests {
                 fraction_outside: 0.5,
                 outside_since_s: 1e-5,
                 fraction_beyond_limit: 0.0,
-                given: Given { stretch, jacobian, ..Given::default() },
+                given: Given { stretch, jacobian },
             };
             law.in_words()
         };

@@ -207,7 +207,7 @@ mod tests {
     fn fewer_than_two_surfaces_have_no_pairs() {
         for surfaces in [Vec::new(), vec![(0, 1.0)]] {
             let every = EveryTwo::new(surfaces, ContactLaw::Frictionless);
-            assert!(every.is_empty() && every.len() == 0);
+            assert!(every.is_empty());
         }
     }
 }

@@ -37,6 +37,10 @@ use pulp::{Simd, WithSimd};
 /// Nodes whose eigenvalue is computed as one task.
 const NODES: usize = 512;
 
+/// Factor on the bound of ω² [-]. With steps of more than about seven tenths of the exact one, waves of the length of an element turn by
+/// more than a right angle a step: on blocks and balls thrown at a wall the energy of the scheme then is off by more than a per cent.
+const MARGIN: f64 = 1.6;
+
 /// Least weight of an element, over the largest of its body [-]: so that an element that stiffens suddenly is not bounded by many
 /// times its frequency.
 const LEAST_WEIGHT: f64 = 0.2;
@@ -85,12 +89,10 @@ impl AssembledBound {
     pub fn new(blocks: &[ElementBlock], nodes: usize, bodies: usize) -> Self {
         let of_block = |(index, block)| {
             let block: &ElementBlock = block;
-            let counts = |chunk: usize| match block.parameters.has_mean_dilatation() {
-                true => (block.nodes_of_chunk(chunk).len(), block.chunks[chunk].batches.len()),
-                false => (0, 0),
-            };
+            let has_any = block.parameters.has_mean_dilatation();
             (0..block.chunk_count()).map(move |chunk| {
-                let (nodes, batches) = counts(chunk);
+                let (nodes, batches) = (block.nodes_of_chunk(chunk).len(), block.chunks[chunk].batches.len());
+                let (nodes, batches) = if has_any { (nodes, batches) } else { (0, 0) };
                 ChunkBound {
                     block: index,
                     chunk,
@@ -182,7 +184,7 @@ impl AssembledBound {
                 for lane in (0..BATCH).filter(|lane| alone.0[*lane] > 0.0) {
                     let of_node = |corner: &[u16; BATCH]| of_nodes[nodes[corner[lane] as usize] as usize];
                     let sum: f64 = corners.iter().map(of_node).sum();
-                    let (alone, together) = (alone.0[lane], sum / bound.weights[i].0[lane]);
+                    let (alone, together) = (alone.0[lane], MARGIN * sum / bound.weights[i].0[lane]);
                     (fraction.0[lane], weight.0[lane]) = (together / alone, sum);
                     most.alone = most.alone.max(alone);
                     most.together = most.together.max(together);

@@ -22,17 +22,13 @@ impl Deformations {
 /// Least stretch or J that is distinguished from zero [-].
 const VANISHING: f64 = 1e-9;
 
-/// Which ranges and limits were given for the parameters of a law.
+/// Which of two ranges were given for a law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Given {
     /// That of the principal stretches.
     pub stretch: bool,
     /// That of the volume ratio.
     pub jacobian: bool,
-    /// The limit of the principal stretches.
-    pub limit_stretch: bool,
-    /// The limit of the volume ratio.
-    pub limit_jacobian: bool,
 }
 
 /// Range of validity of a law.
@@ -42,6 +38,8 @@ pub struct Validity {
     pub fitted: Deformations,
     /// Which of these were given for the parameters; the others are usual for the law.
     pub given: Given,
+    /// Which of the limits were declared; the others are usual for such laws.
+    pub declared: Given,
     /// Deformations beyond which its results are not those of an intact tissue.
     pub limit: Deformations,
 }
@@ -64,13 +62,13 @@ impl Validity {
     /// The limits that were given; those usual for such laws limit nothing here.
     pub fn declared_limit(&self) -> Deformations {
         Deformations {
-            stretch: if self.given.limit_stretch { self.limit.stretch } else { NO_LIMIT },
-            jacobian: if self.given.limit_jacobian { self.limit.jacobian } else { NO_LIMIT },
+            stretch: if self.declared.stretch { self.limit.stretch } else { NO_LIMIT },
+            jacobian: if self.declared.jacobian { self.limit.jacobian } else { NO_LIMIT },
         }
     }
     /// Range of a law fitted to these, unless a scene specifies another.
     pub(super) fn fitted_to(fitted: Deformations) -> Self {
-        Self { fitted, given: Given::default(), limit: LIMIT }
+        Self { fitted, given: Given::default(), declared: Given::default(), limit: LIMIT }
     }
 }
 

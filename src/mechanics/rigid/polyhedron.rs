@@ -140,6 +140,7 @@ impl Polyhedron {
             return Err("its hull has no thickness".into());
         }
         Ok(Self {
+            corners,
             triangles,
             planes,
             middle,
@@ -148,7 +149,6 @@ impl Polyhedron {
             volume,
             inertia_per_mass,
             parry,
-            corners,
         })
     }
 

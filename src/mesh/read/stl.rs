@@ -64,7 +64,7 @@ fn read_binary(bytes: &[u8], corners: &mut Corners) -> Result<(), MeshError> {
     cursor.numbers = Numbers::LittleEndian;
     let count = announced(bytes).ok_or_else(|| cursor.error("an STL file has at least 84 bytes"))?;
     let found = bytes.len() - HEADER;
-    if found / TRIANGLE != count || found % TRIANGLE != 0 {
+    if found / TRIANGLE != count || !found.is_multiple_of(TRIANGLE) {
         let message =
             format!("the header announces {count} triangles of {TRIANGLE} bytes, and {found} bytes follow");
         return Err(cursor.error_at(HEADER - 4, message));
@@ -265,7 +265,7 @@ mod tests {
         assert!(refusal(&nan).starts_with("byte 134: a triangle has a coordinate that is not finite"));
         let ascii = text(&faces(true));
         for end in (0..ascii.len() - 9).step_by(7) {
-            read_stl(ascii[..end].as_bytes()).unwrap_err();
+            read_stl(&ascii.as_bytes()[..end]).unwrap_err();
         }
         assert!(refusal(ascii.replacen("vertex 3", "vertex inf", 1).as_bytes()).contains("line"));
         assert!(

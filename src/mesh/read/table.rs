@@ -24,7 +24,7 @@ enum Rows {
 /// `Unsupported` for a column whose name a field of the mesh has.
 pub fn add_table(mesh: &mut Mesh, table: &[u8]) -> Result<(), MeshError> {
     let text = std::str::from_utf8(table).map_err(|error| {
-        let line = 1 + table[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count();
+        let line = table[..error.valid_up_to()].split(|byte| *byte == b'\n').count();
         malformed(line, "the table is not UTF-8".into())
     })?;
     let mut lines = (1..)
@@ -56,7 +56,9 @@ pub fn add_table(mesh: &mut Mesh, table: &[u8]) -> Result<(), MeshError> {
             let value: f64 = entry.parse().map_err(|_| {
                 malformed(number, format!("{} of the column {name} is no number", shown(entry.as_bytes())))
             })?;
-            elements.iter().for_each(|e| column[*e] = value);
+            for e in &elements {
+                column[*e] = value;
+            }
         }
         if entries.next().is_some() {
             return Err(malformed(number, format!("the row has more than {} entries", names.len() + 1)));

@@ -37,7 +37,9 @@ pub fn write_vtu(
     }
     let marks = |(name, set): (&String, &Vec<u32>)| {
         let mut marks = vec![0_u8; mesh.nodes.len()];
-        set.iter().for_each(|node| marks[*node as usize] = 1);
+        for node in set {
+            marks[*node as usize] = 1;
+        }
         Array::new(name, NumberType::UInt8, 1, &marks)
     };
     let sets: Vec<Array> = mesh.node_sets.iter().map(marks).collect();

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
 
 /// A law with fibre families.
-fn law(fibres: Value) -> Material {
+fn law(fibres: &Value) -> Material {
     let document: MaterialDocument = serde_json::from_value(json!({
         "law": "holzapfel_gasser_ogden", "c_pa": 1e4, "k1_pa": 1e4, "k2": 1.0, "bulk_modulus_pa": 1e6, "fibres": fibres
     }))
@@ -16,7 +16,7 @@ fn law(fibres: Value) -> Material {
 }
 
 fn along() -> Material {
-    law(json!({"angles_deg": [0]}))
+    law(&json!({"angles_deg": [0]}))
 }
 
 /// A block of n elements along each side, 0 to 1, mapped.
@@ -84,7 +84,7 @@ fn a_centre_line_of_many_points_leads_around_a_bend() {
         frame(json!({"kind": "centre_line", "points_m": [[0.5, 0.5, -1], [0.5, 0.5, 0.3], [0.5, 0.5, 2]]}));
     let found = axes_of(Some(&axis), &along(), &bar, &elements).unwrap();
     assert!(found.iter().all(|axes| is_orthonormal(axes) && axes.column(0) == Vec3::z()));
-    let oblique = law(json!({"angles_deg": [30, -30]}));
+    let oblique = law(&json!({"angles_deg": [30, -30]}));
     assert_eq!(axes_of(Some(&axis), &oblique, &bar, &elements), Err(NoAxes::OnAxis(vec![4, 13, 22])));
 }
 
@@ -94,7 +94,7 @@ fn laplace_frames_follow_the_bend_and_lie_in_the_plane() {
     let bend = |plane: Value| {
         frame(json!({"kind": "laplace", "from": {"set": "z_min"}, "to": {"set": "z_max"}, "plane": plane}))
     };
-    let oblique = law(json!({"angles_deg": [30, -30]}));
+    let oblique = law(&json!({"angles_deg": [30, -30]}));
     let found = axes_of(Some(&bend(json!([0, 1, 0]))), &oblique, &mesh, &elements).unwrap();
     for (element, axes) in found.iter().enumerate() {
         let x = centre(&mesh, element);
@@ -135,12 +135,12 @@ fn arrays_replace_the_families_of_the_law() {
         let arrays = frame(json!({"kind": "arrays", "families": names}));
         axes_of(Some(&arrays), law, &mesh, &elements)
     };
-    let two = law(json!({"angles_deg": [40, -40]}));
+    let two = law(&json!({"angles_deg": [40, -40]}));
     let axes = found(&["a", "b"], &two).unwrap()[0];
     for (direction, exact) in two.fibre_directions().iter().zip([a, b]) {
         assert!((axes * Vec3::from(*direction) - exact.normalize()).norm() < 1e-14);
     }
-    let oblique = law(json!({"angles_deg": [25]}));
+    let oblique = law(&json!({"angles_deg": [25]}));
     let axes = found(&["a"], &oblique).unwrap()[0];
     assert!(is_orthonormal(&axes));
     assert!((axes * Vec3::from(oblique.fibre_directions()[0]) - a.normalize()).norm() < 1e-14);
@@ -150,6 +150,6 @@ fn arrays_replace_the_families_of_the_law() {
     assert_eq!(found(&["s"], &along()), Err(NoAxes::NoArray { family: 0, scalars: true }));
     assert_eq!(found(&["c"], &along()), Err(NoAxes::NoArray { family: 0, scalars: false }));
     assert_eq!(found(&["a"], &two), Err(NoAxes::Families { of_law: 2 }));
-    let same = law(json!({"angles_deg": [40, 40]}));
+    let same = law(&json!({"angles_deg": [40, 40]}));
     assert_eq!(found(&["a", "a"], &same), Err(NoAxes::Families { of_law: 2 }));
 }

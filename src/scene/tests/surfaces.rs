@@ -42,7 +42,9 @@ fn scene() -> Value {
 
 fn load_surface(changes: &[(&str, Value)]) -> Result<Loaded, Problems> {
     let mut document = scene();
-    changes.iter().for_each(|(pointer, value)| set(&mut document, pointer, value.clone()));
+    for (pointer, value) in changes {
+        set(&mut document, pointer, value.clone());
+    }
     let upright = Rotation::identity();
     let hammer = [
         (Shape::Box { half: Vec3::new(0.05, 0.015, 0.015) }, Vec3::new(0.0, 0.0, 0.3), upright),
@@ -88,7 +90,7 @@ fn a_surface_has_the_mass_and_the_place_of_its_body() {
 #[test]
 fn a_hammer_has_its_own_mass_and_its_hull_in_contact_if_that_is_accepted() {
     let name = ("/bodies/0/rigid/shape/name", json!("hammer.stl"));
-    let refused = load_surface(&[name.clone()]).unwrap_err();
+    let refused = load_surface(std::slice::from_ref(&name)).unwrap_err();
     let problem = refused.0.iter().find(|p| p.code == "not_convex").unwrap_or_else(|| panic!("{refused}"));
     assert_eq!(problem.pointer, "/bodies/0/rigid/shape/convex_hull");
     let accepted = ("/bodies/0/rigid/shape/convex_hull", json!(true));

@@ -68,7 +68,9 @@ pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &
                 (*origin_m, *axis) = (moved(*origin_m), turned(*axis));
             }
             FibreFrameDocument::CentreLine { points_m } => {
-                points_m.iter_mut().for_each(|point| *point = moved(*point));
+                for point in points_m {
+                    *point = moved(*point);
+                }
             }
             FibreFrameDocument::Laplace { plane, .. } => *plane = plane.map(turned),
         }

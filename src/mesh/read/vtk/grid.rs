@@ -131,7 +131,7 @@ impl<'a> Grid<'a> {
         }
         assembly.note_unused("arrays", "", &self.unused);
         let is_volume = |cell: &usize| matches!(CellType::of(self.types[*cell]), Some(CellType::Volume(..)));
-        let fields = self.fields.of_elements((0..self.types.len()).filter(is_volume));
+        let fields = self.fields.of_elements(&(0..self.types.len()).filter(is_volume));
         Ok(Mesh { fields, ..assembly.into_mesh(place)? })
     }
 

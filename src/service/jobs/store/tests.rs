@@ -14,6 +14,7 @@ pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     what_a_job_is_for_is_read_back(&empty().await).await;
     queue_has_an_end(&empty().await).await;
     job_waits_for_its_memory(&empty().await).await;
+    job_that_lost_its_process_runs_alone(&empty().await).await;
     counts_follow_the_jobs(&empty().await).await;
     owners_do_not_see_each_other(&empty().await).await;
     blobs_of_jobs_and_meshes_are_known(&empty().await).await;

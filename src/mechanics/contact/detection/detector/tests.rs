@@ -234,7 +234,7 @@ fn planes_hold_all_that_come_near() {
     let mut x = Vec::new();
     let cube = block(2, 2, &mut x, |p| p + Vec3::new(0.0, 0.0, 0.01));
     let floor = Master::Plane { point: Vec3::zeros(), normal: Vec3::z() };
-    let still = detect(std::slice::from_ref(&cube), &[pair(0, floor.clone())], &x, &x);
+    let still = detect(std::slice::from_ref(&cube), &[pair(0, floor)], &x, &x);
     assert_eq!(still.len(), 9);
     assert!(
         still
