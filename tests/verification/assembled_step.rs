@@ -113,18 +113,21 @@ fn check(what: &str, plan: &Plan, size: f64, gain: f64) {
 
 /// Between held faces, so that no node has less mass than inside: 2/ω is that of a plane wave of two elements' length.
 #[test]
-fn cubes_have_four_fifths_of_the_step_of_a_plane_wave() {
+fn the_margin_leaves_cubes_two_thirds_of_the_step_of_a_plane_wave() {
     let h = 0.005;
     let held = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"].map(|set| json!({"set": set}));
-    let plan = plan_with(&block([0.04; 3], [8; 3], 1e3, &json!({"fixed": held})), None);
+    let mut scene = block([0.04; 3], [8; 3], 1e3, &json!({"fixed": held}));
+    scene["integrator"] =
+        json!({"kind": "explicit", "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0});
+    let plan = plan_with(&scene, None);
     let [alone, assembled, exact] = steps(&plan, &vec![Vec3::zeros(); plan.node_count()]);
     let of_plane_wave = h / (BULK / DENSITY).sqrt();
     println!("{:.4} {:.4} {:.4}", alone / of_plane_wave, assembled / of_plane_wave, exact / of_plane_wave);
     assert_within(exact / of_plane_wave, 1.0, 0.1, "exact step over that of a plane wave");
     assert_within(
         assembled / of_plane_wave,
-        0.79,
-        0.06,
+        0.63,
+        0.05,
         "assembled step, with its margin, over that of a plane wave",
     );
     assert_within(alone / of_plane_wave, 1.0 / 3.0_f64.sqrt(), 0.03, "step of the elements alone");
@@ -135,7 +138,7 @@ fn deformed_and_flat_elements_stay_below_the_exact_step() {
     let cubes = plan_with(&block([0.04, 0.04, 0.03], [8, 8, 6], 1e4, &json!({})), None);
     let flat = plan_with(&block([0.04, 0.04, 0.006], [8, 8, 6], 1e4, &json!({})), None);
     let stiff_in_shear = plan_with(&block([0.04; 3], [6; 3], 2e6, &json!({})), None);
-    for (size, gain) in [(0.0, 1.15), (0.2, 1.05), (0.5, 1.0)] {
+    for (size, gain) in [(0.0, 1.0), (0.2, 1.0), (0.5, 1.0)] {
         check("cubes", &cubes, size, gain);
         check("flat elements", &flat, size, 1.0);
         check("shear modulus of a fifth of the bulk modulus", &stiff_in_shear, size, 1.0);
@@ -179,7 +182,7 @@ fn hanging_nodes_and_other_cells_stay_below_the_exact_step() {
     let wedges = from_file(mesh.clone().split_to_wedges());
     let tetrahedra = from_file(mesh.split_to_tetrahedra().to_quadratic_tetrahedra());
     for size in [0.0, 0.2] {
-        check("hanging nodes", &hanging, size, 1.2);
+        check("hanging nodes", &hanging, size, 1.0);
         check("wedges", &wedges, size, 1.0);
         check("ten-node tetrahedra", &tetrahedra, size, 1.0);
     }

@@ -62,6 +62,7 @@ fn refined(scene: &Value, body: usize, at: [f64; 3], within: f64, size: f64, dis
     let (mesh, _) = refined_in(&scene_body.mesh, &[region], 1_000_000).unwrap();
     assert!(!mesh.hanging.is_empty());
     scene_body.part_entry = vec![0; mesh.cells.len()];
+    scene_body.law_of = vec![0; mesh.cells.len()];
     if let Some(axes) = scene_body.axes.first().copied() {
         scene_body.axes = vec![axes; mesh.cells.len()];
     }

@@ -156,6 +156,26 @@ fn what_is_withheld_does_not_depend_on_what_is_recorded() {
     }
 }
 
+/// Without a declared limit nothing is withheld: a warning says whose numbers they are.
+#[test]
+fn beyond_the_usual_limit_of_a_law_a_warning_comes_first() {
+    let mut scene = ball_on_one_point_gel(&json!({"field_interval_s": 1e-4}));
+    let part = &mut scene["bodies"][1]["parts"][0];
+    part["material"].as_object_mut().unwrap().remove("valid_to");
+    part.as_object_mut().unwrap().remove("formulation");
+    let summary = summary(&scene, None);
+    let Shown::Results(results) = &summary.results else { panic!("{:?}", summary.plain_words) };
+    assert!(results.tissue.as_ref().unwrap().peaks.peak_von_mises_pa.is_none());
+    assert!(summary.numerics.energy_fraction_beyond_law > 0.05, "{:?}", summary.numerics);
+    assert!(summary.numerics.energy_fraction_beyond_declared_limits == 0.0);
+    let warns = |word: &str| summary.warnings.iter().any(|w| w.contains(word));
+    assert!(
+        warns("beyond the usual limit of its law") && warns("not of an intact tissue"),
+        "{:?}",
+        summary.warnings
+    );
+}
+
 #[test]
 fn a_body_with_a_velocity_waits_while_others_relax() {
     let mut scene = ball_on_gel([0.0, 0.0, -2.0], 4e-3);

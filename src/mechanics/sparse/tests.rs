@@ -178,7 +178,7 @@ fn the_inverse_in_the_pattern_has_the_entries_of_the_whole_one() {
             assert!((0..3).filter_map(of_first).all(|own| pattern.entry(own, other).is_some()));
         }
     }
-    let alone = unknowns.of(first as usize, 0).unwrap();
+    let alone = unknowns.of(first as usize, 1).unwrap();
     let other = unknowns.of(hexes[100][6] as usize, 0).unwrap();
     assert!(pattern.entry(alone, other) == Some(0.0) && pattern.entry(alone, alone).unwrap() > 0.0);
 }

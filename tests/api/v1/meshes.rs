@@ -34,7 +34,7 @@ fn what_is_no_mesh_leaves_nothing() {
     problem(&upload(&client, "", b"hello"), 422, "invalid-mesh");
     problem(&upload(&client, "", b""), 422, "invalid-mesh");
     problem(&upload(&client, "", &[b'$'; 1001]), 413, "body-too-large");
-    problem(&upload(&client, "?format=stl", b"$"), 400, "bad-parameter");
+    problem(&upload(&client, "?format=obj", b"$"), 400, "bad-parameter");
     problem(&upload(&client, "?path=/etc/passwd", b"$"), 400, "bad-parameter");
     let form = [("Content-Type", "multipart/form-data; boundary=x")];
     problem(&client.send("POST", "/v1/meshes", &form, b"$"), 415, "unsupported-media-type");
@@ -147,7 +147,7 @@ fn mesh_with_arrays() -> Vec<u8> {
     let lines = |items: Vec<String>| items.join("\n") + "\n";
     let at = |i: usize, j: usize, k: usize| i + 5 * j + 25 * k;
     let points = (0..75).map(|n| {
-        format!("{} {} {}", 0.005 * (n % 5) as f64, 0.005 * (n / 5 % 5) as f64, 0.005 * (n / 25) as f64)
+        format!("{} {} {}", 0.005 * f64::from(n % 5), 0.005 * f64::from(n / 5 % 5), 0.005 * f64::from(n / 25))
     });
     let cell = |n: usize| {
         let (i, j, k) = (n % 4, n / 4 % 4, n / 16);
