@@ -212,9 +212,8 @@ fn a_ball_dead_centre_on_gel_runs_to_its_end_as_one_that_is_a_little_aside() {
     for formulation in ["mean_dilatation", "reduced"] {
         let [centre, aside] = [0.0, 1e-6].map(|aside| impact(&ball_on_gel(formulation, aside, 12.0)));
         // The dent wrinkles late, at its deepest, in a way that rounding decides: over seven offsets from 0 to 0.1 mm the deflection by mean
-        // dilatation scatters by 0.3 to 0.5 %, with `reduced` by as much.
-        let tolerance = if formulation == "reduced" { 1e-2 } else { 5e-3 };
-        assert_close(centre[0], aside[0], tolerance, &format!("{formulation}: deflection at 12 m/s"));
+        // dilatation scatters by 0.5 to 0.7 %, with `reduced` by as much.
+        assert_close(centre[0], aside[0], 1e-2, &format!("{formulation}: deflection at 12 m/s"));
         for [_, penalty, balance_error] in [centre, aside] {
             assert_at_most(balance_error, 0.01, &format!("{formulation}: error of the energy balance"));
             if formulation == "mean_dilatation" {
