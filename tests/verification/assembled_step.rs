@@ -86,7 +86,7 @@ fn steps(plan: &Plan, u: &[Vec3]) -> [f64; 3] {
             *x = Vec3::from_fn(|axis, _| if inverse[axis] > 0.0 { x[axis] } else { 0.0 });
         });
         let norm = mode.iter().zip(&plan.mass).map(|(x, m)| m * x.norm_squared()).sum::<f64>().sqrt();
-        let largest = mode.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        let largest = mode.iter().map(Vec3::norm).fold(0.0, f64::max);
         let small = 1e-9 / largest;
         let mut moved: Vec<Vec3> = u.iter().zip(&mode).map(|(u, x)| u + x * small).collect();
         plan.assembly.followers().follow(&mut moved);

@@ -115,7 +115,7 @@ fn struck(integrator: &Value) -> (Vec3, f64) {
     let plan = plan(&scene);
     let mut impulse = Vec3::zeros();
     let (outcome, _) = run(&plan, |frame| {
-        impulse = -Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s)
+        impulse = -Vec3::from(frame.energy.pairs.values().next_back().unwrap().impulse_n_s);
     });
     (impulse, outcome.balance_error)
 }
