@@ -52,7 +52,7 @@ fn body(name: &str, low: [f64; 3], high: [f64; 3], elements: [u32; 3], speed: f6
 }
 
 fn grid(count: u32) -> Value {
-    let side = (1..).find(|side| side * side * side >= count).unwrap_or(1);
+    let side = (1..=count).find(|side| side * side * side >= count).unwrap_or(1);
     let at = |i: u32| [i % side, i / side % side, i / side / side];
     let bodies: Vec<Value> = (0..count)
         .map(|i| {
