@@ -154,7 +154,7 @@ impl Cholesky {
         }
     }
 
-    /// Entries of A⁻¹ in the pattern of the factor; `None` where [`Cholesky::panels`] is.
+    /// Entries of A⁻¹ in the pattern of the factor; `None` where the factor has no panels.
     pub fn pattern_inverse(&self) -> Option<PatternInverse<'_>> {
         self.panels().map(PatternInverse::new)
     }
