@@ -38,7 +38,7 @@ use pulp::{Simd, WithSimd};
 const NODES: usize = 512;
 
 /// Factor on the bound of ω² [-]: stiffness changes within a step and between two evaluations. On a block thrown at a wall at 30 to 70 m/s
-/// the energy balance is off by 0.2 to 0.6 % with this margin, as with the bound of the elements alone, and by 1 to 7 % with 1.6.
+/// the energy balance is off by 0.2 to 0.9 % with this margin, by 0.2 to 0.5 % with the bound of the elements alone, and by 1 to 7 % with 1.6.
 const MARGIN: f64 = 2.5;
 
 /// Least weight of an element, over the largest of its body [-]: so that an element that stiffens suddenly is not bounded by many
