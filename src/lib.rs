@@ -18,7 +18,6 @@
 pub mod blobs;
 pub mod cli;
 pub mod measure;
-pub mod mechanics;
 pub mod mesh;
 pub mod plan;
 pub mod record;
@@ -29,4 +28,4 @@ pub mod service;
 pub mod step;
 pub mod study;
 
-pub(crate) use mechanics::material::with_kernel_law;
+pub use contuse_mechanics as mechanics;

@@ -299,7 +299,7 @@ impl<S: Simd> SubAssign for Lane<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::real::inverse_cbrt_m1;
+    use crate::real::inverse_cbrt_m1;
 
     /// Evaluates a function over lanes of the best instruction set and in plain `f64`, and compares.
     struct Compare<'a, L, P>(&'a [f64], L, P);

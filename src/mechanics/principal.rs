@@ -81,7 +81,7 @@ impl<R: Real> Sym<R> {
 #[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
-    use crate::mechanics::tensor::Mat3;
+    use crate::tensor::Mat3;
 
     fn sym(m: &Mat3) -> Sym<f64> {
         Sym([m[(0, 0)], m[(1, 1)], m[(2, 2)], m[(0, 1)], m[(1, 2)], m[(0, 2)]])

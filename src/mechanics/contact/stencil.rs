@@ -1,7 +1,7 @@
 //! The nodes of a contact with signed weights, by which their velocities make up that of the contact.
 
-use crate::mechanics::followers::Followers;
-use crate::mechanics::tensor::Vec3;
+use crate::followers::Followers;
+use crate::tensor::Vec3;
 use std::ops::Range;
 
 /// Largest number of nodes of a contact, both sides together.

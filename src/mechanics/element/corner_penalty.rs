@@ -17,7 +17,7 @@
 
 use super::Element;
 use super::hex8_modes::V3;
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// Fraction of the Jacobian at rest below which a corner is penalised, θ₀ [-].
 pub const CORNER_THRESHOLD: f64 = 0.3;
@@ -119,8 +119,8 @@ fn cross<R: Real>(a: &V3<R>, b: &V3<R>) -> V3<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::dual::Dual;
-    use crate::mechanics::element::{ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry};
+    use crate::dual::Dual;
+    use crate::element::{ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry};
     use nalgebra::SMatrix;
 
     type Nodal = [[f64; 8]; 3];
@@ -234,12 +234,12 @@ mod tests {
     #[test]
     fn no_corner_is_penalised_where_every_point_is_well() {
         // What the evaluation relies on: with J at all points above its gate, no corner of an incompressible element is below θ₀.
-        let corners = HEX8_CORNERS.map(|c| crate::mechanics::tensor::Vec3::from(c) * 0.5);
+        let corners = HEX8_CORNERS.map(|c| crate::tensor::Vec3::from(c) * 0.5);
         let mut least = f64::INFINITY;
         for seed in 0..20_000 {
             let q = 0.1 + 0.4 * wave(seed).abs();
             let moved: [_; 8] = std::array::from_fn(|a| {
-                corners[a] + crate::mechanics::tensor::Vec3::from_fn(|i, _| q * wave(77 * seed + 3 * a + i))
+                corners[a] + crate::tensor::Vec3::from_fn(|i, _| q * wave(77 * seed + 3 * a + i))
             });
             let volume = ReferenceGeometry::new(ElementKind::Hex8, &moved).volume;
             let mean = volume.iter().sum::<f64>();

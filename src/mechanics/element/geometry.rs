@@ -3,7 +3,7 @@
 use super::kind::for_each_element;
 use super::largest_eigenvalue::largest_eigenvalue;
 use super::{Element, ElementKind};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 
 /// Reference geometry of one element.
 #[derive(Clone, Debug, PartialEq)]

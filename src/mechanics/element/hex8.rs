@@ -9,8 +9,8 @@
 //! geometry is not stored either but made again from the corners.
 
 use super::Element;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, tensor};
+use crate::real::Real;
+use crate::tensor::{Tensor, tensor};
 
 /// Number of quadrature points.
 pub const POINTS: usize = 8;
@@ -220,8 +220,8 @@ pub fn shape_at(local: [f64; 3]) -> [f64; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::element::{ElementKind, ReferenceGeometry};
-    use crate::mechanics::tensor::{Mat3, Vec3};
+    use crate::element::{ElementKind, ReferenceGeometry};
+    use crate::tensor::{Mat3, Vec3};
 
     fn distorted() -> [Vec3; 8] {
         std::array::from_fn(|a| {

@@ -13,8 +13,8 @@
 //! `q_α = w_α − H̄ X_α` (their γ-projection), X_α those of the reference positions: a linear field, rotations among them, has
 //! none at all, whatever the shape of the element.
 
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
+use crate::real::Real;
+use crate::tensor::{Mat3, Tensor, Vec3};
 
 /// A vector in lanes.
 pub type V3<R> = [R; 3];
@@ -194,7 +194,7 @@ impl ModalGeometry {
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::*;
-    use crate::mechanics::element::{Element, ElementKind, Hex8, POINTS, ReferenceGeometry, shape_at};
+    use crate::element::{Element, ElementKind, Hex8, POINTS, ReferenceGeometry, shape_at};
 
     /// A cube with every corner moved.
     fn distorted() -> [Vec3; 8] {

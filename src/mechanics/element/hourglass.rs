@@ -39,7 +39,7 @@
 
 use super::hex8_modes::{ModalGeometry, V3};
 use super::largest_eigenvalue::largest_eigenvalue;
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// In-plane directions (k, l) of the plane across direction n.
 const PLANE: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];

@@ -1,8 +1,8 @@
 //! What an element is.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Tensor;
+use crate::real::Real;
+use crate::tensor::Tensor;
 
 /// An isoparametric element of N nodes and Q points of equal weight in local coordinates; everything else is made of this.
 ///

@@ -2,7 +2,7 @@
 
 use super::{Element, POINTS};
 
-/// The list: calls a macro with what follows its name, and name, nodes, points and one-point formulation (of [`crate::mechanics::force`])
+/// The list: calls a macro with what follows its name, and name, nodes, points and one-point formulation (of [`crate::force`])
 /// of every element.
 macro_rules! for_each_element {
     ($then:ident $($first:tt)*) => {
@@ -15,7 +15,7 @@ macro_rules! for_each_element {
         }
     };
 }
-pub(in crate::mechanics) use for_each_element;
+pub(crate) use for_each_element;
 
 /// The most nodes of any element.
 pub const MOST_NODES: usize = 10;

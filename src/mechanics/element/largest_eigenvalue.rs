@@ -10,7 +10,7 @@ const MOST_STEPS: usize = 100;
 
 /// The largest eigenvalue of a symmetric matrix, to a few roundings of its norm; NaN if anything in it is not finite. Only the
 /// lower triangle is read.
-pub(in crate::mechanics) fn largest_eigenvalue<const N: usize>(mut A: [[f64; N]; N]) -> f64 {
+pub(crate) fn largest_eigenvalue<const N: usize>(mut A: [[f64; N]; N]) -> f64 {
     let (d, e_squared) = tridiagonal(&mut A);
     let norm = (0..N).map(|i| d[i].abs() + e_squared[i].sqrt()).sum::<f64>();
     // Above all eigenvalues (Gershgorin), and not above by nothing.

@@ -18,9 +18,9 @@ pub use hex8::{HEX8_CORNERS, HEX8_DIAGONALS, HEX8_EDGES, Hex8, POINTS, shape_at}
 pub use hex8_modes::{ModalGeometry, Modes, V3};
 pub use hourglass::{Hourglass, HourglassResponse};
 pub use interface::Element;
-pub(in crate::mechanics) use kind::for_each_element;
+pub(crate) use kind::for_each_element;
 pub use kind::{ElementKind, MOST_NODES};
-pub(in crate::mechanics) use largest_eigenvalue::largest_eigenvalue;
+pub(crate) use largest_eigenvalue::largest_eigenvalue;
 pub use tet4::Tet4;
 pub use tet10::Tet10;
 pub use wedge6::Wedge6;

@@ -12,8 +12,8 @@
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::Element;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, tensor};
+use crate::real::Real;
+use crate::tensor::{Tensor, tensor};
 
 /// Barycentric coordinates of a point: at its own corner, and at the others.
 const OWN: f64 = 0.585_410_196_624_968_5;

@@ -4,8 +4,8 @@
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::Element;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, Vec3, tensor};
+use crate::real::Real;
+use crate::tensor::{Tensor, Vec3, tensor};
 
 /// Nodes 1, 2, 3 are right-handed seen from node 0: the determinant of their three edges from there is positive.
 #[derive(Clone, Copy, Debug)]

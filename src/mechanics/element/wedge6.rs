@@ -7,8 +7,8 @@
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::Element;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, tensor};
+use crate::real::Real;
+use crate::tensor::{Tensor, tensor};
 
 /// Points of the triangle, and sides of the line.
 const TRIANGLE: usize = 3;

@@ -7,7 +7,7 @@
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::{Assembly, ElementForces};
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 use std::ops::Range;
 
 /// Which nodes have moved, and which have to be stepped.

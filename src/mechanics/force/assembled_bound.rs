@@ -27,11 +27,11 @@ use super::packed::{InBlocks, Packed, with_elements};
 use super::pressure::viscous_pressure;
 use super::rows::{gather, keep_still};
 use super::{Assembly, Threads};
-use crate::mechanics::element::largest_eigenvalue;
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::Volumetric;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, Vec3};
+use crate::element::largest_eigenvalue;
+use crate::lanes::{Aligned, BATCH, Lane, Row, dispatch_rare};
+use crate::material::Volumetric;
+use crate::real::Real;
+use crate::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
 /// Nodes whose eigenvalue is computed as one task.

@@ -1,8 +1,8 @@
 //! The sum of forces at each node over its chunks, in a fixed order.
 
 use super::block::ElementBlock;
-use crate::mechanics::followers::Followers;
-use crate::mechanics::tensor::Vec3;
+use crate::followers::Followers;
+use crate::tensor::Vec3;
 use std::sync::Arc;
 
 /// Where each node finds its entry in each chunk: a compressed list, ascending in the chunk.

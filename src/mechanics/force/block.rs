@@ -5,9 +5,9 @@ use super::chunk::Chunk;
 use super::nodal_volumes::NodalVolumes;
 use super::packed::{Elements, with_elements};
 use super::parameters::{BlockError, BlockInput, BlockParameters, Formulation};
-use crate::mechanics::element::{ElementKind, MOST_NODES};
-use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::tensor::Vec3;
+use crate::element::{ElementKind, MOST_NODES};
+use crate::lanes::{BATCH, Row};
+use crate::tensor::Vec3;
 
 /// Rows of history of bulk viscosity, where there is any.
 pub(super) const BULK_ROWS: usize = 2;

@@ -12,8 +12,8 @@
 
 use super::block::ElementBlock;
 use super::nodal_volumes::{NodalState, NodalVolumes};
-use crate::mechanics::element::Tet4;
-use crate::mechanics::tensor::Vec3;
+use crate::element::Tet4;
+use crate::tensor::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The tangent ∂f_int/∂u of a block at one displacement.

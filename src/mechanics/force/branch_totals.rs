@@ -1,7 +1,7 @@
 //! Energies of one branch of relaxation of many elements.
 
-use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::material::MAX_BRANCHES;
+use crate::lanes::{BATCH, Row};
+use crate::material::MAX_BRANCHES;
 
 /// Rows of the energies of a branch of a batch.
 pub(super) const ENERGIES: usize = 3;

@@ -7,9 +7,9 @@
 use super::branch_totals::BranchTotals;
 use super::parameters::BlockInput;
 use super::totals::{BatchTotals, BlockTotals};
-use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::material::MAX_BRANCHES;
-use crate::mechanics::tensor::Vec3;
+use crate::lanes::{BATCH, Row};
+use crate::material::MAX_BRANCHES;
+use crate::tensor::Vec3;
 use std::ops::Range;
 
 /// U [J/m³], U′ [Pa] and U″ [Pa], the latter not negative, at a node; or means of them.

@@ -17,10 +17,10 @@ use super::chunk::{Chunk, ChunkForces};
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, load_corners, store_corners};
 use super::{ElementForces, Threads};
-use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor, Vec3};
+use crate::element::Element;
+use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
+use crate::real::Real;
+use crate::tensor::{Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
 /// An energy below this fraction of what it is the difference of is rounding.

@@ -2,9 +2,9 @@
 
 use super::block::ElementBlock;
 use super::parameters::Formulation;
-use crate::mechanics::lanes::BATCH;
-use crate::mechanics::material::least_acoustic_eigenvalue;
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
+use crate::lanes::BATCH;
+use crate::material::least_acoustic_eigenvalue;
+use crate::tensor::{Mat3, Tensor, Vec3};
 
 impl ElementBlock {
     /// Least eigenvalue of the acoustic tensor over directions and points [Pa] of the element in a slot of this block, at the

@@ -11,11 +11,11 @@ use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::parameters::ErosionLimits;
 use super::rows::{clear, gather, keep_still};
 use super::{ElementForces, Threads};
-use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::MAX_BRANCHES;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor};
+use crate::element::Element;
+use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
+use crate::material::MAX_BRANCHES;
+use crate::real::Real;
+use crate::tensor::{Sym, Tensor};
 use pulp::{Simd, WithSimd};
 
 /// The elements that a run has given up.

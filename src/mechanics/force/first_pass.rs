@@ -3,11 +3,11 @@
 
 use super::packed::Batch;
 use super::rows::load_corners;
-use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{Aligned, Lane, Row};
-use crate::mechanics::material::volume_change;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Tensor;
+use crate::element::Element;
+use crate::lanes::{Aligned, Lane, Row};
+use crate::material::volume_change;
+use crate::real::Real;
+use crate::tensor::Tensor;
 use pulp::Simd;
 
 /// What the elements of a register have at their points.

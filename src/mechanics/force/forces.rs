@@ -10,9 +10,9 @@ use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
-use crate::mechanics::lanes::{BATCH, Row, dispatch_wide};
-use crate::mechanics::material::{Law, MAX_BRANCHES};
-use crate::mechanics::tensor::Vec3;
+use crate::lanes::{BATCH, Row, dispatch_wide};
+use crate::material::{Law, MAX_BRANCHES};
+use crate::tensor::Vec3;
 
 /// What an internal force evaluation of all blocks writes, chunk by chunk.
 #[derive(Debug)]

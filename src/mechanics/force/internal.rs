@@ -11,11 +11,11 @@ use super::pressure::{
 };
 use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
-use crate::mechanics::element::{CornerResponse, Element, eval_corner_penalty};
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
-use crate::mechanics::real::{Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::Vec3;
+use crate::element::{CornerResponse, Element, eval_corner_penalty};
+use crate::lanes::{Aligned, BATCH, Lane, Row};
+use crate::material::{Invariants, Kinematics, Law, Material};
+use crate::real::{Real, inverse_cbrt_m1};
+use crate::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
 /// Of the elements of a batch: the fraction of their volumetric stiffness in the critical time step, and their weights d [-].

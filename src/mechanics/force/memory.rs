@@ -1,4 +1,4 @@
-//! Forces of stresses with a [`Memory`](crate::mechanics::material::Memory), after the evaluation, of any split law.
+//! Forces of stresses with a [`Memory`](crate::material::Memory), after the evaluation, of any split law.
 //! Eight-point elements remember at each point, one-point elements at their one.
 
 mod branches;
@@ -15,14 +15,14 @@ use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
 use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
-use crate::mechanics::dual::Dual;
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{
+use crate::dual::Dual;
+use crate::lanes::{Aligned, BATCH, Lane, Row};
+use crate::material::{
     ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MAX_FAMILIES, Material, MemorySteps,
     isochoric_stress, volume_change,
 };
-use crate::mechanics::real::{Outlined, Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::Tensor;
+use crate::real::{Outlined, Real, inverse_cbrt_m1};
+use crate::tensor::Tensor;
 use branches::{BranchRows, BranchSums};
 use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};

@@ -25,9 +25,9 @@ use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
 use super::rows::gather;
 use super::{ElementForces, Threads};
-use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::material::Volumetric;
-use crate::mechanics::tensor::Vec3;
+use crate::lanes::{BATCH, Lane, Row};
+use crate::material::Volumetric;
+use crate::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
 impl ElementForces {

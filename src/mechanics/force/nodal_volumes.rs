@@ -3,9 +3,9 @@
 use super::Threads;
 use super::chunk::{Chunk, ChunkForces, NodalResponse};
 use super::parameters::{BlockInput, BlockParameters, Formulation};
-use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::material::Volumetric;
-use crate::mechanics::real::Real;
+use crate::lanes::{BATCH, Row};
+use crate::material::Volumetric;
+use crate::real::Real;
 use std::collections::BTreeMap;
 use std::ops::Range;
 

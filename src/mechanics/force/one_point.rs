@@ -6,10 +6,10 @@ use super::pressure::{Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::reduced::{NoOnePoint, ReducedBatch};
 use super::rows::{load_corners, load_fibres, store_corners};
 use super::totals::BatchTotals;
-use crate::mechanics::element::{Hex8, Modes};
-use crate::mechanics::lanes::{Aligned, Lane};
-use crate::mechanics::material::{Invariants, Kinematics, Law};
-use crate::mechanics::real::Real;
+use crate::element::{Hex8, Modes};
+use crate::lanes::{Aligned, Lane};
+use crate::material::{Invariants, Kinematics, Law};
+use crate::real::Real;
 use pulp::Simd;
 
 /// The formulation with one point.

@@ -3,8 +3,8 @@
 use super::chunk::{Chunk, cut_chunks};
 use super::parameters::{BlockInput, BlockParameters};
 use super::reduced::{NoOnePoint, OnePointBatch, ReducedBatch};
-use crate::mechanics::element::{self, Element, ElementKind, corner_stiffness, for_each_element};
-use crate::mechanics::lanes::{BATCH, Row};
+use crate::element::{self, Element, ElementKind, corner_stiffness, for_each_element};
+use crate::lanes::{BATCH, Row};
 use std::marker::PhantomData;
 
 /// Constants of a batch of elements, lane by lane: 328 bytes a hexahedron.
@@ -87,15 +87,15 @@ macro_rules! in_blocks {
         macro_rules! with_elements {
             ($dollar packed:expr, $dollar elements:ident => $dollar body:expr) => {
                 match $dollar packed {
-                    $($crate::mechanics::force::packed::Elements::$Kind($dollar elements) => $dollar body,)*
+                    $($crate::force::packed::Elements::$Kind($dollar elements) => $dollar body,)*
                 }
             };
             ($dollar packed:expr, $dollar material:expr; $dollar elements:ident, $dollar law:ident => $dollar body:expr) => {
                 match $dollar packed {
-                    $($crate::mechanics::force::packed::Elements::$Kind($dollar elements) => {
+                    $($crate::force::packed::Elements::$Kind($dollar elements) => {
                         // Of a constant: the branch that is not taken is not compiled.
-                        if <$crate::mechanics::element::$Kind as $crate::mechanics::element::Element<$N, $Q>>::KERNELS_OF_LAWS {
-                            $crate::with_kernel_law!($dollar material, $dollar law => $dollar body)
+                        if <$crate::element::$Kind as $crate::element::Element<$N, $Q>>::KERNELS_OF_LAWS {
+                            $crate::material::with_kernel_law!($dollar material, $dollar law => $dollar body)
                         } else {
                             let $dollar law = $dollar material;
                             $dollar body

@@ -1,8 +1,8 @@
 //! What blocks of elements are made from: elements, law, formulation.
 
-use crate::mechanics::element::{ElementKind, ReferenceGeometry};
-use crate::mechanics::material::{Material, Memories};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::element::{ElementKind, ReferenceGeometry};
+use crate::material::{Material, Memories};
+use crate::tensor::{Mat3, Vec3};
 
 /// How the energy of an element is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum Formulation {
     MeanDilatation,
     /// One point, and a pressure averaged over the volumes around the nodes, for a split law (`nodal_pressure.rs`).
     NodalPressure,
-    /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::mechanics::element::Hourglass`]).
+    /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::element::Hourglass`]).
     Reduced,
 }
 

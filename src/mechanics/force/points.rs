@@ -11,11 +11,11 @@ use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
-use crate::mechanics::element::POINTS;
-use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::{Inelastic, Kinematics, Law, Material, Memories};
-use crate::mechanics::real::{Outlined, Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::{Mat3, Sym, Vec3};
+use crate::element::POINTS;
+use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
+use crate::material::{Inelastic, Kinematics, Law, Material, Memories};
+use crate::real::{Outlined, Real, inverse_cbrt_m1};
+use crate::tensor::{Mat3, Sym, Vec3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 

@@ -1,9 +1,9 @@
 //! Pressure with bulk viscosity, and the critical time step that stress and viscosity leave: what all formulations share.
 
 use super::parameters::BlockParameters;
-use crate::mechanics::lanes::Row;
-use crate::mechanics::material::{Invariants, Volumetric};
-use crate::mechanics::real::Real;
+use crate::lanes::Row;
+use crate::material::{Invariants, Volumetric};
+use crate::real::Real;
 use pulp::Simd;
 
 /// The volumetric part of an element at one state.

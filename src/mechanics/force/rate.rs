@@ -5,10 +5,10 @@ use super::chunk::ChunkForces;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{gather, keep_still};
 use super::{Assembly, ElementForces, Threads};
-use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Vec3;
+use crate::element::Element;
+use crate::lanes::{BATCH, Lane, Row};
+use crate::real::Real;
+use crate::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -176,10 +176,10 @@ fn rate_of_batch<S: Simd, const EXACT: bool, E: Element<N, Q>, const N: usize, c
 #[allow(clippy::float_cmp)] // the same bits are what is meant
 mod tests {
     use super::*;
-    use crate::mechanics::element::{ElementKind, HEX8_DIAGONALS, HEX8_EDGES, ReferenceGeometry};
-    use crate::mechanics::force::{BlockInput, BlockParameters, ForceInput, Formulation};
-    use crate::mechanics::material::{CoupledNeoHookean, Material};
-    use crate::mechanics::tensor::Mat3;
+    use crate::element::{ElementKind, HEX8_DIAGONALS, HEX8_EDGES, ReferenceGeometry};
+    use crate::force::{BlockInput, BlockParameters, ForceInput, Formulation};
+    use crate::material::{CoupledNeoHookean, Material};
+    use crate::tensor::Mat3;
 
     /// Nineteen distorted elements in a row, each with corners of its own, and a block of them.
     fn row() -> (Vec<Vec3>, ElementBlock) {
@@ -210,7 +210,7 @@ mod tests {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
-            memory: crate::mechanics::material::Memories::NONE,
+            memory: crate::material::Memories::NONE,
             erosion: None,
         };
         (x, ElementBlock::new(0, parameters, 0, &inputs).unwrap())

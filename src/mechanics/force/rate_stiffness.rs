@@ -20,11 +20,11 @@ use super::stiffness::{
     CORNER_PAIRS, StiffnessBatch, add_pairs, fixed, fixed_fibres, fixed_tensor, gradients, store_column,
 };
 use super::viscous::viscous_stress;
-use crate::mechanics::dual::Dual;
-use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::{Kinematics, Material, Memories, MemorySteps, volume_change};
-use crate::mechanics::real::{Outlined, Real};
-use crate::mechanics::tensor::{Tensor, Vec3};
+use crate::dual::Dual;
+use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
+use crate::material::{Kinematics, Material, Memories, MemorySteps, volume_change};
+use crate::real::{Outlined, Real};
+use crate::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
 /// The end of an implicit step, and what was before.

@@ -11,11 +11,11 @@
 use super::parameters::{BlockInput, BlockParameters, Formulation};
 use super::pressure::{Pressure, corners_may_fold, tangent_bound};
 use super::rows::load_corners;
-use crate::mechanics::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
-use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, tensor};
+use crate::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
+use crate::lanes::{BATCH, Lane, Row};
+use crate::material::{Invariants, Kinematics, Law, Material};
+use crate::real::Real;
+use crate::tensor::{Tensor, tensor};
 use pulp::Simd;
 
 /// Energy of the stabilisation over μV counts as so much compression when corners are looked for that may fold [-]: a corner that lost

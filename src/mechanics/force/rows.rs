@@ -1,8 +1,8 @@
 //! Between nodes, rows of lanes and registers.
 
-use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::material::MAX_FAMILIES;
-use crate::mechanics::tensor::Vec3;
+use crate::lanes::{BATCH, Lane, Row};
+use crate::material::MAX_FAMILIES;
+use crate::tensor::Vec3;
 use pulp::Simd;
 
 /// Nodal vectors of a batch, transposed into lanes: `[component][corner]`.

@@ -20,12 +20,12 @@ use super::parameters::Formulation;
 use super::pressure::{Barrier, corners_may_fold, point_is_crushed};
 use super::reduced::{NoOnePoint, OnePointElement, ReducedBatch};
 use super::rows::{gather_global, load_corners, load_fibres};
-use crate::mechanics::dual::Dual;
-use crate::mechanics::element::{Element, Hex8, Hourglass, MOST_NODES, Modes, eval_corner_penalty};
-use crate::mechanics::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Material, volume_change};
-use crate::mechanics::real::{Outlined, Real};
-use crate::mechanics::tensor::Tensor;
+use crate::dual::Dual;
+use crate::element::{Element, Hex8, Hourglass, MOST_NODES, Modes, eval_corner_penalty};
+use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
+use crate::material::{Kinematics, Law, MAX_FAMILIES, Material, volume_change};
+use crate::real::{Outlined, Real};
+use crate::tensor::Tensor;
 use pulp::{Simd, WithSimd};
 
 /// Pairs of nodes (a, b) with a ≥ b of the elements that have most.

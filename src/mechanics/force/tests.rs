@@ -8,14 +8,14 @@ use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::mechanics::element::{
+use crate::element::{
     Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty,
 };
-use crate::mechanics::material::{
+use crate::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
 };
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::{SMatrix, SVector};
 
 type U = [Vec3; 8];

@@ -1,8 +1,8 @@
 //! Energies and extremes of an evaluation.
 
 use super::pressure::stable_step;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::real::Real;
+use crate::lanes::{BATCH, Lane, Row};
+use crate::real::Real;
 use pulp::Simd;
 
 /// Sums and extremes of one batch, lane by lane.

@@ -17,11 +17,11 @@ use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, ForceInput, Threads};
-use crate::mechanics::element::Element;
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::bound_largest;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor, Vec3};
+use crate::element::Element;
+use crate::lanes::{Aligned, BATCH, Lane, Row};
+use crate::material::bound_largest;
+use crate::real::Real;
+use crate::tensor::{Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
 /// J below which 1/J grows no further [-].

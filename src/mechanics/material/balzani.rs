@@ -6,8 +6,8 @@ use super::{
     BoundedResponse, Deformations, ElementTime, FibreFamilies, Invariants, Kinematics, Law, Response,
     Volumetric,
 };
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// ψ = c1 (Ī1 − 3) + Σ_a α1 ⟨I1 I4a − I5a − 2⟩^α2 + U(J)
 ///

@@ -2,7 +2,7 @@
 
 use super::isochoric::eval_second_invariant;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// ψ = μ/2 (I2/I3 + 2 √I3 − 5)      (Blatz & Ko 1962, the foamed rubber)
 ///

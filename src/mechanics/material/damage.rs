@@ -13,7 +13,7 @@
 //! (Bažant & Oh 1983), so that the fracture energy stays.
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// Least τ_s over τ₀ [-].
 const LEAST_SLOPE: f64 = 0.01;

@@ -4,7 +4,7 @@
 //! deformation can localise, on any mesh into bands as narrow as its elements (Hadamard's condition of stability).
 
 use super::{Material, assemble_law_tangent};
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
+use crate::tensor::{Mat3, Tensor, Vec3};
 
 /// Number of directions sampled on a hemisphere: some 6° apart.
 const DIRECTIONS: usize = 800;
@@ -46,7 +46,7 @@ fn direction(i: usize) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::material::{NeoHookean, Volumetric};
+    use crate::material::{NeoHookean, Volumetric};
 
     fn diagonal(stretches: [f64; 3]) -> Tensor<f64> {
         Tensor::from_fn(|i, j| if i == j { stretches[i] - 1.0 } else { 0.0 })

@@ -1,6 +1,6 @@
 //! The exponential of stiffening laws, continued before it overflows.
 
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// The largest exponent [-] up to which a law is its exponential.
 ///

@@ -6,7 +6,7 @@ use super::isochoric::{
 };
 use super::validity::TISSUE;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// ψ = μ/(2b) (exp[b (Ī1 − 3)] − 1) + U(J)      (Demiray 1972)
 ///

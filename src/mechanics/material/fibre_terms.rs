@@ -1,8 +1,8 @@
 //! Fibre families with an energy W(E) each: stress and stiffness bound, for any W.
 
 use super::{BoundedResponse, Invariants, Kinematics, Response};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// Invariants used in a fibre term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

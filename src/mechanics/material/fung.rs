@@ -6,8 +6,8 @@ use super::{
     BoundedResponse, Deformations, ElementTime, FibreFamilies, Invariants, Kinematics, Law, Response,
     Volumetric,
 };
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Mat3, Sym};
+use crate::real::Real;
+use crate::tensor::{Mat3, Sym};
 
 /// The nine moduli of an orthotropic solid in its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,8 +8,8 @@ use super::validity::TISSUE;
 use super::{
     BoundedResponse, Deformations, FibreFamilies, Invariants, Kinematics, Law, Response, Volumetric,
 };
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// Form of the matrix term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@
 //! is computed from the strain, so that energy and stress are exactly 0 at rest and accurate near it.
 
 use super::{Invariants, Kinematics};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// `c (Ī1 − 3)` [J/m³] and the factor [Pa] of dev C in its stress: `F − I1/3 F⁻ᵀ = F⁻ᵀ dev C`, so
 /// `P = cof F · (2 c J^(−2/3) / J) dev C`.

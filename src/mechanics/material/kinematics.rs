@@ -1,7 +1,7 @@
 //! The kinematic quantities that laws use, computed without cancellation near rest.
 
-use crate::mechanics::real::{Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::{Sym, Tensor};
+use crate::real::{Real, inverse_cbrt_m1};
+use crate::tensor::{Sym, Tensor};
 
 /// The deformation at one point.
 #[derive(Clone, Copy, Debug)]

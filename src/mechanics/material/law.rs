@@ -2,8 +2,8 @@
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::{Deformations, ElementTime, Invariants, Kinematics, Volumetric};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor};
+use crate::real::Real;
+use crate::tensor::{Sym, Tensor};
 
 /// ψ and the stress at one point in the form that laws return; [`Response::first_piola`] gives P = ∂ψ/∂F.
 #[derive(Clone, Copy, Debug)]

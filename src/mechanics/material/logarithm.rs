@@ -8,7 +8,7 @@
 use super::Kinematics;
 use super::isochoric::{eval_first_invariant, eval_second_invariant};
 use super::principal_strain::PrincipalStrain;
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// exp(kL) − I = a L² + b L + c I.
 #[derive(Clone, Copy)]

@@ -2,8 +2,8 @@
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
 use super::{damage, prony};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// The history of one of several memories: its numbers begin at `first`.
 struct Part<'a, H> {

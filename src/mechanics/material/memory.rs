@@ -4,8 +4,8 @@
 //! the history in the state; materials without memory have none.
 
 use super::Kinematics;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// Elastic response at a point, to which memories add.
 #[derive(Clone, Copy, Debug)]

@@ -93,8 +93,8 @@ macro_rules! laws {
         macro_rules! with_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
-                    $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
-                    $($crate::mechanics::material::Material::$Shared($dollar law) => $dollar body,)*
+                    $($crate::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::material::Material::$Shared($dollar law) => $dollar body,)*
                 }
             };
         }
@@ -106,7 +106,7 @@ macro_rules! laws {
         macro_rules! with_kernel_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
-                    $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::material::Material::$Own($dollar law) => $dollar body,)*
                     $dollar law => $dollar body,
                 }
             };

@@ -5,7 +5,7 @@ use super::isochoric::{
 };
 use super::validity::NEARLY_INCOMPRESSIBLE;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// ψ = C10 (Ī1 − 3) + C01 (Ī2 − 3) + U(J)      (Mooney 1940; Rivlin 1948; isochoric split)
 ///

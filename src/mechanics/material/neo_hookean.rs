@@ -3,8 +3,8 @@
 use super::isochoric::{bound_first_invariant, eval_first_invariant};
 use super::validity::TISSUE;
 use super::{BoundedResponse, Deformations, Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::{Real, ln_1p_defect};
-use crate::mechanics::tensor::Sym;
+use crate::real::{Real, ln_1p_defect};
+use crate::tensor::Sym;
 
 /// ψ = C10 (Ī1 − 3) + U(J). Shear modulus at rest 2 C10.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::logarithm::{Logarithm, Multiple};
 use super::principal_strain::PrincipalStrain;
 use super::validity::NEARLY_INCOMPRESSIBLE;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// Largest number of terms of an Ogden law.
 pub const MAX_OGDEN_TERMS: usize = 6;

@@ -4,7 +4,7 @@
 //! by Newton's method on the exact tangent, for the compressible law as it is, without assuming incompressibility.
 
 use super::{FibreFamilies, Material, assemble_tangent};
-use crate::mechanics::tensor::{Mat3, Tensor};
+use crate::tensor::{Mat3, Tensor};
 use nalgebra::{DMatrix, DVector};
 
 /// Loading of a homogeneous specimen; `value` is the stretch λ or the shear γ [-].

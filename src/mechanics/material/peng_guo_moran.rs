@@ -7,8 +7,8 @@ use super::{
     BoundedResponse, Deformations, ElementTime, FibreFamilies, Invariants, Kinematics, Law, Response,
     Volumetric,
 };
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// Largest exponent of the logistic function [-]: it is 0 beyond.
 const MOST_EXPONENT: f64 = 300.0;

@@ -14,8 +14,8 @@
 
 use super::Kinematics;
 use super::isochoric::{eval_first_invariant, eval_second_invariant};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// Stands for the difference of equal logarithms, so that the ratio of differences has its limit.
 const EQUAL: f64 = 1e-290;

@@ -17,8 +17,8 @@
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
 use super::{Kinematics, Response};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::real::Real;
+use crate::tensor::Sym;
 
 /// Largest number of branches of a series.
 pub const MAX_BRANCHES: usize = 6;
@@ -169,8 +169,8 @@ pub fn deviator_at<R: Real>(k: &Kinematics<R>, H: &Sym<R>) -> Sym<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::material::{Law, NeoHookean, Volumetric};
-    use crate::mechanics::tensor::Tensor;
+    use crate::material::{Law, NeoHookean, Volumetric};
+    use crate::tensor::Tensor;
 
     fn series() -> PronySeries {
         let branch = |(g, tau)| Branch { relative_modulus: g, relaxation_time: tau };

@@ -1,7 +1,7 @@
 //! Stability of an isotropic law in the usual tests: Drucker's condition for the incompressible solid.
 
 use super::{Material, assemble_law_tangent};
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
+use crate::tensor::{Mat3, Tensor, Vec3};
 
 /// Logarithmic strains of the tests, relative to that of the stretch that names their state.
 const TESTS: [(&str, [f64; 3]); 3] =
@@ -58,7 +58,7 @@ fn is_stable(material: &Material, logs: [f64; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::material::{MooneyRivlin, NeoHookean, Ogden, OgdenTerm, Volumetric, Yeoh};
+    use crate::material::{MooneyRivlin, NeoHookean, Ogden, OgdenTerm, Volumetric, Yeoh};
 
     const U: Volumetric = Volumetric::LnSquared(1e4);
 

@@ -1,9 +1,9 @@
 //! The exact tangent A = ∂P/∂F [Pa] by dual numbers.
 
 use super::{Kinematics, Law, MAX_FAMILIES, Material};
-use crate::mechanics::dual::Dual;
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Tensor;
+use crate::dual::Dual;
+use crate::real::Real;
+use crate::tensor::Tensor;
 
 /// `A : dF` [Pa], the change of P along `dF` at `F = I + H`; exact to rounding.
 ///

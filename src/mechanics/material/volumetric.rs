@@ -1,6 +1,6 @@
 //! The volumetric energy U(J) of a split law.
 
-use crate::mechanics::real::{Real, ln_1p_defect};
+use crate::real::{Real, ln_1p_defect};
 
 /// U(J) with its bulk modulus K [Pa]; all three have U″(1) = K.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use super::{
     BoundedResponse, Deformations, ElementTime, FibreFamilies, Invariants, Kinematics, Law, Response,
     Volumetric,
 };
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// Number of terms in the series of the toe's energy.
 const SERIES: usize = 48;

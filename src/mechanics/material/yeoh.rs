@@ -3,7 +3,7 @@
 use super::isochoric::{bound_function_of_first, eval_first_invariant};
 use super::validity::NEARLY_INCOMPRESSIBLE;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::Real;
+use crate::real::Real;
 
 /// ψ = C10 (Ī1 − 3) + C20 (Ī1 − 3)² + C30 (Ī1 − 3)³ + U(J)      (Yeoh 1993)
 ///

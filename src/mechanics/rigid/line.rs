@@ -1,7 +1,7 @@
 //! Intersection of lines with the shape of a rigid body.
 
 use super::Shape;
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 
 /// Component of a unit direction below which the line is parallel to a plane.
 const PARALLEL: f64 = 1e-12;

@@ -2,7 +2,7 @@
 //! angular momentum.
 
 use super::Rotation;
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 
 /// Limit of Newton steps; from the initial guess two or three reach rounding for any reasonable step.
 const ITERATIONS: usize = 20;

@@ -1,7 +1,7 @@
 //! The convex hull of a closed triangulated surface as a rigid shape, with the mass and the principal axes of what the surface encloses.
 
 use super::Rotation;
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::SymmetricEigen;
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::ConvexPolyhedron;

@@ -1,9 +1,9 @@
 //! A symmetric matrix over nodal unknowns, by columns of its lower triangle.
 
 use super::Unknowns;
-use crate::mechanics::force::{ElementBlock, StiffnessBatch, corner_pair};
-use crate::mechanics::lanes::BATCH;
-use crate::mechanics::tensor::Vec3;
+use crate::force::{ElementBlock, StiffnessBatch, corner_pair};
+use crate::lanes::BATCH;
+use crate::tensor::Vec3;
 
 /// Transpose of a 3×3 block: index of each entry, row by row.
 const TRANSPOSED: [usize; 9] = [0, 3, 6, 1, 4, 7, 2, 5, 8];

@@ -1,11 +1,11 @@
 //! Systems of small meshes against dense linear algebra.
 
 use super::{Cholesky, Definiteness, SymmetricMatrix, Unknowns};
-use crate::mechanics::element::{ElementKind, ReferenceGeometry};
-use crate::mechanics::followers::Followers;
-use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock, Formulation, StiffnessBatch};
-use crate::mechanics::material::{Material, NeoHookean, Volumetric};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::element::{ElementKind, ReferenceGeometry};
+use crate::followers::Followers;
+use crate::force::{BlockInput, BlockParameters, ElementBlock, Formulation, StiffnessBatch};
+use crate::material::{Material, NeoHookean, Volumetric};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
         shear_viscosity: 0.0,
-        memory: crate::mechanics::material::Memories::NONE,
+        memory: crate::material::Memories::NONE,
         erosion: None,
     };
     (X, hexes, ElementBlock::new(0, parameters, 0, &inputs).unwrap())
@@ -194,7 +194,7 @@ fn the_tangent_of_the_assembly_is_that_of_its_elements() {
     block.tangent_at(&u).eval_batch(0, &mut batch);
     for (lane, hex) in hexes.iter().enumerate() {
         for (a, i, b, j) in (0..24 * 24).map(|n| (n / 72, n / 24 % 3, n % 24 / 3, n % 3)) {
-            let pair = crate::mechanics::force::corner_pair(a.max(b), a.min(b));
+            let pair = crate::force::corner_pair(a.max(b), a.min(b));
             let value = batch.0[pair][if a >= b { 3 * i + j } else { 3 * j + i }].0[lane];
             let place = |node: u32, axis| unknowns.of(node as usize, axis);
             if let (Some(row), Some(column)) = (place(hex[a], i), place(hex[b], j)) {

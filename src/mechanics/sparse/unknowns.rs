@@ -2,8 +2,8 @@
 
 use super::SparseError;
 use super::ordering::Graph;
-use crate::mechanics::followers::Followers;
-use crate::mechanics::tensor::Vec3;
+use crate::followers::Followers;
+use crate::tensor::Vec3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 

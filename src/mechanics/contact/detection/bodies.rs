@@ -1,7 +1,7 @@
 //! Broad phase over bodies: which of many boxes meet.
 
 use super::broad_phase::to_parry;
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 

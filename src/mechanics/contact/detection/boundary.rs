@@ -1,15 +1,15 @@
 //! Topology of a surface (neighbours across edges, faces around nodes, sizes) and its normals.
 
 use super::closest_point::Patch;
-use crate::mechanics::contact::Surface;
-use crate::mechanics::tensor::Vec3;
+use crate::contact::Surface;
+use crate::tensor::Vec3;
 
 /// No face across the edge: it is on the border of an open surface.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A surface with the topology that detection needs. Constant over a run.
 #[derive(Clone, Debug)]
-pub(in crate::mechanics::contact) struct Boundary {
+pub(in crate::contact) struct Boundary {
     /// Global numbers of the nodes, sorted.
     pub nodes: Vec<u32>,
     /// Corner nodes of each face.

@@ -7,7 +7,7 @@
 use super::boundary::Boundary;
 use super::closest_point::Patch;
 use super::narrow_phase::{DEPTH, NEAR, Proximity, eval_proximity_within};
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};

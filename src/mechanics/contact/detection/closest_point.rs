@@ -1,6 +1,6 @@
 //! The point of a face that is closest to a given point: bilinear quadrilaterals and triangles.
 
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 
 /// Iterations of the bound-constrained Newton method; flat faces take two, warped ones four or five.
 const MAX_ITERATIONS: usize = 40;

@@ -30,9 +30,9 @@ use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::pair::{Moved, PairState, Side, slack};
 use super::time_of_impact::Search;
-use crate::mechanics::contact::pairs::Pairs;
-use crate::mechanics::contact::{Contact, Discretisation, Master, Surface};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::pairs::Pairs;
+use crate::contact::{Contact, Discretisation, Master, Surface};
+use crate::tensor::Vec3;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -333,12 +333,12 @@ impl Detector {
     }
 
     /// The slave's surface of a pair.
-    pub(in crate::mechanics::contact) fn slave_boundary(&self, pair: usize) -> &Boundary {
+    pub(in crate::contact) fn slave_boundary(&self, pair: usize) -> &Boundary {
         &self.boundaries[self.pairs.get(pair).slave]
     }
 
     /// The master's surface of a pair, `None` for a plane.
-    pub(in crate::mechanics::contact) fn master_boundary(&self, pair: usize) -> Option<&Boundary> {
+    pub(in crate::contact) fn master_boundary(&self, pair: usize) -> Option<&Boundary> {
         match self.pairs.get(pair).master {
             Master::Surface(master) => Some(&self.boundaries[master]),
             Master::Plane { .. } | Master::Rigid(_) => None,
@@ -346,7 +346,7 @@ impl Detector {
     }
 
     /// Point and normal of a pair's plane with the size [m] that tolerances refer to, `None` for a surface.
-    pub(in crate::mechanics::contact) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
+    pub(in crate::contact) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
         match self.state(pair)?.side {
             Side::Plane { point, frame, size } => Some((point, frame[0], size)),
             Side::Surface { .. } => None,

@@ -19,11 +19,11 @@ use super::detector::Detector;
 use super::frame::local_frame;
 use super::narrow_phase::NEAR;
 use super::time_of_impact::Search;
-use crate::mechanics::contact::ALLOWED;
-use crate::mechanics::contact::pairs::Pairs;
-use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Kind, Master};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::ALLOWED;
+use crate::contact::pairs::Pairs;
+use crate::contact::stencil::Stencil;
+use crate::contact::{Contact, ContactLaw, ContactPair, Kind, Master};
+use crate::tensor::Vec3;
 use std::f64::consts::PI;
 
 /// Angle between the normals of two faces above which their common edge is sharp, for edges sharp at the start [rad].

@@ -9,9 +9,9 @@ use super::pair::{Moved, PairState, Side};
 use super::self_contact::is_beside;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
-use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, ContactLaw, Kind};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::stencil::Stencil;
+use crate::contact::{Contact, ContactLaw, Kind};
+use crate::tensor::Vec3;
 use std::cell::OnceCell;
 
 /// Gap below which node and face touch, as a fraction of the face's size.

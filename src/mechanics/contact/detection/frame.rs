@@ -1,6 +1,6 @@
 //! The local frame of a contact.
 
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 
 /// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as possible; arbitrary if that is parallel to the
 /// normal or zero.

@@ -10,10 +10,10 @@
 use super::detector::{DetectionError, Detector};
 use super::edges::{BENT, EdgeFinder};
 use super::frame::local_frame;
-use crate::mechanics::contact::pairs::Pairs;
-use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{ALLOWED, Contact, ContactLaw, Discretisation, Kind, Surface};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::pairs::Pairs;
+use crate::contact::stencil::Stencil;
+use crate::contact::{ALLOWED, Contact, ContactLaw, Discretisation, Kind, Surface};
+use crate::tensor::Vec3;
 
 /// Shape function of a node above which a place on a face coincides with that node.
 const AT_NODE: f64 = 0.999;

@@ -4,8 +4,8 @@ use super::boundary::Boundary;
 use super::closest_point::Patch;
 use super::detector::Detector;
 use super::narrow_phase::eval_proximity;
-use crate::mechanics::contact::Contact;
-use crate::mechanics::tensor::Vec3;
+use crate::contact::Contact;
+use crate::tensor::Vec3;
 
 /// Depths below this fraction of the face's size are rounding.
 pub const TOLERANCE: f64 = 1e-6;
@@ -90,7 +90,7 @@ fn signed_gap(boundary: &Boundary, s: &Vec3, x: &[Vec3]) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
+    use crate::contact::{ContactLaw, ContactPair, Master, Surface};
 
     fn cube(at: Vec3, size: f64, x: &mut Vec<Vec3>) -> Surface {
         let base = x.len() as u32;

@@ -18,16 +18,16 @@
 //!
 //! A node keeps its node-to-surface row where less than half of an adjacent face opposed to the master is above it,
 //! where the node arrives fast from afar, and where a row would have more nodes than a stencil
-//! ([`crate::mechanics::contact::stencil::MOST_NODES`]), as with a slave much coarser than its master.
+//! ([`crate::contact::stencil::MOST_NODES`]), as with a slave much coarser than its master.
 
 use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
 use super::frame::local_frame;
 use super::narrow_phase::NEAR;
 use super::segments::{OPPOSED, for_each_segment_point};
-use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, Kind};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::stencil::Stencil;
+use crate::contact::{Contact, Kind};
+use crate::tensor::Vec3;
 use nalgebra::{Matrix4, Vector4};
 
 /// Largest number of master nodes below a face or around a node.

@@ -2,7 +2,7 @@
 
 use super::boundary::{Boundary, NONE};
 use super::closest_point::{Feature, Patch};
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 use std::cell::OnceCell;
 
 /// Distance outside a face, as a fraction of its size, within which a node is a candidate: it may close within the
@@ -24,7 +24,7 @@ pub(super) const OPPOSED: f64 = -0.02;
 
 /// A node relative to a face, at the closest point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::mechanics::contact) struct Proximity {
+pub(in crate::contact) struct Proximity {
     /// Index of the face.
     pub face: u32,
     /// Shape functions at the closest point.
@@ -41,7 +41,7 @@ pub(in crate::mechanics::contact) struct Proximity {
 
 /// Distance and sign of `s` [m] relative to one face, or `None` where the projection is not valid: beyond the border
 /// of an open surface, or on the far side of an edge, where the neighbour applies.
-pub(in crate::mechanics::contact) fn eval_proximity(
+pub(in crate::contact) fn eval_proximity(
     boundary: &Boundary,
     face: u32,
     s: &Vec3,
@@ -223,7 +223,7 @@ fn is_better(boundary: &Boundary, a: &Proximity, b: &Proximity, slave_normal: &V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::contact::Surface;
+    use crate::contact::Surface;
 
     /// A wavy sheet with a fold, finer towards one side, of n × n faces.
     fn sheet(n: u32) -> (Boundary, Vec<Vec3>) {

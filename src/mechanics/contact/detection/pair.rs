@@ -5,8 +5,8 @@ use super::broad_phase::{Candidates, FaceTree, Motion, SweptBox, clearance, reac
 use super::frame::local_frame;
 use super::mortar::Averager;
 use super::self_contact::{Exclusions, OwnMotion};
-use crate::mechanics::contact::{ContactPair, Master};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::{ContactPair, Master};
+use crate::tensor::Vec3;
 use std::sync::Arc;
 
 /// Number of steps of the present motion for which a list is made, within the bounds below.

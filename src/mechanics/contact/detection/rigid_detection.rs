@@ -4,7 +4,7 @@
 //!   Within [`NEAR`] of a face's size the normal is that at the start. A node that moves farther than that within the
 //!   step is followed along its path, by steps of its distance, which cannot jump over the surface; the normal is
 //!   that at the place of impact. So nothing tunnels, whatever the speed.
-//! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
+//! - *A shape against a plane*: the few points that may be lowest ([`crate::rigid::Shape::feet`]).
 //! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they
 //!   move or turn far relative to each other, at the time of their first impact, found in the same way as that of
 //!   nodes.
@@ -21,10 +21,10 @@ use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
 use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::time_of_impact::first_meeting;
-use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Kind, Master, Surface};
-use crate::mechanics::rigid::{Pose, RigidBody, Shape};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::stencil::Stencil;
+use crate::contact::{Contact, ContactLaw, ContactPair, Kind, Master, Surface};
+use crate::rigid::{Pose, RigidBody, Shape};
+use crate::tensor::Vec3;
 use parry3d_f64::shape::SharedShape;
 
 pub use super::rigid_manifold::MOST_POINTS;

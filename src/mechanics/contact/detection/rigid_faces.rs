@@ -21,11 +21,11 @@
 use super::closest_point::{Feature, Patch};
 use super::detector::NEAR;
 use super::time_of_impact::first_meeting;
-use crate::mechanics::rigid::Shape;
-use crate::mechanics::tensor::Vec3;
+use crate::rigid::Shape;
+use crate::tensor::Vec3;
 
 /// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
-pub(in crate::mechanics::contact) const ALLOWED: f64 = 0.0025;
+pub(in crate::contact) const ALLOWED: f64 = 0.0025;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.
 const MOST: f64 = 0.05;
 /// Depth beyond which a foot is not in the face, as a fraction of the face's size.

@@ -1,8 +1,8 @@
 //! Contact points of two convex shapes that touch or nearly touch, by parry; glam's vectors are confined to this
 //! file.
 
-use crate::mechanics::rigid::{Pose, Shape};
-use crate::mechanics::tensor::Vec3;
+use crate::rigid::{Pose, Shape};
+use crate::tensor::Vec3;
 use parry3d_f64::math::{Pose as ParryPose, Rotation as ParryRotation, Vector};
 use parry3d_f64::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact, distance,

@@ -5,7 +5,7 @@
 use super::boundary::{Boundary, NONE};
 use super::closest_point::Patch;
 use super::frame::local_frame;
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 
 /// Largest number of master faces visited for a slave face.
 const MOST_FACES: usize = 48;

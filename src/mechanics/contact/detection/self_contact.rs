@@ -3,7 +3,7 @@
 use super::boundary::Boundary;
 use super::broad_phase::Motion;
 use super::closest_point::Patch;
-use crate::mechanics::tensor::Vec3;
+use crate::tensor::Vec3;
 use std::sync::Arc;
 
 /// Distance in sizes of a face within which a face behind a node at the start of the run is the far side of the

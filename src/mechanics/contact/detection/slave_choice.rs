@@ -1,8 +1,8 @@
 //! Which of two surfaces is the slave: the finer one where they may meet.
 
 use super::closest_point::Patch;
-use crate::mechanics::contact::Surface;
-use crate::mechanics::tensor::Vec3;
+use crate::contact::Surface;
+use crate::tensor::Vec3;
 
 /// The slave among two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

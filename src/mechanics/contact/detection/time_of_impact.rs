@@ -7,7 +7,7 @@
 //! boxes.
 
 use super::closest_point::Patch;
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 
 /// Number of boxes after which the search accepts the earliest time not excluded; a usual hit takes some forty.
 const MAX_BOXES: usize = 4000;

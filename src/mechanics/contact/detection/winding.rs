@@ -6,8 +6,8 @@
 
 use super::boundary::Boundary;
 use super::broad_phase::FaceTree;
-use crate::mechanics::contact::Surface;
-use crate::mechanics::tensor::Vec3;
+use crate::contact::Surface;
+use crate::tensor::Vec3;
 
 /// Distance from a node along its normal, as a fraction of the mean face size, at which a place is outside the node's
 /// surroundings.

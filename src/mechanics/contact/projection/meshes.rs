@@ -4,13 +4,13 @@
 //! it by velocities (`v⁺ = −g/h`) would eject the node. Instead the nodes of the contact are moved apart along its
 //! normal, each in proportion to its inverse mass, so that the centre of mass stays; fixed axes do not move.
 
-use crate::mechanics::contact::ALLOWED;
-use crate::mechanics::contact::detection::detector::Detector;
-use crate::mechanics::contact::detection::narrow_phase::eval_proximity;
-use crate::mechanics::contact::stencil::{Stencil, weighted};
-use crate::mechanics::contact::{Contact, Kind};
-use crate::mechanics::followers::Followers;
-use crate::mechanics::tensor::Vec3;
+use crate::contact::ALLOWED;
+use crate::contact::detection::detector::Detector;
+use crate::contact::detection::narrow_phase::eval_proximity;
+use crate::contact::stencil::{Stencil, weighted};
+use crate::contact::{Contact, Kind};
+use crate::followers::Followers;
+use crate::tensor::Vec3;
 
 /// Largest correction of a contact in a step of usual length, as a fraction of the face's size, and less in a shorter
 /// step, as where elements are crushed: more, within a fraction of a microsecond, would be an impact of its own.

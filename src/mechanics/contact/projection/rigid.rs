@@ -8,16 +8,16 @@
 //! min ½ dᵀ M d   with   g + C d ≥ 0
 //! ```
 //!
-//! That is the frictionless law of [`crate::mechanics::contact::solution::gauss_seidel`] with gaps in the place of velocities, so its solver is
+//! That is the frictionless law of [`crate::contact::solution::gauss_seidel`] with gaps in the place of velocities, so its solver is
 //! used: corners of one face do not lift each other in turn, and open gaps are unaffected.
 
 use super::meshes::{CAP, MovableNodes, SLOW, TOLERANCE};
-use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
-use crate::mechanics::contact::detection::rigid_faces::ALLOWED;
-use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
-use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
-use crate::mechanics::rigid::{Pose, rotated};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
+use crate::contact::detection::rigid_faces::ALLOWED;
+use crate::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
+use crate::contact::{Contact, Kind, Reaction, RigidSides};
+use crate::rigid::{Pose, rotated};
+use crate::tensor::Vec3;
 
 /// A correction need not be exact: the next step removes the remainder.
 const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable: 0.0 };

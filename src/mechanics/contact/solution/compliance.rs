@@ -9,9 +9,9 @@
 use super::contact_row::MomentArms;
 use super::delassus::Block;
 use super::local::Local;
-use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::sparse::{Cholesky, PatternInverse, Unknowns};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::contact::{Contact, RigidSides};
+use crate::sparse::{Cholesky, PatternInverse, Unknowns};
+use crate::tensor::{Mat3, Vec3};
 
 /// Number of contact nodes beyond which W is not formed: G of so many takes 160 MB.
 pub const MOST_NODES: usize = 1500;

@@ -6,9 +6,9 @@
 
 use super::local::{Local, LocalOperator};
 use super::slip::ContactOperator;
-use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::contact::stencil::Stencil;
+use crate::contact::{Contact, RigidSides};
+use crate::tensor::{Mat3, Vec3};
 
 /// Relative difference of diagonal entries below which they are equal: the operator is a multiple of the identity.
 const ISOTROPY: f64 = 1e-14;
@@ -39,7 +39,7 @@ impl Turning for () {
 }
 
 /// Moment arms of the rigid sides of a contact: the node of the spin, and `±J` of
-/// [`crate::mechanics::rigid::Pose::lever`].
+/// [`crate::rigid::Pose::lever`].
 #[derive(Clone, Debug)]
 pub(super) struct MomentArms([Option<(u32, Mat3)>; 2]);
 

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! so that `u_n ≥ 0` is the end-of-step gap over h (Stewart & Trinkle; Moreau). A negative gap enters as zero: it is
-//! removed by [`crate::mechanics::contact::projection::meshes`], never by velocity. Each visit solves one contact exactly ([`super::local`]) and
+//! removed by [`crate::contact::projection::meshes`], never by velocity. Each visit solves one contact exactly ([`super::local`]) and
 //! immediately adds the change to the velocities of its nodes. The order is that of the list, so results are
 //! reproducible. Where sweeps stop making progress (strong friction may cycle), frictional steps are damped.
 //!
@@ -25,7 +25,7 @@
 //! Elsewhere long sequences of sweeps are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that
 //! hold the same rigid body are so strongly coupled that sweeps alone take hundreds.
 //!
-//! A pair whose law is [`ContactLaw::Frictionless`](crate::mechanics::contact::ContactLaw::Frictionless) has one unknown per contact: no tangents and no 3×3 blocks.
+//! A pair whose law is [`ContactLaw::Frictionless`](crate::contact::ContactLaw::Frictionless) has one unknown per contact: no tangents and no 3×3 blocks.
 //! The law is chosen once for a run of contacts. Coulomb's law with μ = 0 has three unknowns, and gives the same
 //! normal impulses and end velocities to the last bit: its tangential impulses are exact zeros, and the residual
 //! excludes what friction does not resist.
@@ -35,8 +35,8 @@ mod rows;
 
 use super::contact_row::{MomentArms, NormalRow, Row};
 use super::local::Local;
-use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::{Contact, Kind, Reaction, RigidSides};
+use crate::tensor::Vec3;
 use extrapolation::Extrapolation;
 use rows::{Block, Friction, Rows, Sums};
 

@@ -5,8 +5,8 @@ use super::contact_row::{MomentArms, Row};
 use super::delassus::{Block, Delassus};
 use super::problem::{ContactProblem, ProblemError};
 use super::solvers::{self, Options, SolveReport};
-use crate::mechanics::contact::{Contact, Reaction, RigidSides};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::contact::{Contact, Reaction, RigidSides};
+use crate::tensor::{Mat3, Vec3};
 
 /// The problem whose solution is the impulses of a step of length `h` [s]: `u = W p + q` [m/s] with `u_n` the end-of-step
 /// gap over h, as in [`super::gauss_seidel`].
@@ -113,8 +113,8 @@ fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], A: &Mat3) -> Block {
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::*;
-    use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
-    use crate::mechanics::contact::{ContactLaw, Kind, stencil::Stencil};
+    use crate::contact::solution::gauss_seidel::{Options, Workspace, solve};
+    use crate::contact::{ContactLaw, Kind, stencil::Stencil};
 
     #[test]
     fn the_impulses_of_a_step_solve_the_problem_of_the_step() {

@@ -1,14 +1,14 @@
 //! Work, resultant and moment of the forces that conserve, over large steps.
 
-use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
-use crate::mechanics::force::{
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
-use crate::mechanics::material::{
+use crate::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     Volumetric,
 };
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 
 fn materials() -> [Material; 3] {
     [
@@ -49,7 +49,7 @@ impl Case {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
-            memory: crate::mechanics::material::Memories::NONE,
+            memory: crate::material::Memories::NONE,
             erosion: None,
         };
         let input = BlockInput {

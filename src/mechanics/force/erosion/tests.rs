@@ -2,9 +2,9 @@
 
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation, PointInput};
 use super::*;
-use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
-use crate::mechanics::material::{Material, Memories, NeoHookean, Volumetric};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::material::{Material, Memories, NeoHookean, Volumetric};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
 
 const LIMITS: ErosionLimits = ErosionLimits { stretch: 1.5, volume_ratio: 0.4, damage: 1.0 };
@@ -76,7 +76,7 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     forces.add_viscous(&Threads::ONE, &blocks, &input, &v);
     let gone: f64 = found.iter().map(|e| e.energy).sum();
     assert!((forces.totals(0).strain + gone - before).abs() <= 1e-12 * before);
-    let assembly = crate::mechanics::force::Assembly::new(80, &blocks);
+    let assembly = crate::force::Assembly::new(80, &blocks);
     for node in 0..80 {
         let is_gone = erosion.contains(100 + node as u32 / 8);
         // What is turned by the unit matrix of its stretches has the forces of rounding.

@@ -3,15 +3,15 @@
 //! The work is that of the nodal forces of the branch on the displacements of the nodes, as the ledger counts it of all branches
 //! together. So each element remembers the displacements of its nodes and the forces of its branches there.
 
-use crate::mechanics::force::block::ElementBlock;
-use crate::mechanics::force::branch_totals::ENERGIES;
-use crate::mechanics::force::first_pass::FirstPass;
-use crate::mechanics::force::packed::InBlocks;
-use crate::mechanics::force::rows::load_corners;
-use crate::mechanics::lanes::{Aligned, Lane, Row};
-use crate::mechanics::material::{ElasticPoint, Inelastic, MAX_BRANCHES, PronySeries};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
+use crate::force::block::ElementBlock;
+use crate::force::branch_totals::ENERGIES;
+use crate::force::first_pass::FirstPass;
+use crate::force::packed::InBlocks;
+use crate::force::rows::load_corners;
+use crate::lanes::{Aligned, Lane, Row};
+use crate::material::{ElasticPoint, Inelastic, MAX_BRANCHES, PronySeries};
+use crate::real::Real;
+use crate::tensor::Sym;
 use pulp::Simd;
 
 /// What a batch remembers of its memory, and the energies of its branches.

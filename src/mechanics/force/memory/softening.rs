@@ -3,20 +3,20 @@
 //! Unlike stress that relaxes, which is an addition with a work of its own, lost stress is taken from that of the elastic law, so
 //! that the ledger compares the work of what is left with (1 − d) ψ and the energy that damage dissipates.
 
-use crate::mechanics::force::block::ElementBlock;
-use crate::mechanics::force::first_pass::FirstPass;
-use crate::mechanics::force::packed::{Batch, InBlocks};
-use crate::mechanics::force::parameters::Formulation;
-use crate::mechanics::force::rows::store_corners;
-use crate::mechanics::force::totals::BatchTotals;
-use crate::mechanics::lanes::{Aligned, Lane, Row};
-use crate::mechanics::material::{ElasticPoint, Inelastic, Kinematics, Volumetric};
-use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Tensor;
+use crate::force::block::ElementBlock;
+use crate::force::first_pass::FirstPass;
+use crate::force::packed::{Batch, InBlocks};
+use crate::force::parameters::Formulation;
+use crate::force::rows::store_corners;
+use crate::force::totals::BatchTotals;
+use crate::lanes::{Aligned, Lane, Row};
+use crate::material::{ElasticPoint, Inelastic, Kinematics, Volumetric};
+use crate::real::Real;
+use crate::tensor::Tensor;
 use pulp::Simd;
 
 /// U(J) of a material that softens, where J > 1.
-pub(in crate::mechanics::force) struct Tension<R> {
+pub(in crate::force) struct Tension<R> {
     /// `None` for a material that does not soften.
     U: Option<Volumetric>,
     /// Whether J is the mean of the element.

@@ -4,12 +4,12 @@ use super::super::{
     Assembly, BlockInput, BlockParameters, ElementForces, ForceInput, Formulation, Threads, corner_pair,
 };
 use super::*;
-use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
-use crate::mechanics::material::{
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::material::{
     Branch, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories, NeoHookean, Ogden,
     OgdenTerm, PronySeries, Volumetric,
 };
-use crate::mechanics::tensor::Mat3;
+use crate::tensor::Mat3;
 
 type U = [Vec3; 8];
 type Matrix = nalgebra::SMatrix<f64, 24, 24>;

@@ -1,14 +1,14 @@
 //! One-point elements, through the kernel that a run uses.
 
-use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
-use crate::mechanics::force::{
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
-use crate::mechanics::material::{
+use crate::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     NeoHookean, Volumetric,
 };
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Rotation3, SMatrix, SVector};
 
 /// One element in a block of its own.
@@ -38,7 +38,7 @@ impl Element {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
-            memory: crate::mechanics::material::Memories::NONE,
+            memory: crate::material::Memories::NONE,
             erosion: None,
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);

@@ -1,15 +1,15 @@
 //! Tangents against differences of the internal force evaluation: every law in every formulation.
 
-use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
-use crate::mechanics::force::{
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::mechanics::material::{
+use crate::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     NeoHookean, Volumetric,
 };
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3};
 
 type U = [Vec3; 8];
 type Matrix = nalgebra::SMatrix<f64, 24, 24>;
@@ -81,7 +81,7 @@ impl Element {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
-            memory: crate::mechanics::material::Memories::NONE,
+            memory: crate::material::Memories::NONE,
             erosion: None,
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);

@@ -3,9 +3,9 @@
 
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation};
 use super::*;
-use crate::mechanics::element::{ElementKind, HEX8_CORNERS, Hex8, POINTS, ReferenceGeometry};
-use crate::mechanics::material::{Material, NeoHookean, Volumetric};
-use crate::mechanics::tensor::Mat3;
+use crate::element::{ElementKind, HEX8_CORNERS, Hex8, POINTS, ReferenceGeometry};
+use crate::material::{Material, NeoHookean, Volumetric};
+use crate::tensor::Mat3;
 use nalgebra::{SMatrix, SVector};
 
 type U = [Vec3; 8];
@@ -42,7 +42,7 @@ impl Element {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: ETA,
-            memory: crate::mechanics::material::Memories::NONE,
+            memory: crate::material::Memories::NONE,
             erosion: None,
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners());

@@ -2,10 +2,10 @@
 #![allow(clippy::float_cmp)] // exactly is what is meant
 
 use super::*;
-use crate::mechanics::material::{
+use crate::material::{
     Branch, Invariants, Kinematics, Law, Memories, NeoHookean, PronySeries, Volumetric, isochoric_stress,
 };
-use crate::mechanics::tensor::Tensor;
+use crate::tensor::Tensor;
 
 const LAW: NeoHookean = NeoHookean { c10: 1e5, volumetric: Volumetric::Quadratic(1e8) };
 const SOFTENING: Softening = Softening { onset: 2e5, fracture_energy: 4000.0 };

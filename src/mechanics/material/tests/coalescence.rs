@@ -1,7 +1,7 @@
 //! Ogden's law where principal stretches coincide, and close to that.
 
 use super::*;
-use crate::mechanics::dual::Dual;
+use crate::dual::Dual;
 use nalgebra::SMatrix;
 
 const U: Volumetric = Volumetric::LnSquared(40.0);

@@ -1,7 +1,7 @@
 //! The laws over SIMD lanes against the same laws over scalars.
 
 use super::*;
-use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::lanes::{BATCH, Lane, Row};
 use pulp::{Arch, Simd, WithSimd};
 
 /// ψ, P, the stiffness bound and the fibre exponent of a law at eight deformations.
@@ -34,7 +34,7 @@ impl WithSimd for LanesOfLaw<'_> {
                 }
             }
             response.psi.store(&mut out[9], part);
-            crate::mechanics::material::with_law!(self.law, law => {
+            crate::material::with_law!(self.law, law => {
                 let point = law.eval_with_bounds(&k, &inv, &fibres);
                 point.stiffness_bound.store(&mut out[10], part);
                 point.fibre_exponent.store(&mut out[11], part);
@@ -73,7 +73,7 @@ fn lanes_give_what_plain_numbers_give() {
                 );
                 let k = Kinematics::new(&gradient(F));
                 let inv = Invariants::new(&k);
-                let (bound, exponent) = crate::mechanics::material::with_law!(law, law => {
+                let (bound, exponent) = crate::material::with_law!(law, law => {
                     let point = law.eval_with_bounds(&k, &inv, fibres);
                     (point.stiffness_bound, point.fibre_exponent)
                 });

@@ -11,7 +11,7 @@ mod response;
 mod stiffness_bound;
 
 use super::*;
-use crate::mechanics::tensor::{Mat3, Tensor};
+use crate::tensor::{Mat3, Tensor};
 use nalgebra::Rotation3;
 
 /// Two families in the x, y plane at ±40° to x.

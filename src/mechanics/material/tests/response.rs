@@ -1,7 +1,7 @@
 //! ψ and P: stress-free at rest, P = ∂ψ/∂F, objectivity, symmetries, energy near rest.
 
 use super::*;
-use crate::mechanics::dual::Dual;
+use crate::dual::Dual;
 use nalgebra::SMatrix;
 
 /// Fourth-order central difference of `f` at 0, step `h`.

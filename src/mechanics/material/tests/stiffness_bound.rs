@@ -13,7 +13,7 @@ fn largest_eigenvalue(law: &Material, F: &Mat3, fibres: &[[f64; 3]]) -> f64 {
 fn bound(law: &Material, F: &Mat3, fibres: &[[f64; 3]]) -> f64 {
     let k = Kinematics::new(&gradient(F));
     let inv = Invariants::new(&k);
-    crate::mechanics::material::with_law!(law, law => law.eval_with_bounds(&k, &inv, fibres).stiffness_bound)
+    crate::material::with_law!(law, law => law.eval_with_bounds(&k, &inv, fibres).stiffness_bound)
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::mechanics::rigid::{Shape, triangulated};
+use crate::rigid::{Shape, triangulated};
 
 /// A shape's triangles, turned and moved.
 fn placed(shape: &Shape, turn: &Rotation, way: &Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {

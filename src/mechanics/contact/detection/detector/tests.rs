@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exact equality is intended
 
 use super::*;
-use crate::mechanics::contact::stencil::weighted;
-use crate::mechanics::contact::{ContactLaw, ContactPair};
+use crate::contact::stencil::weighted;
+use crate::contact::{ContactLaw, ContactPair};
 
 mod many_bodies;
 mod self_contact;
@@ -348,7 +348,7 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
 
 #[test]
 fn whoever_would_end_inside_a_deforming_block_is_stopped() {
-    use crate::mechanics::contact::detection::initial_overlap::initial_overlaps;
+    use crate::contact::detection::initial_overlap::initial_overlaps;
     let mut x = Vec::new();
     let target = block(4, 4, &mut x, |p| p);
     let count = x.len();

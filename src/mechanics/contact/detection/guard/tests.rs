@@ -1,9 +1,9 @@
 use super::super::narrow_phase::eval_proximity;
 use super::*;
-use crate::mechanics::contact::pairs::Pairs;
-use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
-use crate::mechanics::contact::{ContactLaw, Reaction};
-use crate::mechanics::contact::{ContactPair, Master};
+use crate::contact::pairs::Pairs;
+use crate::contact::solution::gauss_seidel::{Options, Workspace, solve};
+use crate::contact::{ContactLaw, Reaction};
+use crate::contact::{ContactPair, Master};
 
 /// A box of n³ cells, given its corner `at` and its size, rotated about its centre; its boundary surface.
 fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Vec<Vec3>) -> Surface {

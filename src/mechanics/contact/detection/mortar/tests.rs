@@ -1,10 +1,10 @@
 //! Requirements on averages: a uniform pressure is transferred, straight and curved, and no row has a moment.
 #![allow(clippy::unwrap_used)] // tests may panic
 
-use crate::mechanics::contact::detection::closest_point::Patch;
-use crate::mechanics::contact::detection::detector::Detector;
-use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Discretisation, Kind, Master, Surface};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::detection::closest_point::Patch;
+use crate::contact::detection::detector::Detector;
+use crate::contact::{Contact, ContactLaw, ContactPair, Discretisation, Kind, Master, Surface};
+use crate::tensor::Vec3;
 use std::f64::consts::FRAC_PI_3;
 
 /// A sheet of n × m faces, `place` of (0 … 1, 0 … 1), reversed if `turned`.

@@ -1,7 +1,7 @@
 use super::*;
-use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
-use crate::mechanics::contact::{ContactLaw, Reaction, RigidSides};
-use crate::mechanics::rigid::{Rotation, Shape};
+use crate::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
+use crate::contact::{ContactLaw, Reaction, RigidSides};
+use crate::rigid::{Rotation, Shape};
 use std::slice::from_ref;
 
 /// Rigid bodies with their pairs, at rest.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::mechanics::rigid::Rotation;
+use crate::rigid::Rotation;
 
 const SIZE: f64 = 6.0;
 

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 
 use super::*;
-use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
+use crate::contact::{ContactLaw, ContactPair, Master, Surface};
 
 fn nodes(inverse_mass: &[Vec3]) -> MovableNodes<'_> {
     static NO_FOLLOWERS: std::sync::LazyLock<Followers> = std::sync::LazyLock::new(Followers::default);

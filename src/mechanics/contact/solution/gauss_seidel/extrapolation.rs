@@ -8,7 +8,7 @@
 //! with Δ the differences from sweep to sweep. The result may leave the cones; the next sweep brings it back.
 
 use super::super::local::Local;
-use crate::mechanics::contact::Reaction;
+use crate::contact::Reaction;
 
 /// Number of sweeps combined with the last one.
 const DEPTH: usize = 5;

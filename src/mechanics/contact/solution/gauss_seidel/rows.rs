@@ -4,8 +4,8 @@ use super::super::contact_row::{NormalRow, Row, Turning, squared};
 use super::super::local::{
     Local, natural_map, natural_map_frictionless, solve_frictionless, solve_isotropic,
 };
-use crate::mechanics::contact::{ContactLaw, Reaction};
-use crate::mechanics::tensor::Vec3;
+use crate::contact::{ContactLaw, Reaction};
+use crate::tensor::Vec3;
 use std::ops::Range;
 
 /// The rows of contacts of one kind.

@@ -5,10 +5,10 @@
 use super::super::contact_row::squared;
 use super::super::local::natural_map;
 use super::*;
-use crate::mechanics::contact::ContactLaw;
-use crate::mechanics::contact::Kind;
-use crate::mechanics::contact::solution::local::proj_coulomb_cone;
-use crate::mechanics::contact::stencil::Stencil;
+use crate::contact::ContactLaw;
+use crate::contact::Kind;
+use crate::contact::solution::local::proj_coulomb_cone;
+use crate::contact::stencil::Stencil;
 
 /// SplitMix64, uniform in (−1, 1).
 struct Random(u64);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 
 use super::*;
-use crate::mechanics::contact::solution::slip::solve_contact;
+use crate::contact::solution::slip::solve_contact;
 
 /// A small reproducible generator (SplitMix64), uniform in (−1, 1).
 struct Random(u64);

@@ -3,8 +3,8 @@
 
 use super::options::{Ending, Limits};
 use super::scaled::{Scaled, scaled_error};
-use crate::mechanics::contact::solution::local::proj_coulomb_cone;
-use crate::mechanics::contact::solution::problem::local;
+use crate::contact::solution::local::proj_coulomb_cone;
+use crate::contact::solution::problem::local;
 
 /// Power iterations for the largest eigenvalue, and the safety factor for their error.
 const POWER_STEPS: usize = 30;

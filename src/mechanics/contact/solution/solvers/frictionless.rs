@@ -8,8 +8,8 @@ use super::linear_system::LinearSystem;
 use super::method::Method;
 use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
 use super::scaled::Scaled;
-use crate::mechanics::contact::solution::local;
-use crate::mechanics::contact::solution::problem::ProblemError;
+use crate::contact::solution::local;
+use crate::contact::solution::problem::ProblemError;
 
 /// Default limit of sweeps.
 pub(super) const MAX_SWEEPS: usize = 100_000;

@@ -19,9 +19,9 @@ use super::linear_system::{Factors, LinearSystem};
 use super::options::{Ending, Limits};
 use super::scaled::Scaled;
 use super::second_order_cone::{Scaling, longest_step, product, quotient};
-use crate::mechanics::contact::solution::delassus::{Block, times};
-use crate::mechanics::contact::solution::local::Local;
-use crate::mechanics::contact::solution::problem::local;
+use crate::contact::solution::delassus::{Block, times};
+use crate::contact::solution::local::Local;
+use crate::contact::solution::problem::local;
 
 /// Default limit of steps.
 pub(super) const MAX_STEPS: usize = 100;

@@ -1,6 +1,6 @@
 //! The linear systems of Newton's methods, dense, or sparse where few entries are non-zero.
 
-use crate::mechanics::contact::solution::delassus::Block;
+use crate::contact::solution::delassus::Block;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::sparse::linalg::solvers::Lu;
 use faer::sparse::{SparseColMat, Triplet};

@@ -5,11 +5,11 @@
 //! enumerated ([`solve_contact`]: open, stick, and slip by the roots of a quartic, found by Newton with bisection;
 //! Bonnefon & Daviet 2011), and Newton's method corrects for an unsymmetric block.
 
-use crate::mechanics::contact::solution::delassus::{Block, times};
-use crate::mechanics::contact::solution::generalised_jacobian::linearise_alart_curnier;
-use crate::mechanics::contact::solution::local::{Local, squared_residual};
-use crate::mechanics::contact::solution::problem::squared;
-use crate::mechanics::contact::solution::slip::solve_contact;
+use crate::contact::solution::delassus::{Block, times};
+use crate::contact::solution::generalised_jacobian::linearise_alart_curnier;
+use crate::contact::solution::local::{Local, squared_residual};
+use crate::contact::solution::problem::squared;
+use crate::contact::solution::slip::solve_contact;
 
 /// Newton steps before the cases are enumerated.
 const MAX_STEPS: usize = 8;
@@ -94,7 +94,7 @@ pub(super) fn solve_3x3(A: &Block, b: Local) -> Option<Local> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::contact::solution::local::proj_coulomb_cone;
+    use crate::contact::solution::local::proj_coulomb_cone;
 
     /// A small reproducible generator (SplitMix64), uniform in (−1, 1).
     fn random(state: &mut u64) -> f64 {

@@ -5,8 +5,8 @@ use super::fixed_point::{At, Iterate, MAX_STEPS};
 use super::method::Method;
 use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
 use super::{accelerated_gradient, newton_krylov};
-use crate::mechanics::contact::solution::delassus::Block;
-use crate::mechanics::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
+use crate::contact::solution::delassus::Block;
+use crate::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
 
 /// As [`super::super::problem::ContactProblem`], with W given only by its diagonal blocks and its products; μ finite.
 pub struct MatrixFree<'a> {

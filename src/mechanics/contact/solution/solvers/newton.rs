@@ -8,10 +8,10 @@
 use super::linear_system::LinearSystem;
 use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use crate::mechanics::contact::solution::delassus::Block;
-use crate::mechanics::contact::solution::generalised_jacobian::{Linearised, linearise_alart_curnier};
-use crate::mechanics::contact::solution::local::Local;
-use crate::mechanics::contact::solution::problem::{is_zero, local};
+use crate::contact::solution::delassus::Block;
+use crate::contact::solution::generalised_jacobian::{Linearised, linearise_alart_curnier};
+use crate::contact::solution::local::Local;
+use crate::contact::solution::problem::{is_zero, local};
 
 /// Default limit of steps.
 pub(super) const MAX_STEPS: usize = 100;

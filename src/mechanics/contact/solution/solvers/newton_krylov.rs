@@ -5,11 +5,11 @@
 use super::fixed_point::{At, Iterate};
 use super::options::{Ending, Limits};
 use super::scaled::scaled_error;
-use crate::mechanics::contact::solution::delassus::Block;
-use crate::mechanics::contact::solution::generalised_jacobian::{Linearised, linearise_alart_curnier};
-use crate::mechanics::contact::solution::local::Local;
-use crate::mechanics::contact::solution::problem::{is_zero, local};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::contact::solution::delassus::Block;
+use crate::contact::solution::generalised_jacobian::{Linearised, linearise_alart_curnier};
+use crate::contact::solution::local::Local;
+use crate::contact::solution::problem::{is_zero, local};
+use crate::tensor::{Mat3, Vec3};
 
 /// Default limit of Newton steps.
 pub(super) const MAX_STEPS: usize = 60;

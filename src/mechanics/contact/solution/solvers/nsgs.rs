@@ -4,8 +4,8 @@
 use super::local_newton;
 use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use crate::mechanics::contact::solution::delassus::times;
-use crate::mechanics::contact::solution::problem::local;
+use crate::contact::solution::delassus::times;
+use crate::contact::solution::problem::local;
 
 /// Default limit of sweeps.
 pub(super) const MAX_SWEEPS: usize = 100_000;

@@ -5,9 +5,9 @@
 //! natural map F̂ at ρ = 1.
 
 use super::options::LARGEST_OF_FREE;
-use crate::mechanics::contact::solution::delassus::{Block, Delassus};
-use crate::mechanics::contact::solution::local::{Local, squared_residual};
-use crate::mechanics::contact::solution::problem::{ContactProblem, is_zero, local};
+use crate::contact::solution::delassus::{Block, Delassus};
+use crate::contact::solution::local::{Local, squared_residual};
+use crate::contact::solution::problem::{ContactProblem, is_zero, local};
 
 /// The problem and its iterate, scaled.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
 //! The Jordan algebra of the second-order cone `Q = { x_0 ≥ ‖x_t‖ }` in three dimensions, and its Nesterov–Todd
 //! scaling.
 
-use crate::mechanics::contact::solution::delassus::Block;
-use crate::mechanics::contact::solution::local::Local;
+use crate::contact::solution::delassus::Block;
+use crate::contact::solution::local::Local;
 
 /// Determinant `x_0² − ‖x_t‖²`, without cancellation near the border of the cone.
 pub(super) fn determinant(x: Local) -> f64 {
@@ -94,7 +94,7 @@ impl Scaling {
         };
         let root = reflect(v, beta);
         let square = reflect(w, beta * beta);
-        let lambda = crate::mechanics::contact::solution::delassus::times(&root, x);
+        let lambda = crate::contact::solution::delassus::times(&root, x);
         Self { root, square, lambda }
     }
 }

@@ -6,10 +6,10 @@
 use super::fixed_point::iterate;
 use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use crate::mechanics::contact::solution::delassus::Block;
-use crate::mechanics::contact::solution::local::proj_coulomb_cone;
-use crate::mechanics::contact::solution::problem::local;
-use crate::mechanics::tensor::Mat3;
+use crate::contact::solution::delassus::Block;
+use crate::contact::solution::local::proj_coulomb_cone;
+use crate::contact::solution::problem::local;
+use crate::tensor::Mat3;
 
 /// Sweeps after which velocities are recomputed, to remove accumulated rounding.
 const SUMMED_AFTER: usize = 64;

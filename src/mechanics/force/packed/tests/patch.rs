@@ -1,12 +1,12 @@
 //! Small patches of elements of each kind, with their forces, energies and matrices.
 
-use crate::mechanics::element::{ElementKind, ReferenceGeometry};
-use crate::mechanics::force::{
+use crate::element::{ElementKind, ReferenceGeometry};
+use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::mechanics::material::{Material, Memories};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::material::{Material, Memories};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 use std::ops::Range;

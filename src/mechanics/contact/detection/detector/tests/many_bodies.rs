@@ -1,8 +1,8 @@
 //! Pairs of every two of many surfaces.
 
 use super::*;
-use crate::mechanics::contact::detection::guard::Guard;
-use crate::mechanics::contact::pairs::EveryTwo;
+use crate::contact::detection::guard::Guard;
+use crate::contact::pairs::EveryTwo;
 
 #[test]
 fn pairs_that_are_not_listed_have_the_contacts_of_listed_ones() {

@@ -17,3 +17,4 @@ pub mod real;
 pub mod rigid;
 pub mod sparse;
 pub mod tensor;
+
