@@ -17,4 +17,3 @@ pub mod real;
 pub mod rigid;
 pub mod sparse;
 pub mod tensor;
-

@@ -4,8 +4,10 @@ use super::state::State;
 use crate::mechanics::force::{AssembledBound, ElementForces, Threads};
 use crate::plan::Plan;
 
-/// Steps from one evaluation of the bound to the next: it costs about as much as the forces.
+/// Steps from one evaluation of the bound to the next: it costs about as much as the forces. More where the last one was no closer
+/// than the elements alone.
 const STEPS: u64 = 16;
+const STEPS_WITHOUT_GAIN: u64 = 128;
 
 /// The bound of a run, if any element has a mean dilatation. Its fractions are those of the state.
 pub(super) struct AssembledStep<'p> {
@@ -36,5 +38,6 @@ impl<'p> AssembledStep<'p> {
 }
 
 fn is_due(state: &State) -> bool {
-    state.step.is_multiple_of(STEPS)
+    let gains = || !AssembledBound::is_whole(&state.fractions);
+    state.step.is_multiple_of(STEPS) && (state.step.is_multiple_of(STEPS_WITHOUT_GAIN) || gains())
 }

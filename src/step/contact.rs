@@ -15,7 +15,7 @@ use crate::mechanics::contact::solution::solvers::{self, LARGEST_OF_FREE, Method
 use crate::mechanics::contact::solution::step_problem::{solve_step, take_off};
 use crate::mechanics::contact::stencil::MOST_NODES;
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surface};
-use crate::mechanics::force::Erosion;
+use crate::mechanics::force::{Erosion, Threads};
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan, RigidPlan};
@@ -34,6 +34,7 @@ const NEWTON_STEPS: usize = 60;
 /// Detector and work arrays of the contact solve; derived from the plan and the positions, so not part of the state.
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
+    threads: Threads,
     /// Contact surfaces of the plan, as left by erosion.
     surfaces: Cow<'p, [Surface]>,
     detector: Detector,
@@ -60,6 +61,7 @@ struct RigidContact<'p> {
     detector: RigidDetector,
     projection: RigidProjection,
     poses_end: Vec<Pose>,
+    contacts: Vec<Contact>,
 }
 
 impl<'p> RigidContact<'p> {
@@ -71,6 +73,7 @@ impl<'p> RigidContact<'p> {
             detector: RigidDetector::new(surfaces, of_rigid, &rigid.bodies, &plan.X),
             projection: RigidProjection::new(plan.node_count(), contact.most_rigid_contacts()),
             poses_end: Vec::with_capacity(rigid.bodies.len()),
+            contacts: Vec::with_capacity(contact.most_rigid_contacts()),
         })
     }
 }
@@ -85,13 +88,14 @@ fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface]) -> (Detec
 }
 
 impl<'p> ContactStep<'p> {
-    pub fn new(plan: &'p Plan, contact: &'p ContactPlan) -> Self {
+    pub fn new(plan: &'p Plan, contact: &'p ContactPlan, threads: &Threads) -> Self {
         // Capacity for every slave node at once: untouched pages cost nothing.
         let most = contact.most_contacts();
         let surfaces = Cow::Borrowed(&contact.surfaces[..]);
         let (detector, guard) = detectors(plan, contact, &surfaces);
         Self {
             plan: contact,
+            threads: threads.clone(),
             detector,
             guard,
             x_end: vec![Vec3::zeros(); plan.node_count()],
@@ -255,10 +259,16 @@ impl<'p> ContactStep<'p> {
         }
         // Contacts between meshes and with planes.
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
-        self.detector.detect(x, &self.x_end, &mut self.contacts).map_err(stopped)?;
-        self.guard.detect(x, &self.x_end, &mut self.contacts).map_err(stopped)?;
+        let Self { detector, guard, contacts, rigid: of_rigid, threads, .. } = self;
+        let x_end = &self.x_end;
+        let mut between_meshes = || {
+            detector.detect(x, x_end, contacts)?;
+            guard.detect(x, x_end, contacts)
+        };
         // Contacts of rigid bodies, from their poses at the end of the step.
-        let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
+        let (Some(contact), Some(rigid)) = (of_rigid, rigid) else {
+            return between_meshes().map_err(stopped);
+        };
         let poses = rigid.work().sides.poses;
         let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {
             let flight = if phase.flies() { plan.bodies[*of].flight_velocity } else { Vec3::zeros() };
@@ -270,8 +280,13 @@ impl<'p> ContactStep<'p> {
         let bodies = contact.plan.bodies.iter().zip(poses).zip(&contact.plan.of_body);
         contact.poses_end.clear();
         contact.poses_end.extend(bodies.map(of_end));
-        let motion = RigidMotion { x, x_end: &self.x_end, poses, poses_end: &contact.poses_end };
-        contact.detector.detect(&motion, &mut self.contacts).map_err(stopped)
+        let motion = RigidMotion { x, x_end, poses, poses_end: &contact.poses_end };
+        contact.contacts.clear();
+        let RigidContact { detector, contacts: found, .. } = contact;
+        let both = threads.join(between_meshes, || detector.detect(&motion, found));
+        both.0.and(both.1).map_err(stopped)?;
+        self.contacts.append(found);
+        Ok(())
     }
 
     /// Applies [`Self::accept`] to the report of a library solver.

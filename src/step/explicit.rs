@@ -97,6 +97,7 @@ impl<'p> ExplicitStepper<'p> {
         Self {
             plan,
             options,
+            contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c, &threads)),
             threads,
             activity: Activity::everything(nodes, &forces),
             assembled: AssembledStep::new(plan),
@@ -119,7 +120,6 @@ impl<'p> ExplicitStepper<'p> {
             touched: vec![Vec3::zeros(); if plan.loads.prescribed.is_empty() { 0 } else { nodes }],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
-            contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
             rigid: plan.rigid.as_ref().map(RigidStep::new),
             step: 0.0,
             extremes: Extremes::NONE,
@@ -132,54 +132,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// next time that must be met exactly), contact. The state is unchanged until [`Stepper::advance`], so that a copy
     /// of it restarts the run with the same bits.
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
-        // Internal forces and critical time step at t_n.
-        follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
-        let (stable, stiffest) = self.evaluate(state)?;
-        self.assembled.evaluate(&self.threads, &self.forces, state);
-        self.deactivate_at_rest(state);
-        self.place(state, phase);
-        loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
-        // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
-        check_collapse(self.plan, state, self.longest_stable(stable), || stiffest)?;
-        let mut target = self.choose_step(state, stable);
-        loop {
-            // Equal steps to the time that must be met; at that time itself, the last step again.
-            let count = (longest / target - ROUNDING).ceil().max(1.0);
-            self.step = if longest > 0.0 { longest / count } else { target };
-            self.accelerate(state, phase);
-            self.solve_contact(state, phase)?;
-            self.activate_reached();
-            // Shorten the step if the strain increment or a rotation would be too large.
-            let fraction = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
-            let strain_limit = fraction * self.options.largest_strain_increment;
-            let rate = self.forces.largest_stretch_rate(
-                &self.threads,
-                &self.plan.blocks,
-                &self.v_after,
-                self.step,
-                strain_limit,
-            );
-            if !rate.is_finite() {
-                let message = "A velocity became infinite or not a number.".into();
-                return Err(Failure::new(state, FailureCause::NotFinite, message).into());
-            }
-            let spin = self.rigid.as_ref().map_or(0.0, |rigid| rigid.fastest_spin(&self.v_after));
-            let excess = self.step * (rate / strain_limit).max(spin / LARGEST_TURN);
-            if excess <= 1.0 {
-                break;
-            }
-            target = self.step * (0.9 / excess).max(0.1);
-            check_collapse(self.plan, state, target, || {
-                fastest_stretched(self.plan, &state.u, &self.v_after)
-            })?;
-        }
-        // Free rotation of rigid bodies, and the reactions of prescribed motion.
-        if let Some(rigid) = &mut self.rigid {
-            rigid.turn(state, &self.v_after, 1.0, self.step)?;
-        }
-        self.weigh_prescribed(state, phase);
-        self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
-        Ok(())
+        self.threads.clone().inside(|| self.solve_step(state, phase, longest))
     }
 
     /// Balances the ledger at t_n, after [`Stepper::solve`].
@@ -321,6 +274,57 @@ impl ExplicitStepper<'_> {
             branches: &self.branches,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
+    }
+
+    fn solve_step(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Stop> {
+        // Internal forces and critical time step at t_n.
+        follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
+        let (stable, stiffest) = self.evaluate(state)?;
+        self.assembled.evaluate(&self.threads, &self.forces, state);
+        self.deactivate_at_rest(state);
+        self.place(state, phase);
+        loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
+        // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
+        check_collapse(self.plan, state, self.longest_stable(stable), || stiffest)?;
+        let mut target = self.choose_step(state, stable);
+        loop {
+            // Equal steps to the time that must be met; at that time itself, the last step again.
+            let count = (longest / target - ROUNDING).ceil().max(1.0);
+            self.step = if longest > 0.0 { longest / count } else { target };
+            self.accelerate(state, phase);
+            self.solve_contact(state, phase)?;
+            self.activate_reached();
+            // Shorten the step if the strain increment or a rotation would be too large.
+            let fraction = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
+            let strain_limit = fraction * self.options.largest_strain_increment;
+            let rate = self.forces.largest_stretch_rate(
+                &self.threads,
+                &self.plan.blocks,
+                &self.v_after,
+                self.step,
+                strain_limit,
+            );
+            if !rate.is_finite() {
+                let message = "A velocity became infinite or not a number.".into();
+                return Err(Failure::new(state, FailureCause::NotFinite, message).into());
+            }
+            let spin = self.rigid.as_ref().map_or(0.0, |rigid| rigid.fastest_spin(&self.v_after));
+            let excess = self.step * (rate / strain_limit).max(spin / LARGEST_TURN);
+            if excess <= 1.0 {
+                break;
+            }
+            target = self.step * (0.9 / excess).max(0.1);
+            check_collapse(self.plan, state, target, || {
+                fastest_stretched(self.plan, &state.u, &self.v_after)
+            })?;
+        }
+        // Free rotation of rigid bodies, and the reactions of prescribed motion.
+        if let Some(rigid) = &mut self.rigid {
+            rigid.turn(state, &self.v_after, 1.0, self.step)?;
+        }
+        self.weigh_prescribed(state, phase);
+        self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
+        Ok(())
     }
 
     /// Evaluates internal forces; returns the critical time step and the element that determines it. Fails if an

@@ -43,10 +43,14 @@ struct Source {
 
 impl Source {
     fn read(path: &Path) -> Self {
-        let text = read(path);
+        let mut text = read(path);
+        let path = relative(path);
+        // The mathematics is a package of its own, and a module of the library.
+        if path.starts_with("src/mechanics/") {
+            text = text.replace("crate::", "crate::mechanics::");
+        }
         let lines: Vec<(usize, String)> =
             text.lines().map(str::to_owned).enumerate().map(|(i, l)| (i + 1, l)).collect();
-        let path = relative(path);
         let is_test_file =
             path.starts_with("tests/") || path.ends_with("/tests.rs") || path.contains("/tests/");
         let inline_tests = lines.windows(4).position(|w| {

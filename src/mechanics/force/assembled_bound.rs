@@ -118,6 +118,11 @@ impl AssembledBound {
         blocks.iter().flat_map(of_block).collect()
     }
 
+    /// Whether every element keeps all of its stiffness.
+    pub fn is_whole(fractions: &[Vec<AssembledRows>]) -> bool {
+        fractions.iter().flatten().all(|[fraction, _]| *fraction == WHOLE[0])
+    }
+
     /// Exchanges the fractions of the last evaluation for those before.
     pub fn swap_fractions(&mut self, fractions: &mut Vec<Vec<AssembledRows>>) {
         std::mem::swap(&mut self.fractions, fractions);

@@ -8,9 +8,7 @@ use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::element::{
-    Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty,
-};
+use crate::element::{Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty};
 use crate::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,

@@ -1,11 +1,12 @@
 //! Loops over chunks of work, on one thread or on a pool: the same chunks, the same bits.
 
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The worker threads of one run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Threads {
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Arc<rayon::ThreadPool>>,
 }
 
 impl Threads {
@@ -17,9 +18,29 @@ impl Threads {
     /// # Errors
     /// When the operating system gives no threads.
     pub fn new(count: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let pool =
-            if count > 1 { Some(rayon::ThreadPoolBuilder::new().num_threads(count).build()?) } else { None };
-        Ok(Self { pool })
+        let build = || rayon::ThreadPoolBuilder::new().num_threads(count).build().map(Arc::new);
+        Ok(Self { pool: (count > 1).then(build).transpose()? })
+    }
+
+    /// Does `work` on one of the threads, which then takes its part in every loop: a loop that is begun elsewhere wakes them
+    /// all, and waits.
+    pub fn inside<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
+    /// Does two pieces of work side by side.
+    pub fn join<A: Send, B: Send>(
+        &self,
+        a: impl FnOnce() -> A + Send,
+        b: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
+        match &self.pool {
+            Some(pool) => pool.join(a, b),
+            None => (a(), b()),
+        }
     }
 
     /// Does `work` on every item.

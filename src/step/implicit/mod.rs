@@ -116,6 +116,7 @@ impl<'p> ImplicitStepper<'p> {
         Ok(Self {
             plan,
             options,
+            contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c, &threads)),
             threads,
             motion: Motion::new(plan),
             activity: Activity::everything(plan.node_count(), &forces),
@@ -125,7 +126,6 @@ impl<'p> ImplicitStepper<'p> {
             history: if has_history { plan.room_for_history() } else { Vec::new() },
             energies: Vec::new(),
             newton: Newton::new(Iterate::new(plan, options), options.unknowns.count()),
-            contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
             rigid: plan.rigid.as_ref().map(RigidStep::new),
             x: vec![Vec3::zeros(); plan.node_count()],
             f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { plan.node_count() } else { 0 }],

@@ -270,7 +270,7 @@ impl Finder<'_> {
             }
             if let Some(p) = nearest.filter(|p| p.beyond && p.gap < 0.0) {
                 let face = &boundary.faces[p.face as usize];
-                let gap = p.gap + allowed(shape, boundary.sizes[p.face as usize]);
+                let gap = p.gap + allowed(shape, boundary.sizes[p.face as usize], 0.0);
                 let on_face = (p.weights, place - p.normal * p.gap);
                 contacts.extend(self.fixed((p.face, face), on_face, &-p.normal, gap, body));
             }

@@ -26,6 +26,9 @@ use crate::tensor::Vec3;
 
 /// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
 pub(in crate::contact) const ALLOWED: f64 = 0.0025;
+/// Largest bow of a round shape between the nodes of a face, as a fraction of its radius: that over a face of a quarter of the
+/// radius.
+const MOST_BOW: f64 = 0.015;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.
 const MOST: f64 = 0.05;
 /// Depth beyond which a foot is not in the face, as a fraction of the face's size.
@@ -62,9 +65,20 @@ pub(super) struct FaceTouch {
     pub point: Vec3,
 }
 
-/// Allowed depth of a shape in a face of a size at rest [m].
-pub(super) fn allowed(shape: &Shape, size: f64) -> f64 {
-    (ALLOWED * size).min(MOST * shape.size())
+/// Allowed depth of a shape in a face of a size at rest, of which all corners are within `radius` of its middle [m].
+///
+/// Nodes that lie on a round shape have its bow between them. They keep it out by themselves: to hold their faces and edges in
+/// addition would constrain every node several times, which sweeps resolve slowly.
+pub(super) fn allowed(shape: &Shape, size: f64, radius: f64) -> f64 {
+    let bow = match shape {
+        Shape::Ball { radius: r } | Shape::Capsule { radius: r, .. } => {
+            let radius = radius.min(*r);
+            (r - (r * r - radius * radius).sqrt()).min(MOST_BOW * r)
+        }
+        // Their edges may lie between the nodes.
+        Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Polyhedron(_) => 0.0,
+    };
+    (ALLOWED * size + bow).min(MOST * shape.size())
 }
 
 /// Calls `take` with the places at which a face of a size at rest [m] comes too close to a shape while it moves from
@@ -84,7 +98,8 @@ pub(super) fn touches_of(
     let (distance, normal) = shape.eval_distance(&middle);
     let lowest =
         start.corners.iter().map(|c| distance + normal.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
-    let obstacle = Obstacle { owns, ..Obstacle::new(shape, size) };
+    let around = start.corners.iter().map(|c| (c - middle).norm()).fold(0.0, f64::max);
+    let obstacle = Obstacle { owns, ..Obstacle::new(shape, size, around) };
     if lowest + obstacle.allowed > reach {
         return;
     }
@@ -169,8 +184,8 @@ struct Place {
 }
 
 impl Obstacle {
-    fn new(shape: &Shape, size: f64) -> Self {
-        let allowed = allowed(shape, size);
+    fn new(shape: &Shape, size: f64, radius: f64) -> Self {
+        let allowed = allowed(shape, size, radius);
         let less = 2.0 * allowed;
         let flat = |core: Shape| ((Core::Smaller(core), allowed), (shape.clone(), 0.0));
         let round =

@@ -237,8 +237,7 @@ fn corners_of_wedges_are_kept_from_folding() {
     let rows = |x: &[Vec3]| -> [[f64; 6]; 3] { std::array::from_fn(|i| std::array::from_fn(|a| x[a][i])) };
     let X: Vec<Vec3> = X.map(Vec3::from).to_vec();
     let energy =
-        crate::element::eval_corner_penalty(Wedge6::CORNERS, &rows(&X), &rows(&flat), [k, 0.0])
-            .energy;
+        crate::element::eval_corner_penalty(Wedge6::CORNERS, &rows(&X), &rows(&flat), [k, 0.0]).energy;
     assert!((energy / (0.5 * 20.0 * 3.0 * 0.5) - 1.0).abs() < 1e-13, "{energy}");
 }
 

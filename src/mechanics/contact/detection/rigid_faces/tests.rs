@@ -2,6 +2,8 @@ use super::*;
 use crate::rigid::Rotation;
 
 const SIZE: f64 = 6.0;
+/// Distance of the corners of [`square`] from its middle.
+const AROUND: f64 = 3.0 * std::f64::consts::SQRT_2;
 
 /// A square face, its normal along z, beside the axis.
 fn square(z: f64) -> Patch {
@@ -47,7 +49,7 @@ fn a_small_shape_is_met_in_the_middle_and_on_an_edge_of_a_face_at_any_speed() {
                 // Its lowest point lies in the face by the allowed depth, and by 1.8 times that where two edges
                 // cross.
                 let depth = first.fraction * far - (1.5 - reaches);
-                let allowed = Obstacle::new(&shape, SIZE).allowed;
+                let allowed = Obstacle::new(&shape, SIZE, AROUND).allowed;
                 let most = if aside > 0.0 { f64::INFINITY } else { 2.0 }; // its corner may be beside the face
                 assert!((0.9..most).contains(&(depth / allowed)), "{shape:?} {angle} {aside} {far}: {depth}");
             }
@@ -66,10 +68,8 @@ fn a_box_that_lies_flat_in_a_face_stands_on_four_feet_and_a_capsule_on_two() {
         assert_eq!(touches.len(), feet, "{shape:?} {touches:?}");
         for touch in touches {
             assert!((touch.normal + Vec3::z()).norm() < 1e-12);
-            assert!(
-                (touch.gap - ALLOWED.mul_add(SIZE, 0.0).min(MOST * shape.size())).abs()
-                    < 1e-3 * SIZE * ALLOWED
-            );
+            let allowed = Obstacle::new(&shape, SIZE, AROUND).allowed;
+            assert!((touch.gap - allowed).abs() < 1e-3 * SIZE * ALLOWED);
         }
     }
 }
@@ -137,8 +137,27 @@ fn a_beam_across_a_warped_face_is_held_by_its_bulge_and_by_no_edge() {
         }
         let [touch] = touches[..] else { panic!("{depth}: {touches:?}") };
         assert!(touch.weights.iter().all(|w| (w - 0.25).abs() < 0.05), "{touch:?}");
-        let allowed = Obstacle::new(&beam, SIZE).allowed;
+        let allowed = Obstacle::new(&beam, SIZE, AROUND).allowed;
         assert!((touch.gap - (allowed - depth)).abs() < 0.3 * allowed + 0.1 * depth, "{depth}: {touch:?}");
         assert!((rotation * touch.normal).z < -0.9, "{touch:?}");
+    }
+}
+
+#[test]
+fn nodes_on_a_round_shape_keep_it_out_of_the_faces_between_them() {
+    let ball = Shape::Ball { radius: 20.0 };
+    // All corners on the ball, however the face is stretched; then half a bow deeper.
+    for stretch in [0.5, 1.0, 1.5] {
+        let flat = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]];
+        let radius = stretch * AROUND;
+        let low = |z: f64| Patch {
+            corners: flat.map(|[x, y]| Vec3::new(stretch * x, stretch * y, z)),
+            triangle: false,
+        };
+        let on = -(20.0_f64 * 20.0 - radius * radius).sqrt();
+        let bow = 20.0 + on;
+        assert_eq!(found(&ball, &low(on), &low(on)), []);
+        let deep = low(on + 0.5 * bow + 2.0 * ALLOWED * SIZE);
+        assert!(found(&ball, &low(on), &deep).iter().any(|touch| touch.gap > 0.0), "{stretch}");
     }
 }
