@@ -101,6 +101,7 @@ enum Memory {
 struct Case {
     law: Law,
     formulation: Formulation,
+    single_precision: bool,
     kind: CellKind,
     counts: [u32; 3],
 }
@@ -109,6 +110,7 @@ impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let law = self.law.name();
         let formulation = match self.formulation {
+            Formulation::MeanDilatation if self.single_precision => "mean dilatation in single precision",
             Formulation::MeanDilatation => "mean dilatation",
             Formulation::Full => "full",
             Formulation::NodalPressure => "nodal pressure",
@@ -144,7 +146,11 @@ fn cases() -> impl Iterator<Item = Case> {
     let all = hexahedra.into_iter().chain(others).collect::<Vec<_>>();
     let of_size = move |counts| {
         let all = all.clone();
-        all.into_iter().map(move |(law, formulation, kind)| Case { law, formulation, kind, counts })
+        all.into_iter().flat_map(move |(law, formulation, kind)| {
+            let case = Case { law, formulation, single_precision: false, kind, counts };
+            let has_single = kind == CellKind::Hex8 && formulation == Formulation::MeanDilatation;
+            [Some(case), has_single.then_some(Case { single_precision: true, ..case })].into_iter().flatten()
+        })
     };
     SIZES.into_iter().flat_map(of_size)
 }
@@ -158,6 +164,7 @@ fn laws() -> impl Iterator<Item = Case> {
     Law::ALL.into_iter().map(move |law| Case {
         law,
         formulation: formulation(law),
+        single_precision: false,
         kind: CellKind::Hex8,
         counts: SIZES[0],
     })
@@ -257,6 +264,7 @@ impl Bench {
         let parameters = BlockParameters {
             material: material(case.law)?,
             formulation: case.formulation,
+            single_precision: case.single_precision,
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
@@ -339,7 +347,7 @@ fn viscosity(bencher: Bencher, case: Case) {
 #[divan::bench(args = SIZES, consts = [false, true])]
 fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
     let (law, formulation) = (Law::MooneyRivlin, Formulation::MeanDilatation);
-    let case = Case { law, formulation, kind: CellKind::Hex8, counts };
+    let case = Case { law, formulation, single_precision: false, kind: CellKind::Hex8, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.evaluate();
     let limit = if SLOW { f64::MAX } else { 0.0 };
@@ -353,7 +361,7 @@ fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
 #[divan::bench(args = SIZES)]
 fn assembly(bencher: Bencher, counts: [u32; 3]) {
     let (law, formulation) = (Law::MooneyRivlin, Formulation::MeanDilatation);
-    let case = Case { law, formulation, kind: CellKind::Hex8, counts };
+    let case = Case { law, formulation, single_precision: false, kind: CellKind::Hex8, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.evaluate();
     let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);

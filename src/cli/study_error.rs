@@ -78,6 +78,8 @@ fn contact_solver(name: &str) -> Result<ContactSolver, String> {
 pub enum FormulationName {
     /// Mean dilatation per element.
     MeanDilatation,
+    /// The same in single precision.
+    MeanDilatationSingle,
     /// Full integration with 2×2×2 points.
     Full,
     /// One-point integration with stabilisation.
@@ -88,6 +90,7 @@ impl From<FormulationName> for Formulation {
     fn from(name: FormulationName) -> Self {
         match name {
             FormulationName::MeanDilatation => Self::MeanDilatation,
+            FormulationName::MeanDilatationSingle => Self::MeanDilatationSingle,
             FormulationName::Full => Self::Full,
             FormulationName::Reduced => Self::Reduced,
         }

@@ -4,15 +4,17 @@
 //! Everything here is inlined into the dispatched function, which has the instruction set; [`Real::outlined`] alone is a call, and enters
 //! the instruction set again.
 
-use super::real::{Outlined, Real, seed_inverse_cbrt};
+use super::elementary::{Exp, ExpM1, Ln, Ln1p, SeedInverseCbrt1p};
+use super::real::{Outlined, Real};
+use super::registers::{Registers, Single};
 use pulp::{Simd, WithSimd};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A number in a register of the instruction set `S`.
+/// A number in a register of the instruction set and precision `S`.
 #[derive(Clone, Copy, Debug)]
-pub struct Lane<S: Simd> {
-    v: S::f64s,
-    simd: S,
+pub struct Lane<S: Registers> {
+    pub(super) v: S::Numbers,
+    pub(super) simd: S,
 }
 
 /// Width of a batch of elements: that of the widest register of any instruction set, in `f64`.
@@ -69,156 +71,98 @@ pub fn dispatch_wide<Op: WithSimd>(op: Op) -> Result<Op::Output, Op> {
     Ok(pulp::Arch::new().dispatch(op))
 }
 
-impl<S: Simd> Lane<S> {
+/// An operation on registers of any instruction set and precision.
+pub trait WithRegisters {
+    /// Performs it; must be `#[inline(always)]`.
+    fn with_registers<S: Registers>(self, simd: S);
+}
+
+/// Runs it with single precision, in registers of no more numbers than a batch has.
+///
+/// # Errors
+/// As [`dispatch_wide`].
+pub fn dispatch_single<Op: WithRegisters>(op: Op) -> Result<(), Op> {
+    struct InSingle<Op>(Op);
+    impl<Op: WithRegisters> WithSimd for InSingle<Op> {
+        type Output = ();
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            self.0.with_registers(Single(simd));
+        }
+    }
+    #[cfg(target_arch = "x86_64")]
+    return match pulp::x86::V3::try_new() {
+        Some(simd) => Ok(Simd::vectorize(simd, InSingle(op))),
+        None => Err(op),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    Ok(pulp::Arch::new().dispatch(InSingle(op)))
+}
+
+impl<S: Registers> Lane<S> {
     /// All lanes equal to `c`.
     #[inline(always)]
     pub fn splat(simd: S, c: f64) -> Self {
-        Self { v: simd.splat_f64s(c), simd }
+        Self { v: simd.splat(c), simd }
     }
     /// Loads the `part`-th register out of a batch.
     #[inline(always)]
     pub fn load(simd: S, batch: &Row, part: usize) -> Self {
-        Self { v: S::as_simd_f64s(&batch.0).0[part], simd }
+        Self { v: simd.load(batch, part), simd }
     }
     /// Stores into the `part`-th register of a batch.
     #[inline(always)]
     pub fn store(self, batch: &mut Row, part: usize) {
-        S::as_mut_simd_f64s(&mut batch.0).0[part] = self.v;
+        self.simd.store(self.v, batch, part);
     }
-    /// Applies an integer operation to the bits of every lane.
+    /// Other numbers in registers of the same kind.
     #[inline(always)]
-    fn map_bits(self, f: impl Fn(u64) -> u64) -> Self {
-        let mut bits = self.v;
-        for b in bytemuck::cast_slice_mut::<S::f64s, u64>(std::slice::from_mut(&mut bits)) {
-            *b = f(*b);
-        }
-        Self { v: bits, simd: self.simd }
-    }
-    #[inline(always)]
-    fn with(self, v: S::f64s) -> Self {
+    pub(super) fn with(self, v: S::Numbers) -> Self {
         Self { v, simd: self.simd }
-    }
-    /// ln(self + lost), `lost` of the order of the last digit of self.
-    #[inline(always)]
-    fn ln_of_sum(self, lost: Self) -> Self {
-        // self = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x to all digits.
-        let sqrt_half = std::f64::consts::FRAC_1_SQRT_2.to_bits();
-        let exponent = |b: u64| b.wrapping_sub(sqrt_half).cast_signed() >> 52;
-        let scale = self.map_bits(|b| (1023 - exponent(b)).cast_unsigned() << 52);
-        // k as a number: put k + bias into the low bits of 2^52 · 1.5 and subtract.
-        let k = self.map_bits(|b| 6_755_399_441_055_744.0_f64.to_bits().wrapping_add_signed(exponent(b)))
-            - 6_755_399_441_055_744.0;
-        let f = scale.mul_add(lost, scale * self - 1.0);
-        let s = f / (f + 2.0);
-        let s2 = s * s;
-        let mut p = self.constant(LN_SERIES[0]);
-        for c in &LN_SERIES[1..] {
-            p = p.mul_add(s2, self.constant(*c));
-        }
-        let low = k.mul_add(self.constant(LN_2_LOW), p * s);
-        k.mul_add(self.constant(LN_2_HIGH), low)
-    }
-    /// 2^k, r and (expm1(r) − r)/r with self = k ln 2 + r, |r| ≤ ½ ln 2; self is clamped to ±708, the range of f64.
-    #[inline(always)]
-    fn split_exp(self) -> (Self, Self, Self) {
-        let x = self.max(self.constant(-708.0)).min(self.constant(708.0));
-        // Adding 1.5 · 2^52 rounds to the nearest integer and leaves it in the low bits.
-        let magic = 6_755_399_441_055_744.0;
-        let t = x.mul_add(self.constant(std::f64::consts::LOG2_E), self.constant(magic));
-        let k = t - magic;
-        let r = k.mul_add(self.constant(-LN_2_HIGH), x);
-        let r = k.mul_add(self.constant(-LN_2_LOW), r);
-        let mut p = self.constant(EXP_SERIES[0]);
-        for c in &EXP_SERIES[1..] {
-            p = p.mul_add(r, self.constant(*c));
-        }
-        (t.map_bits(|b| (b << 52).wrapping_add(1023 << 52)), r, p * r)
     }
 }
 
-/// ln 2 in two parts, the high one with trailing zeros so that k · high is exact.
-const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
-const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-
-/// 1/13! … 1/2!: expm1(r) = r + r² Σ, error below 1e-17 relative for |r| ≤ ½ ln 2.
-const EXP_SERIES: [f64; 12] = [
-    1.0 / 6_227_020_800.0,
-    1.0 / 479_001_600.0,
-    1.0 / 39_916_800.0,
-    1.0 / 3_628_800.0,
-    1.0 / 362_880.0,
-    1.0 / 40_320.0,
-    1.0 / 5_040.0,
-    1.0 / 720.0,
-    1.0 / 120.0,
-    1.0 / 24.0,
-    1.0 / 6.0,
-    0.5,
-];
-
-/// 2/21, 2/19 … 2/3, 2: ln(1 + f) = s Σ c (s²)^i with s = f / (2 + f), |s| ≤ 0.172.
-const LN_SERIES: [f64; 11] = [
-    2.0 / 21.0,
-    2.0 / 19.0,
-    2.0 / 17.0,
-    2.0 / 15.0,
-    2.0 / 13.0,
-    2.0 / 11.0,
-    2.0 / 9.0,
-    2.0 / 7.0,
-    2.0 / 5.0,
-    2.0 / 3.0,
-    2.0,
-];
-
-impl<S: Simd> Real for Lane<S> {
+impl<S: Registers> Real for Lane<S> {
     #[inline(always)]
     fn constant(self, c: f64) -> Self {
-        self.with(self.simd.splat_f64s(c))
+        self.with(self.simd.splat(c))
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
-        // The variant that is fused where that is fast, and two operations elsewhere.
-        self.with(self.simd.mul_add_e_f64s(self.v, b.v, c.v))
+        self.with(self.simd.multiply_add(self.v, b.v, c.v))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.with(self.simd.sqrt_f64s(self.v))
+        self.with(self.simd.square_root(self.v))
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        let (scale, r, p) = self.split_exp();
-        scale.mul_add(p.mul_add(r, r), scale)
+        self.with(self.simd.elementary::<Exp>(self.v)[0])
     }
     #[inline(always)]
     fn exp_m1(self) -> Self {
-        let (scale, r, p) = self.split_exp();
-        scale.mul_add(p.mul_add(r, r), scale - 1.0)
+        self.with(self.simd.elementary::<ExpM1>(self.v)[0])
     }
     #[inline(always)]
     fn exp_m1_and_defect(self) -> (Self, Self) {
-        let (scale, r, p) = self.split_exp();
-        // For k = 0 the defect is r² Σ alone: 2^k r − self and 2^k − 1 are zero.
-        let defect = scale.mul_add(p * r, scale.mul_sub(r, self) + (scale - 1.0));
-        (scale.mul_add(p.mul_add(r, r), scale - 1.0), defect)
+        let [value, defect] = self.simd.elementary::<ExpM1>(self.v);
+        (self.with(value), self.with(defect))
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        // x − (u − 1) is what rounding 1 + x has lost.
-        let u = self + 1.0;
-        u.ln_of_sum(self - (u - 1.0))
+        self.with(self.simd.elementary::<Ln1p>(self.v)[0])
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        self.ln_of_sum(self.zero())
+        self.with(self.simd.elementary::<Ln>(self.v)[0])
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        self.with(self.simd.max_f64s(self.v, o.v))
+        self.with(self.simd.larger(self.v, o.v))
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
-        self.with(self.simd.min_f64s(self.v, o.v))
+        self.with(self.simd.smaller(self.v, o.v))
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -228,68 +172,56 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn select_positive(self, yes: Self, no: Self) -> Self {
-        let mask = self.simd.greater_than_f64s(self.v, self.simd.splat_f64s(0.0));
-        self.with(self.simd.select_f64s(mask, yes.v, no.v))
+        self.with(self.simd.where_positive(self.v, yes.v, no.v))
     }
     #[inline(always)]
     fn seed_inverse_cbrt_1p(self) -> Self {
-        (self + 1.0).map_bits(|b| seed_inverse_cbrt(f64::from_bits(b)).to_bits())
+        self.with(self.simd.elementary::<SeedInverseCbrt1p>(self.v)[0])
     }
     #[inline(never)]
     fn outlined<Op: Outlined>(self, op: Op) -> Op::Output {
-        self.simd.vectorize(WithoutToken(op))
-    }
-}
-
-/// What has its lanes, and with them the token of the instruction set, already.
-struct WithoutToken<Op>(Op);
-
-impl<Op: Outlined> WithSimd for WithoutToken<Op> {
-    type Output = Op::Output;
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Op::Output {
-        self.0.run()
+        self.simd.enter(op)
     }
 }
 
 /// The binary operators, between lanes and with a constant.
 macro_rules! operator {
     ($trait:ident, $name:ident, $op:ident) => {
-        impl<S: Simd> $trait for Lane<S> {
+        impl<S: Registers> $trait for Lane<S> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, o: Self) -> Self {
                 self.with(self.simd.$op(self.v, o.v))
             }
         }
-        impl<S: Simd> $trait<f64> for Lane<S> {
+        impl<S: Registers> $trait<f64> for Lane<S> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, c: f64) -> Self {
-                self.with(self.simd.$op(self.v, self.simd.splat_f64s(c)))
+                self.with(self.simd.$op(self.v, self.simd.splat(c)))
             }
         }
     };
 }
-operator!(Add, add, add_f64s);
-operator!(Sub, sub, sub_f64s);
-operator!(Mul, mul, mul_f64s);
-operator!(Div, div, div_f64s);
+operator!(Add, add, plus);
+operator!(Sub, sub, minus);
+operator!(Mul, mul, times);
+operator!(Div, div, over);
 
-impl<S: Simd> Neg for Lane<S> {
+impl<S: Registers> Neg for Lane<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.with(self.simd.sub_f64s(self.simd.splat_f64s(-0.0), self.v))
+        self.with(self.simd.minus(self.simd.splat(-0.0), self.v))
     }
 }
-impl<S: Simd> AddAssign for Lane<S> {
+impl<S: Registers> AddAssign for Lane<S> {
     #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
-impl<S: Simd> SubAssign for Lane<S> {
+impl<S: Registers> SubAssign for Lane<S> {
     #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
@@ -360,6 +292,31 @@ mod tests {
                 );
             }
         }
+    }
+
+    impl<F: Function> WithRegisters for Compare<'_, F, f64> {
+        fn with_registers<S: Registers>(self, simd: S) {
+            for x in self.0 {
+                let (mut out, x) = (Row::default(), f64::from(*x as f32));
+                self.1.eval(Lane::splat(simd, x)).store(&mut out, 0);
+                let expected = self.1.eval(x);
+                let error = (out.0[0] - expected).abs();
+                let ulp = f64::from(f32::EPSILON) * expected.abs();
+                assert!(error <= self.2 * ulp, "at {x}: {} against {expected}", out.0[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn functions_in_single_precision_agree_within_a_few_ulp() {
+        let numbers: Vec<f64> = (-800..3000).map(|i| f64::from(i) * 0.001).filter(|x| *x != 0.0).collect();
+        let tiny: Vec<f64> = (0..30).map(|i| 10f64.powi(-i) * 0.7).flat_map(|x| [x, -x]).collect();
+        let all: Vec<f64> = numbers.into_iter().chain(tiny).collect();
+        assert!(dispatch_single(Compare(&all, Exp, 1.0)).is_ok());
+        assert!(dispatch_single(Compare(&all, ExpM1, 1.0)).is_ok());
+        assert!(dispatch_single(Compare(&all, Defect, 1.0)).is_ok());
+        assert!(dispatch_single(Compare(&all, Ln1p, 1.0)).is_ok());
+        assert!(dispatch_single(Compare(&all, InverseCbrt, 4.0)).is_ok());
     }
 
     #[test]

@@ -7,6 +7,7 @@
 pub mod contact;
 pub mod dual;
 pub mod element;
+pub mod elementary;
 pub mod face_load;
 pub mod followers;
 pub mod force;
@@ -14,6 +15,7 @@ pub mod lanes;
 pub mod material;
 pub mod principal;
 pub mod real;
+pub mod registers;
 pub mod rigid;
 pub mod sparse;
 pub mod tensor;

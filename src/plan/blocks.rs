@@ -7,7 +7,7 @@ use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock};
 use crate::mechanics::tensor::Mat3;
 use crate::mesh::{Cell, Mesh};
 use crate::scene::SceneBody;
-use crate::scene::document::{BodyDocument, ErosionDocument, SceneDocument};
+use crate::scene::document::{BodyDocument, ErosionDocument, Formulation, SceneDocument};
 use crate::scene::elements::element_of;
 
 /// Reference geometry of each element of a mesh.
@@ -72,6 +72,7 @@ pub(super) fn add_blocks(
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
             formulation: part.element(material, kind),
+            single_precision: part.formulation == Some(Formulation::MeanDilatationSingle),
             density: part.density_kg_per_m3,
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],

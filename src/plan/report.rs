@@ -300,6 +300,9 @@ fn of_block(
         law: p.material.name().into(),
         fibre_families: p.material.family_count(),
         formulation: match p.formulation {
+            Formulation::MeanDilatation if p.has_single_precision(block.kind) => {
+                "mean dilatation, single precision"
+            }
             Formulation::MeanDilatation => "mean dilatation",
             Formulation::Full => "full integration",
             Formulation::NodalPressure => "averaged nodal pressure (all elements in every step)",

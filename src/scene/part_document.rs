@@ -147,7 +147,9 @@ impl PartDocument {
     /// and full integration for coupled ones.
     pub fn element(&self, material: &Material, kind: ElementKind) -> force::Formulation {
         match self.formulation {
-            Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
+            Some(Formulation::MeanDilatation | Formulation::MeanDilatationSingle) => {
+                force::Formulation::MeanDilatation
+            }
             Some(Formulation::Reduced) => force::Formulation::Reduced,
             None if material.volumetric().is_some() => {
                 let mean = force::Formulation::MeanDilatation;
@@ -165,6 +167,9 @@ impl PartDocument {
 pub enum Formulation {
     /// All points for the isochoric part, one mean dilatation and one pressure per element.
     MeanDilatation,
+    /// The same in single precision: each element's response to the differences of its displacements is rounded to 6e-8; motion, sums
+    /// and energies of the whole keep double precision. Hexahedra only; for explicit steps.
+    MeanDilatationSingle,
     /// All terms at all points.
     Full,
     /// One point, with a physical hourglass stabilisation whose energy the ledger reports. Hexahedra only.

@@ -98,6 +98,7 @@ impl Setting {
     pub fn formulation_name(&self) -> Option<&'static str> {
         self.formulation.map(|formulation| match formulation {
             Formulation::MeanDilatation => "mean dilatation",
+            Formulation::MeanDilatationSingle => "mean dilatation in single precision",
             Formulation::Full => "full",
             Formulation::Reduced => "reduced",
         })

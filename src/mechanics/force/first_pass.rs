@@ -7,8 +7,8 @@ use crate::element::Element;
 use crate::lanes::{Aligned, Lane, Row};
 use crate::material::volume_change;
 use crate::real::Real;
+use crate::registers::Registers;
 use crate::tensor::Tensor;
-use pulp::Simd;
 
 /// What the elements of a register have at their points.
 pub(super) struct FirstPass<R, const Q: usize> {
@@ -45,7 +45,7 @@ impl<R: Real, const Q: usize> FirstPass<R, Q> {
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Of the elements of a register with nodal displacements `u` [m].
     #[inline(always)]
-    pub fn first_pass<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> FirstPass<Lane<S>, Q> {
+    pub fn first_pass<S: Registers>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> FirstPass<Lane<S>, Q> {
         let mut out = FirstPass::new(Lane::splat(simd, 0.0));
         self.first_pass_to(simd, part, u, &mut out);
         out
@@ -53,7 +53,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
 
     /// The same, to a place that is used again for the next elements: a new one costs as much as a tenth of the evaluation.
     #[inline(always)]
-    pub fn first_pass_to<S: Simd>(
+    pub fn first_pass_to<S: Registers>(
         &self,
         simd: S,
         part: usize,
@@ -79,7 +79,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
 
     /// The gradient ∂/∂X of a nodal field at a point, from its local gradients and the cofactor of the first pass there; zero in padding.
     #[inline(always)]
-    pub fn gradient_at<S: Simd>(
+    pub fn gradient_at<S: Registers>(
         &self,
         simd: S,
         part: usize,

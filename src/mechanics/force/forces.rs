@@ -10,7 +10,8 @@ use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
-use crate::lanes::{BATCH, Row, dispatch_wide};
+use crate::element::ElementKind;
+use crate::lanes::{BATCH, Row, dispatch_single, dispatch_wide};
 use crate::material::{Law, MAX_BRANCHES};
 use crate::tensor::Vec3;
 
@@ -195,6 +196,16 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         };
     }
     let formulation = block.parameters.formulation;
+    let mut single = None;
+    if const { matches!(E::KIND, ElementKind::Hex8) } && block.parameters.has_single_precision(E::KIND) {
+        let formulation = GaussPoints::<true, false>;
+        single =
+            dispatch_single(Evaluation { law, formulation, elements, block, input, forces: &mut *forces })
+                .ok();
+    }
+    if single.is_some() {
+        return;
+    }
     // Constants stand first, so that no kernel is compiled for an element that has no use for it.
     if const { Formulation::MeanDilatation.is_of(E::KIND) } && block.parameters.has_mean_dilatation() {
         evaluate!(law, GaussPoints::<true, false>);

@@ -9,12 +9,15 @@ use super::parameters::BlockParameters;
 use super::pressure::{
     Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
 };
-use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
+use super::rows::{
+    add, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
+};
 use super::totals::{BatchTotals, BlockTotals};
 use crate::element::{CornerResponse, Element, eval_corner_penalty};
-use crate::lanes::{Aligned, BATCH, Lane, Row};
+use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters};
 use crate::material::{Invariants, Kinematics, Law, Material};
 use crate::real::{Real, inverse_cbrt_m1};
+use crate::registers::Registers;
 use crate::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
@@ -48,7 +51,7 @@ impl<'a> ForceInput<'a> {
 /// What a formulation does to the elements of a batch that fit into a register.
 pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>: Copy {
     /// Forces and totals of the elements in the `part`-th register.
-    fn evaluate<S: Simd, L: Law>(
+    fn evaluate<S: Registers, L: Law>(
         self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -59,7 +62,7 @@ pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize
 }
 
 /// The state of a batch, lane by lane.
-pub(super) struct BatchLanes<S: Simd, const N: usize, const Q: usize> {
+pub(super) struct BatchLanes<S: Registers, const N: usize, const Q: usize> {
     /// Displacements on entry [m], forces on return [N]: `[component][node]`.
     pub nodal: [[Row; N]; 3],
     /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}; zero without bulk viscosity.
@@ -74,7 +77,7 @@ pub(super) struct BatchLanes<S: Simd, const N: usize, const Q: usize> {
     pub first_pass: FirstPass<Lane<S>, Q>,
 }
 
-impl<S: Simd, const N: usize, const Q: usize> BatchLanes<S, N, Q> {
+impl<S: Registers, const N: usize, const Q: usize> BatchLanes<S, N, Q> {
     /// Stores J̄ − 1 [-] and the viscous pressure [Pa] at t_n.
     #[inline(always)]
     pub fn store_history(&mut self, dilatation: Lane<S>, viscous_pressure: Lane<S>, part: usize) {
@@ -127,6 +130,15 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        self.with_registers(simd);
+    }
+}
+
+impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithRegisters
+    for Evaluation<'_, L, K, E, N, Q>
+{
+    #[inline(always)]
+    fn with_registers<S: Registers>(self, simd: S) {
         let Self { law, formulation, elements, block, input, forces } = self;
         let families = law.family_count();
         let first_batch = block.chunks[forces.chunk as usize].batches.start as usize;
@@ -165,11 +177,17 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             lanes.fraction = fractions.and_then(|rows| rows.get(i)).unwrap_or(&WHOLE)[0];
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
+            if S::IS_SINGLE {
+                subtract_first(&mut lanes.nodal);
+            }
             forces.average_over_nodes(nodes, &mut lanes.of_nodes);
-            for part in 0..BATCH / S::F64_LANES {
+            for part in 0..BATCH / S::LANES {
                 formulation.evaluate(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
             forces.history[history].copy_from_slice(&lanes.after[..bulk]);
+            if S::IS_SINGLE {
+                balance(&mut lanes.nodal);
+            }
             add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
@@ -198,7 +216,7 @@ impl<const MEAN: bool, const NODAL: bool, E: InBlocks<N, Q>, const N: usize, con
     ElementKernel<E, N, Q> for GaussPoints<MEAN, NODAL>
 {
     #[inline(always)]
-    fn evaluate<S: Simd, L: Law>(
+    fn evaluate<S: Registers, L: Law>(
         self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -213,7 +231,7 @@ impl<const MEAN: bool, const NODAL: bool, E: InBlocks<N, Q>, const N: usize, con
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// The penalty on the corners of the elements of a register, from their displacements [m].
     #[inline(always)]
-    pub(super) fn corner_penalty<S: Simd>(
+    pub(super) fn corner_penalty<S: Registers>(
         &self,
         simd: S,
         part: usize,
@@ -225,7 +243,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
 
     /// X [m] of the elements of a register.
     #[inline(always)]
-    pub(super) fn corners_at_rest<S: Simd>(&self, simd: S, part: usize) -> [[Lane<S>; N]; 3] {
+    pub(super) fn corners_at_rest<S: Registers>(&self, simd: S, part: usize) -> [[Lane<S>; N]; 3] {
         let mut X = load_corners(simd, &self.corners, part);
         for X in X.as_flattened_mut() {
             *X = *X * E::SCALE;
@@ -236,7 +254,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
 
 impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass<'_, L, E, N, Q> {
     #[inline(always)]
-    fn evaluate<S: Simd, const MEAN: bool, const NODAL: bool>(
+    fn evaluate<S: Registers, const MEAN: bool, const NODAL: bool>(
         &self,
         simd: S,
         part: usize,

@@ -10,7 +10,7 @@ use crate::element::{Hex8, Modes};
 use crate::lanes::{Aligned, Lane};
 use crate::material::{Invariants, Kinematics, Law};
 use crate::real::Real;
-use pulp::Simd;
+use crate::registers::Registers;
 
 /// The formulation with one point.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ where
     E::OnePoint: OnePointEvaluation<E, N, Q>,
 {
     #[inline(always)]
-    fn evaluate<S: Simd, L: Law>(
+    fn evaluate<S: Registers, L: Law>(
         self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -37,7 +37,7 @@ where
 
 /// What it does to the elements of a batch that fit into a register, see [`ElementKernel::evaluate`].
 pub(super) trait OnePointEvaluation<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    fn evaluate<S: Simd, L: Law>(
+    fn evaluate<S: Registers, L: Law>(
         &self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -48,7 +48,7 @@ pub(super) trait OnePointEvaluation<E: InBlocks<N, Q>, const N: usize, const Q: 
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointEvaluation<E, N, Q> for NoOnePoint {
-    fn evaluate<S: Simd, L: Law>(
+    fn evaluate<S: Registers, L: Law>(
         &self,
         _: &ElementForcePass<L, E, N, Q>,
         _: S,
@@ -62,7 +62,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointEvaluation<E, N,
 
 impl OnePointEvaluation<Hex8, 8, 8> for ReducedBatch {
     #[inline(always)]
-    fn evaluate<S: Simd, L: Law>(
+    fn evaluate<S: Registers, L: Law>(
         &self,
         element: &ElementForcePass<L, Hex8, 8, 8>,
         simd: S,

@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 /// stored, it would be 640 bytes an element, which a large mesh waits for.
 #[derive(Clone, Debug)]
 pub(super) struct Batch<E, const N: usize, const Q: usize> {
-    /// Positions X of the nodes over [`Element::SCALE`]: `[component][node]` [m].
+    /// Positions X of the nodes, less that of the first, over [`Element::SCALE`]: `[component][node]` [m].
     pub corners: [[Row; N]; 3],
     /// 1/w of each point, w its reference volume [1/m³]; zero in lanes that pad the last batch, so that F = I there.
     pub inverse_weight: [Row; Q],
@@ -143,7 +143,7 @@ fn pack<E: Element<N, Q>, const N: usize, const Q: usize>(
         let BlockInput { geometry, corners, .. } = &chunk[lane.min(chunk.len() - 1)];
         for (corner, X) in corners.iter().take(N).enumerate() {
             for i in 0..3 {
-                batch.corners[i][corner].0[lane] = X[i] / E::SCALE;
+                batch.corners[i][corner].0[lane] = (X[i] - corners[0][i]) / E::SCALE;
             }
         }
         // Padding keeps zero weights: F = I, no stress, no volume, no limit on the step.

@@ -48,6 +48,8 @@ pub struct BlockParameters {
     pub material: Material,
     /// How it is integrated.
     pub formulation: Formulation,
+    /// Whether internal forces are evaluated in single precision, where [`BlockParameters::has_single_precision`] says so.
+    pub single_precision: bool,
     /// Density at rest ρ [kg/m³].
     pub density: f64,
     /// Linear bulk viscosity b1 [-].
@@ -74,6 +76,10 @@ impl BlockParameters {
     /// Whether an element has one mean dilatation and one pressure for all of its points.
     pub fn has_mean_dilatation(&self) -> bool {
         self.formulation == Formulation::MeanDilatation && self.material.volumetric().is_some()
+    }
+    /// Whether internal forces of elements of a kind are evaluated in single precision: hexahedra with a mean dilatation.
+    pub fn has_single_precision(&self, kind: ElementKind) -> bool {
+        self.single_precision && self.has_mean_dilatation() && kind == ElementKind::Hex8
     }
     /// Whether compression has a viscous pressure.
     pub fn has_bulk_viscosity(&self) -> bool {

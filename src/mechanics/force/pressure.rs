@@ -4,7 +4,7 @@ use super::parameters::BlockParameters;
 use crate::lanes::Row;
 use crate::material::{Invariants, Volumetric};
 use crate::real::Real;
-use pulp::Simd;
+use crate::registers::Registers;
 
 /// The volumetric part of an element at one state.
 #[derive(Clone, Copy)]
@@ -83,15 +83,15 @@ const CORNERS_ARE_WELL: f64 = -0.1;
 
 /// Whether a corner of an element of a register may be folding, from the least J − 1 of each element.
 #[inline(always)]
-pub(super) fn corners_may_fold<S: Simd>(smallest_j: &Row, part: usize) -> bool {
-    let lanes = S::F64_LANES;
+pub(super) fn corners_may_fold<S: Registers>(smallest_j: &Row, part: usize) -> bool {
+    let lanes = S::LANES;
     smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
 }
 
 /// Whether a point of an element of a register is in reach of the barrier.
 #[inline(always)]
-pub(super) fn point_is_crushed<S: Simd>(smallest_j: &Row, part: usize) -> bool {
-    let lanes = S::F64_LANES;
+pub(super) fn point_is_crushed<S: Registers>(smallest_j: &Row, part: usize) -> bool {
+    let lanes = S::LANES;
     smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| Barrier::reaches(*j))
 }
 

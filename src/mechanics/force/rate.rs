@@ -206,6 +206,7 @@ mod tests {
         let parameters = BlockParameters {
             material: Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1.0, lambda: 1.0 }),
             formulation: Formulation::Full,
+            single_precision: false,
             density: 1.0,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,

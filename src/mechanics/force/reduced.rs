@@ -15,8 +15,8 @@ use crate::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, lar
 use crate::lanes::{BATCH, Lane, Row};
 use crate::material::{Invariants, Kinematics, Law, Material};
 use crate::real::Real;
+use crate::registers::Registers;
 use crate::tensor::{Tensor, tensor};
-use pulp::Simd;
 
 /// Energy of the stabilisation over μV counts as so much compression when corners are looked for that may fold [-]: a corner that lost
 /// 70 % of its volume in an element that keeps its own has four times the energy that is enough here.
@@ -62,7 +62,7 @@ pub(super) trait OnePointBatch<const N: usize>:
     /// From the elements of a batch; `None` in other formulations.
     fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self>;
     /// H̄ [-] of the elements of a register, from nodal displacements [m].
-    fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> Tensor<Lane<S>>;
+    fn mean_gradient<S: Registers>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> Tensor<Lane<S>>;
 }
 
 /// Of elements that have no such formulation.
@@ -73,7 +73,7 @@ impl<const N: usize> OnePointBatch<N> for NoOnePoint {
     fn pack(_: &[BlockInput], _: &BlockParameters) -> Option<Self> {
         None
     }
-    fn mean_gradient<S: Simd>(&self, _: S, _: usize, _: &[[Row; N]; 3]) -> Tensor<Lane<S>> {
+    fn mean_gradient<S: Registers>(&self, _: S, _: usize, _: &[[Row; N]; 3]) -> Tensor<Lane<S>> {
         match *self {}
     }
 }
@@ -83,7 +83,7 @@ impl OnePointBatch<8> for ReducedBatch {
         (parameters.formulation == Formulation::Reduced).then(|| Self::new(chunk, parameters))
     }
     #[inline(always)]
-    fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
+    fn mean_gradient<S: Registers>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
         let (A, B) = self.gradient_vectors(simd, part);
         Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
     }
@@ -146,7 +146,7 @@ impl ReducedBatch {
 
     /// A and B of the elements of a register.
     #[inline(always)]
-    pub fn gradient_vectors<S: Simd>(&self, simd: S, part: usize) -> (Tensor<Lane<S>>, Tensor<Lane<S>>) {
+    pub fn gradient_vectors<S: Registers>(&self, simd: S, part: usize) -> (Tensor<Lane<S>>, Tensor<Lane<S>>) {
         (
             tensor!(k, j => Lane::load(simd, &self.A[3 * k + j], part)),
             tensor!(k, j => Lane::load(simd, &self.B[3 * k + j], part)),
@@ -157,7 +157,7 @@ impl ReducedBatch {
 impl ReducedBatch {
     /// The constants of the energy, of the elements of a register with its gradient vectors.
     #[inline(always)]
-    pub fn one_point<S: Simd>(
+    pub fn one_point<S: Registers>(
         &self,
         simd: S,
         part: usize,
@@ -238,7 +238,7 @@ impl<R: Real> OnePointElement<R> {
     }
 }
 
-impl<S: Simd> OnePointElement<Lane<S>> {
+impl<S: Registers> OnePointElement<Lane<S>> {
     /// Whether a corner of an element of a register may be folding: not where it is neither compressed nor bent much.
     #[inline(always)]
     pub fn corners_may_fold(&self, j: Lane<S>, hourglass: &HourglassResponse<Lane<S>>, part: usize) -> bool {

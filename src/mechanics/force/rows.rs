@@ -2,8 +2,8 @@
 
 use crate::lanes::{BATCH, Lane, Row};
 use crate::material::MAX_FAMILIES;
+use crate::registers::Registers;
 use crate::tensor::Vec3;
-use pulp::Simd;
 
 /// Nodal vectors of a batch, transposed into lanes: `[component][corner]`.
 #[inline(always)]
@@ -49,6 +49,29 @@ pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N
     }
 }
 
+/// Displacements relative to that of the first node, on which the digits of a lower precision are not spent.
+#[inline(always)]
+pub(super) fn subtract_first<const N: usize>(nodal: &mut [[Row; N]; 3]) {
+    for rows in nodal {
+        let first = rows[0];
+        for row in rows {
+            row.0.iter_mut().zip(&first.0).for_each(|(x, first)| *x -= first);
+        }
+    }
+}
+
+/// Makes nodal forces of rounded numbers balance to all digits, so that no momentum is made.
+#[inline(always)]
+pub(super) fn balance<const N: usize>(nodal: &mut [[Row; N]; 3]) {
+    for rows in nodal {
+        let mut sum = Row::default();
+        for row in &rows[..N - 1] {
+            sum.0.iter_mut().zip(&row.0).for_each(|(sum, x)| *sum += x);
+        }
+        rows[N - 1] = Row(sum.0.map(|sum| -sum));
+    }
+}
+
 /// Sets the lanes of a mask to zero, a bit each.
 #[inline]
 pub(super) fn clear(mask: u8, row: &mut Row) {
@@ -69,7 +92,7 @@ pub(super) fn keep_still<const N: usize>(mask: u8, nodal: &mut [[Row; N]; 3]) {
 
 /// Nodal values of the elements of a register.
 #[inline(always)]
-pub(super) fn load_corners<S: Simd, const N: usize>(
+pub(super) fn load_corners<S: Registers, const N: usize>(
     simd: S,
     rows: &[[Row; N]; 3],
     part: usize,
@@ -85,7 +108,7 @@ pub(super) fn load_corners<S: Simd, const N: usize>(
 
 /// The reverse of [`load_corners`].
 #[inline(always)]
-pub(super) fn store_corners<S: Simd, const N: usize>(
+pub(super) fn store_corners<S: Registers, const N: usize>(
     lanes: &[[Lane<S>; N]; 3],
     rows: &mut [[Row; N]; 3],
     part: usize,
@@ -99,7 +122,11 @@ pub(super) fn store_corners<S: Simd, const N: usize>(
 
 /// Fibre directions of the elements of a register; zero beyond the families of the law.
 #[inline(always)]
-pub(super) fn load_fibres<S: Simd>(simd: S, rows: &[[Row; 3]], part: usize) -> [[Lane<S>; 3]; MAX_FAMILIES] {
+pub(super) fn load_fibres<S: Registers>(
+    simd: S,
+    rows: &[[Row; 3]],
+    part: usize,
+) -> [[Lane<S>; 3]; MAX_FAMILIES] {
     let mut fibres = [[Lane::splat(simd, 0.0); 3]; MAX_FAMILIES];
     for (a, rows) in fibres.iter_mut().zip(rows) {
         for i in 0..3 {

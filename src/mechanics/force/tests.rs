@@ -41,6 +41,7 @@ fn parameters(material: Material, formulation: Formulation) -> BlockParameters {
     BlockParameters {
         material,
         formulation,
+        single_precision: false,
         density: DENSITY,
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
@@ -215,6 +216,36 @@ fn machines_without_wide_registers_compute_the_same() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn single_precision_rounds_the_response_of_an_element_and_nothing_else() {
+    let mut random = Random(11);
+    let far = Vec3::new(40.0, -30.0, 50.0);
+    for (X, law) in shapes().iter().flat_map(|X| laws().map(|law| (X, law))) {
+        // Far from the origin, and moved far: neither costs digits.
+        let X = X.map(|X| X + far);
+        let exact = parameters(law, Formulation::MeanDilatation);
+        let element = |single_precision| Element::of(X, BlockParameters { single_precision, ..exact });
+        let (single, double) = (element(true), element(false));
+        for _ in 0..20 {
+            let u = deformed(&X.map(|X| X - far), 0.05, &mut random).map(|u| u + far);
+            let (s, d) = (single.evaluate(&u), double.evaluate(&u));
+            let error = (s.force - d.force).norm() / d.force.norm();
+            assert!(error < 2e-5, "{law:?}: {error}, J = {}", d.j + 1.0);
+            assert_eq!(
+                error > 0.0,
+                law.volumetric().is_some(),
+                "{law:?}: a kernel of its own where there is one"
+            );
+            assert!((s.strain - d.strain).abs() < 2e-5 * d.strain && (s.j - d.j).abs() < 1e-5);
+            assert!((s.stable_step / d.stable_step - 1.0).abs() < 1e-5);
+            // No momentum is made.
+            let sum: Vec3 = s.force.as_slice().chunks(3).map(|f| Vec3::new(f[0], f[1], f[2])).sum();
+            assert!(sum.norm() < 1e-14 * s.force.norm(), "{law:?}: {sum}");
+        }
+        assert_eq!(single.evaluate(&[far; 8]).force.norm(), 0.0, "a translation");
     }
 }
 

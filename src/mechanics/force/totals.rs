@@ -3,7 +3,7 @@
 use super::pressure::stable_step;
 use crate::lanes::{BATCH, Lane, Row};
 use crate::real::Real;
-use pulp::Simd;
+use crate::registers::Registers;
 
 /// Sums and extremes of one batch, lane by lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,14 +31,14 @@ pub struct BatchTotals {
 impl BatchTotals {
     /// Stores the critical time step and the damping in it of the elements of a register, from ω² [1/s²] and the viscous eigenvalue [1/s].
     #[inline(always)]
-    pub(super) fn store_step<S: Simd>(&mut self, omega_squared: Lane<S>, viscous: Lane<S>, part: usize) {
+    pub(super) fn store_step<S: Registers>(&mut self, omega_squared: Lane<S>, viscous: Lane<S>, part: usize) {
         (viscous * 0.5).store(&mut self.damping, part);
         stable_step(omega_squared, viscous).store(&mut self.stable_step, part);
     }
 
     /// Adds to the ω² [1/s²] and to half of the viscous eigenvalue [1/s] behind the critical time step at hand: `(2/h − a)² = ω² + a²`.
     #[inline(always)]
-    pub(super) fn shorten_step<S: Simd>(
+    pub(super) fn shorten_step<S: Registers>(
         &mut self,
         simd: S,
         omega_squared: Lane<S>,

@@ -46,6 +46,7 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
     let parameters = BlockParameters {
         material: Material::NeoHookean(NeoHookean { c10: 0.5, volumetric: Volumetric::LnSquared(5.0) }),
         formulation: Formulation::MeanDilatation,
+        single_precision: false,
         density: 1.0,
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,

@@ -111,13 +111,19 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     }
     part.material.check(&here.key("material"), out);
     let coupled = !part.material.is_split();
-    out.require(!(coupled && part.formulation == Some(Formulation::MeanDilatation)), || {
+    let is_mean =
+        matches!(part.formulation, Some(Formulation::MeanDilatation | Formulation::MeanDilatationSingle));
+    out.require(!(coupled && is_mean), || {
         Problem::error(
             "coupled_law_with_mean_dilatation",
             &here.key("formulation"),
             "mean dilatation averages U(J), but this law has no separate U(J)",
         )
-        .value("mean_dilatation")
+        .value(if part.formulation == Some(Formulation::MeanDilatation) {
+            "mean_dilatation"
+        } else {
+            "mean_dilatation_single"
+        })
         .limit("full or reduced, for a coupled law")
         .remedy("choose \"full\", or a split law")
     });

@@ -45,6 +45,7 @@ impl Case {
         let parameters = BlockParameters {
             material,
             formulation,
+            single_precision: false,
             density: 1000.0,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,

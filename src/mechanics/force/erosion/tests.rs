@@ -30,6 +30,7 @@ fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
     let parameters = BlockParameters {
         material: Material::NeoHookean(NeoHookean { c10: 1e4, volumetric: Volumetric::LnSquared(1e6) }),
         formulation: Formulation::MeanDilatation,
+        single_precision: false,
         density: 1000.0,
         linear_viscosity: 0.06,
         quadratic_viscosity: 1.2,

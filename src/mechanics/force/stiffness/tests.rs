@@ -77,6 +77,7 @@ impl Element {
         let parameters = BlockParameters {
             material,
             formulation,
+            single_precision: false,
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,

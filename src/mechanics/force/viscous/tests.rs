@@ -38,6 +38,7 @@ impl Element {
         let parameters = BlockParameters {
             material: Material::NeoHookean(NeoHookean { c10: 0.5 * mu, volumetric }),
             formulation,
+            single_precision: false,
             density: DENSITY,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,

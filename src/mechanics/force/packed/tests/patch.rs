@@ -17,6 +17,7 @@ pub fn parameters(material: Material) -> BlockParameters {
     BlockParameters {
         material,
         formulation: Formulation::Full,
+        single_precision: false,
         density: DENSITY,
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
