@@ -2,68 +2,52 @@
 
 use super::lanes::Lane;
 use super::real::{Real, seed_inverse_cbrt};
+use super::registers::{Elementary, Exp, ExpM1, Ln, Ln1p, SeedInverseCbrt1p};
 use pulp::Simd;
-
-/// A function of `f64` lane by lane; two results, of which most have but one.
-pub trait Elementary {
-    /// Its values at `x`.
-    fn eval<S: Simd>(x: Lane<S>) -> [Lane<S>; 2];
-}
-
-/// `exp(x)`.
-#[derive(Debug)]
-pub struct Exp;
-/// `exp(x) − 1` and `exp(x) − 1 − x`.
-#[derive(Debug)]
-pub struct ExpM1;
-/// `ln(1 + x)`.
-#[derive(Debug)]
-pub struct Ln1p;
-/// `ln(x)`.
-#[derive(Debug)]
-pub struct Ln;
-/// Approximate `(1 + x)^(−1/3)`.
-#[derive(Debug)]
-pub struct SeedInverseCbrt1p;
 
 impl Elementary for Exp {
     #[inline(always)]
-    fn eval<S: Simd>(x: Lane<S>) -> [Lane<S>; 2] {
+    fn eval<S: Simd>(simd: S, v: S::f64s) -> [S::f64s; 2] {
+        let x = Lane { v, simd };
         let (scale, r, p) = x.split_exp();
-        [scale.mul_add(p.mul_add(r, r), scale); 2]
+        [scale.mul_add(p.mul_add(r, r), scale).v; 2]
     }
 }
 
 impl Elementary for ExpM1 {
     #[inline(always)]
-    fn eval<S: Simd>(x: Lane<S>) -> [Lane<S>; 2] {
+    fn eval<S: Simd>(simd: S, v: S::f64s) -> [S::f64s; 2] {
+        let x = Lane { v, simd };
         let (scale, r, p) = x.split_exp();
         // For k = 0 the defect is r² Σ alone: 2^k r − x and 2^k − 1 are zero.
         let defect = scale.mul_add(p * r, scale.mul_sub(r, x) + (scale - 1.0));
-        [scale.mul_add(p.mul_add(r, r), scale - 1.0), defect]
+        [scale.mul_add(p.mul_add(r, r), scale - 1.0).v, defect.v]
     }
 }
 
 impl Elementary for Ln1p {
     #[inline(always)]
-    fn eval<S: Simd>(x: Lane<S>) -> [Lane<S>; 2] {
+    fn eval<S: Simd>(simd: S, v: S::f64s) -> [S::f64s; 2] {
+        let x = Lane { v, simd };
         // x − (u − 1) is what rounding 1 + x has lost.
         let u = x + 1.0;
-        [u.ln_of_sum(x - (u - 1.0)); 2]
+        [u.ln_of_sum(x - (u - 1.0)).v; 2]
     }
 }
 
 impl Elementary for Ln {
     #[inline(always)]
-    fn eval<S: Simd>(x: Lane<S>) -> [Lane<S>; 2] {
-        [x.ln_of_sum(x.zero()); 2]
+    fn eval<S: Simd>(simd: S, v: S::f64s) -> [S::f64s; 2] {
+        let x = Lane { v, simd };
+        [x.ln_of_sum(x.zero()).v; 2]
     }
 }
 
 impl Elementary for SeedInverseCbrt1p {
     #[inline(always)]
-    fn eval<S: Simd>(x: Lane<S>) -> [Lane<S>; 2] {
-        [(x + 1.0).map_bits(|b| seed_inverse_cbrt(f64::from_bits(b)).to_bits()); 2]
+    fn eval<S: Simd>(simd: S, v: S::f64s) -> [S::f64s; 2] {
+        let x = Lane { v, simd };
+        [(x + 1.0).map_bits(|b| seed_inverse_cbrt(f64::from_bits(b)).to_bits()).v; 2]
     }
 }
 

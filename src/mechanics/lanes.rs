@@ -4,11 +4,12 @@
 //! Everything here is inlined into the dispatched function, which has the instruction set; [`Real::outlined`] alone is a call, and enters
 //! the instruction set again.
 
-use super::elementary::{Exp, ExpM1, Ln, Ln1p, SeedInverseCbrt1p};
 use super::real::{Outlined, Real};
-use super::registers::{Registers, Single};
+use super::registers::{Exp, ExpM1, Ln, Ln1p, Registers, SeedInverseCbrt1p, Single};
 use pulp::{Simd, WithSimd};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+pub use super::row::{Aligned, BATCH, Row};
 
 /// A number in a register of the instruction set and precision `S`.
 #[derive(Clone, Copy, Debug)]
@@ -16,33 +17,6 @@ pub struct Lane<S: Registers> {
     pub(super) v: S::Numbers,
     pub(super) simd: S,
 }
-
-/// Width of a batch of elements: that of the widest register of any instruction set, in `f64`.
-pub const BATCH: usize = 8;
-
-/// One number of each element of a batch, aligned to the widest register: a load or store across two cache lines
-/// takes twice as long, and without alignment most would be.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(64))]
-pub struct Row(pub [f64; BATCH]);
-
-impl std::ops::Index<usize> for Row {
-    type Output = f64;
-    fn index(&self, lane: usize) -> &f64 {
-        &self.0[lane]
-    }
-}
-
-impl std::ops::IndexMut<usize> for Row {
-    fn index_mut(&mut self, lane: usize) -> &mut f64 {
-        &mut self.0[lane]
-    }
-}
-
-/// A value on the stack, aligned to the widest register, see [`Row`].
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct Aligned<T>(pub T);
 
 /// Runs what few steps need (tangents, stresses at points) with AVX2 or plain `f64`: registers of AVX-512 would save little time, and
 /// each instruction set is one more copy of every pass in the program. The bits are the same.
@@ -91,12 +65,13 @@ pub fn dispatch_single<Op: WithRegisters>(op: Op) -> Result<(), Op> {
         }
     }
     #[cfg(target_arch = "x86_64")]
-    return match pulp::x86::V3::try_new() {
-        Some(simd) => Ok(Simd::vectorize(simd, InSingle(op))),
-        None => Err(op),
-    };
+    match pulp::x86::V3::try_new() {
+        Some(simd) => Simd::vectorize(simd, InSingle(op)),
+        None => return Err(op),
+    }
     #[cfg(not(target_arch = "x86_64"))]
-    Ok(pulp::Arch::new().dispatch(InSingle(op)))
+    pulp::Arch::new().dispatch(InSingle(op));
+    Ok(())
 }
 
 impl<S: Registers> Lane<S> {
@@ -310,7 +285,8 @@ mod tests {
     #[test]
     fn functions_in_single_precision_agree_within_a_few_ulp() {
         let numbers: Vec<f64> = (-800..3000).map(|i| f64::from(i) * 0.001).filter(|x| *x != 0.0).collect();
-        let tiny: Vec<f64> = (0..30).map(|i| 10f64.powi(-i) * 0.7).flat_map(|x| [x, -x]).collect();
+        // Squares of what is smaller are no normal numbers.
+        let tiny: Vec<f64> = (0..18).map(|i| 10f64.powi(-i) * 0.7).flat_map(|x| [x, -x]).collect();
         let all: Vec<f64> = numbers.into_iter().chain(tiny).collect();
         assert!(dispatch_single(Compare(&all, Exp, 1.0)).is_ok());
         assert!(dispatch_single(Compare(&all, ExpM1, 1.0)).is_ok());

@@ -7,7 +7,7 @@
 pub mod contact;
 pub mod dual;
 pub mod element;
-pub mod elementary;
+mod elementary;
 pub mod face_load;
 pub mod followers;
 pub mod force;
@@ -17,5 +17,6 @@ pub mod principal;
 pub mod real;
 pub mod registers;
 pub mod rigid;
+mod row;
 pub mod sparse;
 pub mod tensor;

@@ -4,9 +4,8 @@
 //! and the motion of the bodies keep all their digits; what is rounded to 6e-8 is the response of one element to the
 //! differences of its displacements.
 
-use super::elementary::Elementary;
-use super::lanes::{BATCH, Lane, Row};
 use super::real::Outlined;
+use super::row::{BATCH, Row};
 use pulp::{Simd, WithSimd};
 use std::fmt::Debug;
 
@@ -48,6 +47,28 @@ pub trait Registers: Copy + Debug {
     /// Calls what is not inlined, with the instruction set.
     fn enter<Op: Outlined>(self, op: Op) -> Op::Output;
 }
+
+/// A function of `f64`, number by number; two results, of which most have but one (`elementary.rs`).
+pub trait Elementary {
+    /// Its values at each number of a register.
+    fn eval<S: Simd>(simd: S, v: S::f64s) -> [S::f64s; 2];
+}
+
+/// `exp(x)`.
+#[derive(Debug)]
+pub struct Exp;
+/// `exp(x) − 1` and `exp(x) − 1 − x`.
+#[derive(Debug)]
+pub struct ExpM1;
+/// `ln(1 + x)`.
+#[derive(Debug)]
+pub struct Ln1p;
+/// `ln(x)`.
+#[derive(Debug)]
+pub struct Ln;
+/// Approximate `(1 + x)^(−1/3)`.
+#[derive(Debug)]
+pub struct SeedInverseCbrt1p;
 
 /// Single precision in the registers of an instruction set that have no more numbers than a batch.
 #[derive(Clone, Copy, Debug)]
@@ -109,8 +130,7 @@ impl<S: Simd> Registers for S {
     }
     #[inline(always)]
     fn elementary<F: Elementary>(self, v: S::f64s) -> [S::f64s; 2] {
-        let [a, b] = F::eval(Lane { v, simd: self });
-        [a.v, b.v]
+        F::eval(self, v)
     }
     #[inline(always)]
     fn enter<Op: Outlined>(self, op: Op) -> Op::Output {
@@ -184,9 +204,9 @@ impl<S: Simd> Registers for Single<S> {
         let mut rows = [Row::default(); 2];
         self.store(v, &mut rows[0], 0);
         for part in 0..Self::LANES.div_ceil(S::F64_LANES) {
-            let [a, b] = F::eval(Lane::load(self.0, &rows[0], part));
-            a.store(&mut rows[0], part);
-            b.store(&mut rows[1], part);
+            let [a, b] = F::eval(self.0, Registers::load(self.0, &rows[0], part));
+            Registers::store(self.0, a, &mut rows[0], part);
+            Registers::store(self.0, b, &mut rows[1], part);
         }
         rows.map(|row| self.load(&row, 0))
     }

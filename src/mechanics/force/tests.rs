@@ -239,13 +239,20 @@ fn single_precision_rounds_the_response_of_an_element_and_nothing_else() {
                 law.volumetric().is_some(),
                 "{law:?}: a kernel of its own where there is one"
             );
-            assert!((s.strain - d.strain).abs() < 2e-5 * d.strain && (s.j - d.j).abs() < 1e-5);
+            // Elements of 1 m: the work of the rounding of J̄ and of the stresses.
+            assert!(
+                (s.strain - d.strain).abs() < 5e-6 * d.force.norm(),
+                "{law:?}: {} {}",
+                s.strain,
+                d.strain
+            );
+            assert!((s.j - d.j).abs() < 1e-5, "{law:?}: {} {}", s.j, d.j);
             assert!((s.stable_step / d.stable_step - 1.0).abs() < 1e-5);
             // No momentum is made.
             let sum: Vec3 = s.force.as_slice().chunks(3).map(|f| Vec3::new(f[0], f[1], f[2])).sum();
             assert!(sum.norm() < 1e-14 * s.force.norm(), "{law:?}: {sum}");
         }
-        assert_eq!(single.evaluate(&[far; 8]).force.norm(), 0.0, "a translation");
+        assert!(single.evaluate(&[far; 8]).force.norm() < f64::MIN_POSITIVE, "a translation");
     }
 }
 

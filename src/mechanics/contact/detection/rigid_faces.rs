@@ -1,7 +1,8 @@
 //! Faces of a mesh against a rigid body, between their nodes, which have contacts of their own
 //! ([`super::rigid_detection`]).
 //!
-//! A shape may penetrate a face by `ALLOWED` of the face's size at rest and no deeper: where nodes are close
+//! A shape may penetrate a face by `ALLOWED` of the face's size at rest and no deeper, a round one besides by its bow between the nodes of
+//! a `FINE` face: where nodes are close
 //! together they keep it out by themselves, and this constrains nothing. Two flat-sided bodies touch with a corner in
 //! a face, a face on a corner, or two edges; faces of a mesh also warp:
 //!
@@ -26,9 +27,8 @@ use crate::tensor::Vec3;
 
 /// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
 pub(in crate::contact) const ALLOWED: f64 = 0.0025;
-/// Largest bow of a round shape between the nodes of a face, as a fraction of its radius: that over a face of a quarter of the
-/// radius.
-const MOST_BOW: f64 = 0.015;
+/// Size at rest up to which the nodes of a face alone hold a round shape, as a fraction of its radius.
+const FINE: f64 = 0.2;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.
 const MOST: f64 = 0.05;
 /// Depth beyond which a foot is not in the face, as a fraction of the face's size.
@@ -67,16 +67,16 @@ pub(super) struct FaceTouch {
 
 /// Allowed depth of a shape in a face of a size at rest, of which all corners are within `radius` of its middle [m].
 ///
-/// Nodes that lie on a round shape have its bow between them. They keep it out by themselves: to hold their faces and edges in
-/// addition would constrain every node several times, which sweeps resolve slowly.
+/// Nodes that lie on a round shape have its bow between them. Where they are close together they keep it out by themselves: to hold
+/// their faces and edges in addition would constrain every node several times, which sweeps resolve slowly.
 pub(super) fn allowed(shape: &Shape, size: f64, radius: f64) -> f64 {
     let bow = match shape {
-        Shape::Ball { radius: r } | Shape::Capsule { radius: r, .. } => {
+        Shape::Ball { radius: r } | Shape::Capsule { radius: r, .. } if size <= FINE * r => {
             let radius = radius.min(*r);
-            (r - (r * r - radius * radius).sqrt()).min(MOST_BOW * r)
+            r - (r * r - radius * radius).sqrt()
         }
-        // Their edges may lie between the nodes.
-        Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Polyhedron(_) => 0.0,
+        // Others have edges, which may lie between the nodes.
+        _ => 0.0,
     };
     (ALLOWED * size + bow).min(MOST * shape.size())
 }

@@ -145,7 +145,7 @@ fn a_beam_across_a_warped_face_is_held_by_its_bulge_and_by_no_edge() {
 
 #[test]
 fn nodes_on_a_round_shape_keep_it_out_of_the_faces_between_them() {
-    let ball = Shape::Ball { radius: 20.0 };
+    let ball = Shape::Ball { radius: 40.0 };
     // All corners on the ball, however the face is stretched; then half a bow deeper.
     for stretch in [0.5, 1.0, 1.5] {
         let flat = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]];
@@ -154,8 +154,8 @@ fn nodes_on_a_round_shape_keep_it_out_of_the_faces_between_them() {
             corners: flat.map(|[x, y]| Vec3::new(stretch * x, stretch * y, z)),
             triangle: false,
         };
-        let on = -(20.0_f64 * 20.0 - radius * radius).sqrt();
-        let bow = 20.0 + on;
+        let on = -(40.0_f64 * 40.0 - radius * radius).sqrt();
+        let bow = 40.0 + on;
         assert_eq!(found(&ball, &low(on), &low(on)), []);
         let deep = low(on + 0.5 * bow + 2.0 * ALLOWED * SIZE);
         assert!(found(&ball, &low(on), &deep).iter().any(|touch| touch.gap > 0.0), "{stretch}");
