@@ -232,25 +232,17 @@ fn single_precision_rounds_the_response_of_an_element_and_nothing_else() {
         for _ in 0..20 {
             let u = deformed(&X.map(|X| X - far), 0.05, &mut random).map(|u| u + far);
             let (s, d) = (single.evaluate(&u), double.evaluate(&u));
-            let error = (s.force - d.force).norm() / d.force.norm();
-            assert!(error < 2e-5, "{law:?}: {error}, J = {}", d.j + 1.0);
-            assert_eq!(
-                error > 0.0,
-                law.volumetric().is_some(),
-                "{law:?}: a kernel of its own where there is one"
-            );
-            // Elements of 1 m: the work of the rounding of J̄ and of the stresses.
-            assert!(
-                (s.strain - d.strain).abs() < 5e-6 * d.force.norm(),
-                "{law:?}: {} {}",
-                s.strain,
-                d.strain
-            );
+            // What rounds is F, by 6e-8 of products of stretches up to e; the bulk modulus multiplies that, on faces of 1 m².
+            let error = (s.force - d.force).norm();
+            let bound = 5e-6 * (law.moduli_at_rest().1 + d.force.norm());
+            assert!(error < bound, "{law:?}: {error} N of {}, J = {}", d.force.norm(), d.j + 1.0);
+            assert_eq!(error > 0.0, law.volumetric().is_some(), "{law:?}: where there is such a kernel");
+            assert!((s.strain - d.strain).abs() < bound, "{law:?}: {} {}", s.strain, d.strain);
             assert!((s.j - d.j).abs() < 1e-5, "{law:?}: {} {}", s.j, d.j);
             assert!((s.stable_step / d.stable_step - 1.0).abs() < 1e-5);
             // No momentum is made.
             let sum: Vec3 = s.force.as_slice().chunks(3).map(|f| Vec3::new(f[0], f[1], f[2])).sum();
-            assert!(sum.norm() < 1e-14 * s.force.norm(), "{law:?}: {sum}");
+            assert!(sum.norm() < 1e-12 * s.force.norm(), "{law:?}: {sum}");
         }
         assert!(single.evaluate(&[far; 8]).force.norm() < f64::MIN_POSITIVE, "a translation");
     }
