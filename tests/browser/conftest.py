@@ -20,7 +20,7 @@ BINARY = Path(os.environ.get("CONTUSE", ROOT / "target/release/contuse"))
 FLAGS = """--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
     --disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader""".split()
 # Waits end when their condition holds; this is for what never comes.
-PATIENCE_MS = 120_000
+PATIENCE_MS = 300_000
 expect.set_options(timeout=PATIENCE_MS)
 
 
