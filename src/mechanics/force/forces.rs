@@ -196,15 +196,11 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         };
     }
     let formulation = block.parameters.formulation;
-    let mut single = None;
     if const { matches!(E::KIND, ElementKind::Hex8) } && block.parameters.has_single_precision(E::KIND) {
-        let formulation = GaussPoints::<true, false>;
-        single =
-            dispatch_single(Evaluation { law, formulation, elements, block, input, forces: &mut *forces })
-                .ok();
-    }
-    if single.is_some() {
-        return;
+        let (formulation, forces) = (GaussPoints::<true, false>, &mut *forces);
+        if dispatch_single(Evaluation { law, formulation, elements, block, input, forces }).is_ok() {
+            return;
+        }
     }
     // Constants stand first, so that no kernel is compiled for an element that has no use for it.
     if const { Formulation::MeanDilatation.is_of(E::KIND) } && block.parameters.has_mean_dilatation() {

@@ -111,19 +111,18 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     }
     part.material.check(&here.key("material"), out);
     let coupled = !part.material.is_split();
-    let is_mean =
-        matches!(part.formulation, Some(Formulation::MeanDilatation | Formulation::MeanDilatationSingle));
-    out.require(!(coupled && is_mean), || {
+    let mean = match part.formulation {
+        Some(Formulation::MeanDilatation) => Some("mean_dilatation"),
+        Some(Formulation::MeanDilatationSingle) => Some("mean_dilatation_single"),
+        _ => None,
+    };
+    out.require(!(coupled && mean.is_some()), || {
         Problem::error(
             "coupled_law_with_mean_dilatation",
             &here.key("formulation"),
             "mean dilatation averages U(J), but this law has no separate U(J)",
         )
-        .value(if part.formulation == Some(Formulation::MeanDilatation) {
-            "mean_dilatation"
-        } else {
-            "mean_dilatation_single"
-        })
+        .value(mean.unwrap_or_default())
         .limit("full or reduced, for a coupled law")
         .remedy("choose \"full\", or a split law")
     });
