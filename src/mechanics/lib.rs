@@ -20,3 +20,4 @@ pub mod rigid;
 mod row;
 pub mod sparse;
 pub mod tensor;
+pub mod threads;

@@ -79,12 +79,17 @@ impl<'p> RigidContact<'p> {
 }
 
 /// Detectors of contacts between meshes and with planes.
-fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface]) -> (Detector, Guard) {
+fn detectors(
+    plan: &Plan,
+    contact: &ContactPlan,
+    surfaces: &[Surface],
+    threads: &Threads,
+) -> (Detector, Guard) {
     let pairs = &contact.pairs;
-    let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation);
+    let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation).on(threads);
     let detector =
         if contact.always_looks_at_itself { detector.that_always_looks_at_itself() } else { detector };
-    (detector, Guard::new(surfaces, pairs, contact.discretisation, &plan.X))
+    (detector, Guard::new(surfaces, pairs, contact.discretisation, &plan.X).on(threads))
 }
 
 impl<'p> ContactStep<'p> {
@@ -92,7 +97,7 @@ impl<'p> ContactStep<'p> {
         // Capacity for every slave node at once: untouched pages cost nothing.
         let most = contact.most_contacts();
         let surfaces = Cow::Borrowed(&contact.surfaces[..]);
-        let (detector, guard) = detectors(plan, contact, &surfaces);
+        let (detector, guard) = detectors(plan, contact, &surfaces, threads);
         Self {
             plan: contact,
             threads: threads.clone(),
@@ -118,7 +123,7 @@ impl<'p> ContactStep<'p> {
     pub fn lay_bare(&mut self, plan: &'p Plan, erosion: &Erosion) {
         let of_body = |body: &usize| plan.bodies[*body].boundary_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
-        (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces);
+        (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces, &self.threads);
         self.rigid = RigidContact::new(plan, self.plan, &self.surfaces);
     }
 

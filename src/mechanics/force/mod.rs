@@ -32,10 +32,10 @@ mod rate_stiffness;
 mod reduced;
 mod rows;
 mod stiffness;
-mod threads;
 mod totals;
 mod viscous;
 
+pub use crate::threads::Threads;
 pub use activity::Activity;
 pub use assembled_bound::AssembledBound;
 pub use assembly::Assembly;
@@ -50,7 +50,6 @@ pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;
 pub use rate_stiffness::EndOfStep;
 pub use stiffness::{CORNER_PAIRS, StiffnessBatch, corner_pair};
-pub use threads::Threads;
 pub use totals::{BatchTotals, BlockTotals};
 
 pub use super::lanes::BATCH;

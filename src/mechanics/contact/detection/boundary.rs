@@ -80,7 +80,7 @@ impl Boundary {
     }
 
     /// Index in `nodes` of a global node number.
-    fn place(&self, node: u32) -> Option<usize> {
+    pub fn place(&self, node: u32) -> Option<usize> {
         let i = node.checked_sub(self.least)? as usize;
         self.places.get(i).filter(|&&place| place != NONE).map(|&place| place as usize)
     }
@@ -88,6 +88,12 @@ impl Boundary {
     /// Faces around a node (global number), ascending; none if it is not on this surface.
     pub fn faces_around(&self, node: u32) -> &[u32] {
         self.place(node).map_or(&[], |i| &self.around[self.starts[i] as usize..self.starts[i + 1] as usize])
+    }
+
+    /// Whether a face has a node in common with a face around a node.
+    pub fn is_beside(&self, node: u32, face: u32) -> bool {
+        let around = self.faces[face as usize].iter().flat_map(|&corner| self.faces_around(corner));
+        around.copied().any(|beside| self.faces[beside as usize].contains(&node))
     }
 
     /// Mean size of the faces [m].

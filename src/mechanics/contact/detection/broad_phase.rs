@@ -12,6 +12,7 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use std::cell::Cell;
+use std::ops::Range;
 
 /// Positions at both ends of a step: absolute at its start, and at its end if there were no contact [m].
 #[derive(Clone, Copy)]
@@ -115,20 +116,22 @@ impl FaceTree {
     }
 }
 
-/// A listed face, with the displacement of nodes before it becomes relevant [m].
+/// A listed face.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
-    face: u32,
-    /// Distance when the list was made, less the reach [m].
-    spare: f64,
+pub(super) struct Entry {
+    pub face: u32,
+    /// Whether it is beside those around the node, on one surface.
+    pub is_beside: bool,
+    /// Distance when the list was made, less the reach [m]: displacement of nodes before it becomes relevant.
+    pub spare: f64,
 }
 
 /// A slave node of the list.
 #[derive(Clone, Copy, Debug)]
-struct Listed {
-    node: u32,
+pub(super) struct Listed {
+    pub node: u32,
     /// Index in the nodes of the slave's surface.
-    place: u32,
+    pub place: u32,
     entries: (u32, u32),
     /// The least `spare` of its entries [m].
     spare: f64,
@@ -140,7 +143,7 @@ struct Listed {
 /// A slave node that may meet something in a step.
 pub(super) struct Candidate<F> {
     pub node: u32,
-    /// Faces within its reach, ascending.
+    /// Faces within its reach, ascending by number.
     pub faces: F,
     /// Upper bound of the distance to the closest face [m], if the node may be inside the master: it was, or has
     /// moved that far.
@@ -202,7 +205,8 @@ impl Candidates {
                     let distance = (patch.closest(&s).point - s).norm();
                     // Subtract a little for rounding.
                     let spare = distance * (1.0 - 1e-9) - reach(master.sizes[face as usize]);
-                    self.entries.push(Entry { face, spare });
+                    let is_beside = std::ptr::eq(slave, master) && master.is_beside(node, face);
+                    self.entries.push(Entry { face, is_beside, spare });
                 }
             }
             // Signed distance from the closest face, where the master has an inside.
@@ -255,22 +259,32 @@ impl Candidates {
         }
     }
 
-    /// The nodes that may meet something in a step. `slave_moved(place, node)` and `master_moved` [m] as in
-    /// [`Candidates::cover`].
+    /// Number of nodes in the list.
+    pub fn len(&self) -> usize {
+        self.listed.len()
+    }
+
+    /// A `range` of the nodes in the list, with their places in it.
+    pub fn listed(&self, range: Range<usize>) -> impl Iterator<Item = (usize, &Listed)> {
+        range.clone().zip(&self.listed[range])
+    }
+
+    /// The faces listed for a node, ascending by number.
+    pub fn entries(&self, listed: &Listed) -> &[Entry] {
+        &self.entries[listed.entries.0 as usize..listed.entries.1 as usize]
+    }
+
+    /// The node, if it may meet something in a step in which the two sides have `moved` since the list was made [m].
     pub fn within_reach(
         &self,
-        slave_moved: impl Fn(usize, u32) -> f64,
-        master_moved: f64,
-    ) -> impl Iterator<Item = Candidate<impl Iterator<Item = u32> + Clone>> {
-        self.listed.iter().filter_map(move |l| {
-            let moved = slave_moved(l.place as usize, l.node) + master_moved;
-            let entries = &self.entries[l.entries.0 as usize..l.entries.1 as usize];
-            let faces = entries.iter().filter(move |e| e.spare <= moved).map(|e| e.face);
-            // Add a little for rounding.
-            let limit = (l.distance + moved) * (1.0 + 1e-9);
-            let may_be_inside = (l.is_inside || l.distance <= moved * (1.0 + 1e-9)).then_some(limit);
-            (l.spare <= moved).then_some(Candidate { node: l.node, faces, may_be_inside })
-        })
+        listed: &Listed,
+        moved: f64,
+    ) -> Option<Candidate<impl Iterator<Item = &Entry> + Clone>> {
+        let faces = self.entries(listed).iter().filter(move |e| e.spare <= moved);
+        // Add a little for rounding.
+        let limit = (listed.distance + moved) * (1.0 + 1e-9);
+        let may_be_inside = (listed.is_inside || listed.distance <= moved * (1.0 + 1e-9)).then_some(limit);
+        (listed.spare <= moved).then_some(Candidate { node: listed.node, faces, may_be_inside })
     }
 }
 

@@ -29,10 +29,11 @@ use super::finder::Finder;
 use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::pair::{Moved, PairState, Side, slack};
-use super::time_of_impact::Search;
+use super::part::{LEAST, Part, divide, parts_for};
 use crate::contact::pairs::Pairs;
 use crate::contact::{Contact, Discretisation, Master, Surface};
 use crate::tensor::Vec3;
+use crate::threads::Threads;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -103,7 +104,9 @@ pub struct Detector {
     moved: Vec<Moved>,
     /// Slack of lists of self-contact, as a fraction of the mean face size.
     own_slack: f64,
-    search: Search,
+    /// Parts of the list of each pair of two surfaces in turn.
+    parts: Vec<Part>,
+    threads: Threads,
 }
 
 impl Detector {
@@ -129,6 +132,7 @@ impl Detector {
         for pair in others() {
             meets_others[pair.slave] = true;
         }
+        let most_nodes = boundaries.iter().map(|boundary| boundary.nodes.len()).max().unwrap_or(0);
         Self {
             boxes: Vec::with_capacity(boundaries.len()),
             slacks: Vec::with_capacity(boundaries.len()),
@@ -143,8 +147,15 @@ impl Detector {
             snapshots: Vec::new(),
             moved,
             own_slack: OWN_SLACK,
-            search: Search::default(),
+            parts: parts_for(most_nodes),
+            threads: Threads::ONE,
         }
+    }
+
+    /// Searches long lists on several threads.
+    #[must_use]
+    pub fn on(self, threads: &Threads) -> Self {
+        Self { threads: threads.clone(), ..self }
     }
 
     /// Checks for self-contact in every step, even where nothing can have come near since the last one.
@@ -183,15 +194,27 @@ impl Detector {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        let Self { boundaries, states, trees, snapshots, moved, search, .. } = self;
+        let Self { boundaries, states, trees, snapshots, moved, parts: of_others, threads, .. } = self;
         for pair in states.iter_mut() {
             let first = contacts.len();
             let master_moved = match &pair.own {
                 Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
                 None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
             };
-            let finder = Finder { pair, boundaries, trees, motion, master_moved };
-            report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
+            let mut parts = std::mem::take(if pair.own.is_some() { &mut pair.parts } else { of_others });
+            let count = pair.candidates.len();
+            if pair.own.is_none() {
+                divide(&mut parts, count);
+            }
+            let snapshot = &snapshots[pair.slave];
+            let finder = Finder { pair, boundaries, trees, snapshot, motion, master_moved };
+            let threads = if count > LEAST { &*threads } else { &Threads::ONE };
+            threads.for_each(&mut parts, |part| finder.find(part));
+            for part in &mut parts {
+                report.impacts += part.impacts;
+                contacts.append(&mut part.contacts);
+            }
+            *(if pair.own.is_some() { &mut pair.parts } else { &mut *of_others }) = parts;
             if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
                 averager.average(&boundaries[pair.slave], &boundaries[master], x, &mut contacts[first..]);
             }

@@ -18,6 +18,7 @@ use super::closest_point::Patch;
 use super::detector::Detector;
 use super::frame::local_frame;
 use super::narrow_phase::NEAR;
+use super::sweep::Sweep;
 use super::time_of_impact::Search;
 use crate::contact::ALLOWED;
 use crate::contact::pairs::Pairs;
@@ -64,6 +65,7 @@ pub(super) struct EdgeFinder {
     bent: f64,
     /// Edges of each side of the present pair that come near the other side in a step, the sharp ones first.
     near: [Vec<Edge>; 2],
+    sweep: Sweep,
     search: Search,
 }
 
@@ -85,7 +87,7 @@ impl EdgeFinder {
         let most = edges.iter().map(Vec::len).max().unwrap_or(0);
         let near = [0, 1].map(|_| Vec::with_capacity(most));
         let boxes = vec![[Vec3::zeros(); 2]; edges.len()];
-        Self { edges, boxes, bent, near, search: Search::default() }
+        Self { edges, boxes, bent, near, sweep: Sweep::with_capacity(most), search: Search::default() }
     }
 
     /// Appends the contacts of a step, of the pairs that the `detector`, with slave and master exchanged, has found near;
@@ -97,7 +99,7 @@ impl EdgeFinder {
         ends: Ends,
         contacts: &mut Vec<Contact>,
     ) {
-        let Self { edges, boxes, bent, near, search } = self;
+        let Self { edges, boxes, bent, near, sweep, search } = self;
         for (surface, of_it) in
             boxes.iter_mut().enumerate().filter(|(surface, _)| !edges[*surface].is_empty())
         {
@@ -124,11 +126,12 @@ impl EdgeFinder {
                 near.sort_unstable_by_key(|edge| (!edge.is_sharp, edge.nodes));
             }
             let sharp = near[1].partition_point(|edge| edge.is_sharp);
+            sweep.sort(near[1].iter().map(|edge| reach_of(edge, ends)));
             for a in &near[0] {
                 // At least one of the two is sharp.
-                let others = if a.is_sharp { &near[1][..] } else { &near[1][..sharp] };
-                for b in others {
-                    if let Some(found) = contact_of([a, b], boundaries, ends, search) {
+                let others = if a.is_sharp { near[1].len() } else { sharp };
+                for b in sweep.met_by(&reach_of(a, ends), others) {
+                    if let Some(found) = contact_of([a, &near[1][*b as usize]], boundaries, ends, search) {
                         contacts.push(Contact { pair: number(pair), ..found });
                     }
                 }
@@ -204,6 +207,12 @@ fn swept(edge: &Edge, (x, x_end): Ends) -> [Vec3; 2] {
     let [a, b] = edge.nodes.map(|node| node as usize);
     let points = [x[b], x_end[a], x_end[b]];
     points.iter().fold([x[a]; 2], |[low, high], p| [low.inf(p), high.sup(p)])
+}
+
+/// The box around an edge over the step, with its half of the distance within which two edges are near each other, and a little for rounding.
+fn reach_of(edge: &Edge, ends: Ends) -> [Vec3; 2] {
+    let ([low, high], half) = (swept(edge, ends), 0.501 * NEAR * length(edge, ends.0));
+    [low.add_scalar(-half), high.add_scalar(half)]
 }
 
 fn meet(a: &[Vec3; 2], b: &[Vec3; 2], near: f64) -> bool {

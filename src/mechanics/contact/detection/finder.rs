@@ -1,12 +1,13 @@
 //! The contacts of one pair in one step: each slave node against the faces retained by the broad phase.
 
 use super::boundary::Boundary;
-use super::broad_phase::{Candidate, FaceTree, Motion};
+use super::broad_phase::{Candidate, Entry, FaceTree, Listed, Motion};
 use super::closest_point::Patch;
 use super::frame::local_frame;
 use super::narrow_phase::{BAND, NEAR, OPPOSED, Proximity, choose_face, eval_proximity, eval_within};
 use super::pair::{Moved, PairState, Side};
-use super::self_contact::is_beside;
+use super::part::Part;
+use super::self_contact::OwnMotion;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
 use crate::contact::stencil::Stencil;
@@ -33,48 +34,81 @@ pub(super) struct Finder<'a> {
     pub boundaries: &'a [Boundary],
     /// Trees of the masters of other surfaces.
     pub trees: &'a [Option<FaceTree>],
+    /// Positions of the slave's nodes when the list was made; not in self-contact.
+    pub snapshot: &'a [Vec3],
     pub motion: Motion<'a>,
     pub master_moved: Moved,
 }
 
 impl Finder<'_> {
-    /// Appends the pair's contacts; returns how many were found by their time of impact.
-    pub fn find(&self, snapshot: &[Vec3], search: &mut Search, contacts: &mut Vec<Contact>) -> usize {
-        // Displacement of a slave node since the list was made; in self-contact the list accounts for it.
-        let moved = |place: usize, node: u32| {
-            if self.pair.own.is_some() {
-                return 0.0;
-            }
-            let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
-            let old = snapshot[place];
-            (x - old).norm_squared().max((x_end - old).norm_squared()).sqrt()
-        };
-        let mut impacts = 0;
+    /// Finds the contacts of a part of the list.
+    pub fn find(&self, part: &mut Part) {
+        part.contacts.clear();
+        part.impacts = 0;
         match self.pair.side {
             Side::Plane { point, frame, size } => {
-                for candidate in self.pair.candidates.within_reach(moved, 0.0) {
-                    contacts.extend(self.against_plane(candidate.node, &point, &frame, size));
+                for (_, listed) in self.pair.candidates.listed(part.range.clone()) {
+                    if self.pair.candidates.within_reach(listed, self.moved(listed)).is_some() {
+                        part.contacts.extend(self.against_plane(listed.node, &point, &frame, size));
+                    }
                 }
             }
             Side::Surface { master, ref itself } => {
                 let own = itself.as_ref().map(|(tree, _)| tree);
-                let Some(tree) = own.or(self.trees[master].as_ref()) else { return 0 };
-                let master = &self.boundaries[master];
-                for candidate in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
-                    let faces = candidate.faces.clone();
-                    let found = self.against_surface((master, tree), candidate, search);
-                    impacts += usize::from(matches!(found, Some((_, true))));
-                    let first = contacts.len();
-                    if let Some((contact, is_impact)) = found {
-                        contacts.push(contact);
-                        if !is_impact && self.pair.own.is_none() && self.pair.averager.is_none() {
-                            self.add_sides_of_valley(master, faces, first, contacts);
-                        }
-                    }
+                let Some(tree) = own.or(self.trees[master].as_ref()) else { return };
+                self.find_on_surface((&self.boundaries[master], tree), part);
+            }
+        }
+    }
+
+    fn find_on_surface(&self, (master, tree): (&Boundary, &FaceTree), part: &mut Part) {
+        let Part { range, contacts, impacts, quiet_until, search } = part;
+        let candidates = &self.pair.candidates;
+        for (i, (_, listed)) in candidates.listed(range.clone()).enumerate() {
+            let moved = match &self.pair.own {
+                Some(own) => match self.moved_in_reach(own, listed, &mut quiet_until[i]) {
+                    Some(moved) => moved,
+                    None => continue,
+                },
+                None => self.moved(listed) + self.master_moved.since_list,
+            };
+            let Some(candidate) = candidates.within_reach(listed, moved) else { continue };
+            let faces = candidate.faces.clone().map(|entry| entry.face);
+            let found = self.against_surface((master, tree), candidate, search);
+            let first = contacts.len();
+            if let Some((contact, is_impact)) = found {
+                contacts.push(contact);
+                *impacts += usize::from(is_impact);
+                if !is_impact && self.pair.own.is_none() && self.pair.averager.is_none() {
+                    self.add_sides_of_valley(master, faces, first, contacts);
                 }
             }
         }
-        impacts
+    }
+
+    /// Displacement [m] of a listed node of another surface since the list was made, to either end of the step.
+    fn moved(&self, listed: &Listed) -> f64 {
+        let (x, x_end) = (self.motion.x[listed.node as usize], self.motion.x_end[listed.node as usize]);
+        let old = self.snapshot[listed.place as usize];
+        (x - old).norm_squared().max((x_end - old).norm_squared()).sqrt()
+    }
+
+    /// In self-contact: upper bound of the displacement [m] of a node relative to its listed faces since the list was made, to either end
+    /// of the step; `None` if it can reach none of them in this step.
+    fn moved_in_reach(&self, own: &OwnMotion, listed: &Listed, quiet_until: &mut f64) -> Option<f64> {
+        if own.travel + own.closing < *quiet_until {
+            return None;
+        }
+        // From where the node is now, as far as the surface must move relative to itself before the first face matters.
+        let boundary = &self.boundaries[self.pair.slave];
+        let (mut spare, mut moved) = (f64::INFINITY, 0.0_f64);
+        for entry in self.pair.candidates.entries(listed) {
+            let relative = own.relative_to(boundary, listed.place as usize, entry.face, self.motion.x);
+            spare = spare.min(entry.spare - relative);
+            moved = moved.max(relative);
+        }
+        *quiet_until = own.travel + spare;
+        (spare <= own.closing).then_some((moved + own.closing).min(own.since_list))
     }
 
     fn against_plane(&self, node: u32, point: &Vec3, frame: &[Vec3; 3], size: f64) -> Option<Contact> {
@@ -95,10 +129,10 @@ impl Finder<'_> {
     }
 
     /// The contact of a slave node with one of `faces`, and whether it was found by its time of impact.
-    fn against_surface(
+    fn against_surface<'a>(
         &self,
         (master, tree): (&Boundary, &FaceTree),
-        Candidate { node, faces, may_be_inside }: Candidate<impl Iterator<Item = u32> + Clone>,
+        Candidate { node, faces, may_be_inside }: Candidate<impl Iterator<Item = &'a Entry> + Clone>,
         search: &mut Search,
     ) -> Option<(Contact, bool)> {
         let Motion { x, x_end } = self.motion;
@@ -108,11 +142,12 @@ impl Finder<'_> {
         let normal = OnceCell::new();
         // Faces beside those around the node meet it where the surface is folded onto itself; elsewhere they are its
         // neighbours.
-        let is_folded = |face: &u32| {
-            let patch = Patch::new(&master.faces[*face as usize], x);
+        let is_folded = |face: u32| {
+            let patch = Patch::new(&master.faces[face as usize], x);
             normal.get_or_init(|| slave.node_normal(node, x)).dot(&patch.normal(&[0.25; 4])) < WELL_OPPOSED
         };
-        let faces = faces.filter(|face| !same_surface || !is_beside(master, node, *face) || is_folded(face));
+        let far = faces.clone().filter(|entry| !entry.is_beside).map(|entry| entry.face);
+        let faces = faces.filter(|entry| !entry.is_beside || is_folded(entry.face)).map(|entry| entry.face);
         // The closest face at the start of the step; in self-contact one in front instead, if this one is not really
         // entered.
         let mut near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
@@ -133,12 +168,8 @@ impl Finder<'_> {
         let fast =
             |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
         let bound = (s_end - s).norm() + self.master_moved.in_step;
-        let far = |face: &u32| !same_surface || !is_beside(master, node, *face);
-        let mut quick = faces
-            .filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9))
-            .filter(far)
-            .filter(fast)
-            .peekable();
+        let mut quick =
+            far.filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9)).filter(fast).peekable();
         if quick.peek().is_none() {
             return near.map(|p| (self.near_contact(master, node, &p), false));
         }
@@ -219,7 +250,7 @@ impl Finder<'_> {
     ) -> bool {
         let Some(own) = self.pair.own.as_ref() else { return false };
         // Behind a face beside its own the node is in the wedge of a sharp edge, unless a fold has closed on it.
-        let is_beside = is_beside(master, node, p.face);
+        let is_beside = master.is_beside(node, p.face);
         if !master.is_closed {
             return is_beside;
         }

@@ -14,6 +14,7 @@ use crate::contact::pairs::Pairs;
 use crate::contact::stencil::Stencil;
 use crate::contact::{ALLOWED, Contact, ContactLaw, Discretisation, Kind, Surface};
 use crate::tensor::Vec3;
+use crate::threads::Threads;
 
 /// Shape function of a node above which a place on a face coincides with that node.
 const AT_NODE: f64 = 0.999;
@@ -48,6 +49,12 @@ impl Guard {
             first_unlisted: pairs.unlisted().start,
             listed,
         }
+    }
+
+    /// Searches long lists on several threads.
+    #[must_use]
+    pub fn on(self, threads: &Threads) -> Self {
+        Self { reversed: self.reversed.on(threads), ..self }
     }
 
     /// Appends the contacts to those of the slave nodes and sorts them by (pair, slave, face); arguments as for

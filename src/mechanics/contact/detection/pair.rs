@@ -4,6 +4,7 @@ use super::boundary::Boundary;
 use super::broad_phase::{Candidates, FaceTree, Motion, SweptBox, clearance, reach};
 use super::frame::local_frame;
 use super::mortar::Averager;
+use super::part::{Part, divide, parts_for};
 use super::self_contact::{Exclusions, OwnMotion};
 use crate::contact::{ContactPair, Master};
 use crate::tensor::Vec3;
@@ -31,6 +32,8 @@ pub(super) struct PairState {
     pub averager: Option<Averager>,
     /// Motion of the surface relative to itself, in self-contact.
     pub own: Option<OwnMotion>,
+    /// Parts of the list, in self-contact: they remember which of their nodes are far from everything.
+    pub parts: Vec<Part>,
 }
 
 /// Distance [m] by which a list reaches farther than a step of so much motion [m], for faces of this mean size [m].
@@ -96,15 +99,17 @@ impl PairState {
         let slaves = if is_one_of_few { boundaries[pair.slave].nodes.len() } else { 0 };
         let candidates = Candidates::with_capacity(slaves);
         let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
-        let number = number as u32;
-        Some(Self { number, slave: pair.slave, side, candidates, must_fill: false, averager: None, own })
+        let parts = if own.is_some() { parts_for(slaves) } else { Vec::new() };
+        let (number, slave) = (number as u32, pair.slave);
+        Some(Self { number, slave, side, candidates, must_fill: false, averager: None, own, parts })
     }
 
     /// The state of a pair of two surfaces, in the buffers of another one if there is such.
     pub fn of_two(number: usize, [slave, master]: [usize; 2], buffers: Option<Self>) -> Self {
         let candidates = buffers.map_or_else(|| Candidates::with_capacity(0), |state| state.candidates);
         let (number, side) = (number as u32, Side::Surface { master, itself: None });
-        Self { number, slave, side, candidates, must_fill: false, averager: None, own: None }
+        let (averager, own, parts) = (None, None, Vec::new());
+        Self { number, slave, side, candidates, must_fill: false, averager, own, parts }
     }
 
     /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
@@ -129,6 +134,8 @@ impl PairState {
             self.candidates.begin(slack, None);
             self.candidates.fill(boundary, boundary, tree, motion, excluded);
         }
+        divide(&mut self.parts, self.candidates.len());
+        self.parts.iter_mut().for_each(Part::restart);
         Some(true)
     }
 

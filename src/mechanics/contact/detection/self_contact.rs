@@ -47,14 +47,6 @@ impl Exclusions {
     }
 }
 
-/// Whether the face has a node in common with a face around the node.
-pub(super) fn is_beside(boundary: &Boundary, node: u32, face: u32) -> bool {
-    let corners = boundary.faces[face as usize].iter();
-    corners
-        .flat_map(|&c| boundary.faces_around(c))
-        .any(|&beside| boundary.faces[beside as usize].contains(&node))
-}
-
 /// Motion of a surface relative to itself since its list was made.
 ///
 /// For two nodes with displacements d and e, ‖d − e‖ is at most the diagonal of the box around all displacements: a
@@ -69,6 +61,13 @@ pub(super) struct OwnMotion {
     pub in_step: f64,
     /// Centre of the box of the displacements since then, at the start of the step [m].
     pub shift: Vec3,
+    /// Positions of its nodes at the start of the last step [m].
+    last: Vec<Vec3>,
+    /// Sum over the steps since the list was made, up to the start of the present one, of upper bounds of the relative displacement of any
+    /// two nodes [m].
+    pub travel: f64,
+    /// Upper bound of the relative displacement of any two nodes within the step [m].
+    pub closing: f64,
 }
 
 impl OwnMotion {
@@ -76,6 +75,8 @@ impl OwnMotion {
     pub fn restart(&mut self, boundary: &Boundary, motion: &Motion) {
         self.snapshot.clear();
         self.snapshot.extend(boundary.nodes.iter().map(|&n| motion.x[n as usize]));
+        self.last.clone_from(&self.snapshot);
+        self.travel = 0.0;
     }
 
     /// Whether there is a list.
@@ -86,11 +87,15 @@ impl OwnMotion {
     /// Measures the motion of a step; returns whether all positions are finite.
     pub fn measure(&mut self, boundary: &Boundary, motion: &Motion) -> bool {
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
-        let ([mut start, mut end], mut in_step, mut check) = ([nothing; 2], 0.0_f64, 0.0);
-        for (&node, old) in boundary.nodes.iter().zip(&self.snapshot) {
+        let ([mut start, mut end, mut before, mut within], mut in_step, mut check) =
+            ([nothing; 4], 0.0_f64, 0.0);
+        for ((&node, old), last) in boundary.nodes.iter().zip(&self.snapshot).zip(&mut self.last) {
             let (x, x_end) = (&motion.x[node as usize], &motion.x_end[node as usize]);
             widen(&mut start, &(x - old));
             widen(&mut end, &(x_end - old));
+            widen(&mut before, &(x - *last));
+            widen(&mut within, &(x_end - x));
+            *last = *x;
             let step = (x_end - x).norm_squared();
             in_step = if step > in_step { step } else { in_step };
             // The comparisons drop a NaN, which shows in the sum.
@@ -101,9 +106,21 @@ impl OwnMotion {
         }
         let diagonal = |[low, high]: &[Vec3; 2]| (high - low).norm();
         self.since_list = diagonal(&start).max(diagonal(&end));
+        // A little more for rounding.
+        self.travel += diagonal(&before) * (1.0 + 1e-9);
+        self.closing = diagonal(&within) * (1.0 + 1e-9);
         self.in_step = in_step.sqrt();
         self.shift = (start[0] + start[1]) * 0.5;
         true
+    }
+
+    /// Upper bound of the displacement relative to a face [m], since the list was made, of the node with this `place` in the surface; at
+    /// the start of the step.
+    pub fn relative_to(&self, boundary: &Boundary, place: usize, face: u32, x: &[Vec3]) -> f64 {
+        let moved = |place: usize| x[boundary.nodes[place] as usize] - self.snapshot[place];
+        let own = moved(place);
+        let corners = boundary.faces[face as usize].iter().filter_map(|&corner| boundary.place(corner));
+        corners.map(|corner| (own - moved(corner)).norm_squared()).fold(0.0, f64::max).sqrt() * (1.0 + 1e-9)
     }
 }
 
