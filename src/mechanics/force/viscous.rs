@@ -14,13 +14,14 @@ use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
-use super::rows::{add, gather, keep_still, load_corners, store_corners};
+use super::rows::{add, balance, gather, keep_still, load_corners, store_corners, subtract_first};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, ForceInput, Threads};
-use crate::element::Element;
-use crate::lanes::{Aligned, BATCH, Lane, Row};
+use crate::element::{Element, ElementKind};
+use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters, dispatch_single};
 use crate::material::bound_largest;
 use crate::real::Real;
+use crate::registers::Registers;
 use crate::tensor::{Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
@@ -96,7 +97,7 @@ impl ElementBlock {
         }
         let arch = pulp::Arch::new();
         if block.parameters.shear_viscosity > 0.0 {
-            with_elements!(&block.packed, elements => arch.dispatch(Viscous { elements, block, chunk }));
+            with_elements!(&block.packed, elements => eval_viscous(Viscous { elements, block, chunk }));
         }
         if !block.parameters.memory.is_empty() {
             with_elements!(&block.packed, elements => arch.dispatch(Memory { elements, block, input, chunk }));
@@ -114,11 +115,30 @@ struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     chunk: &'a mut ChunkForces,
 }
 
+/// Evaluates them in the precision of the block.
+fn eval_viscous<E: InBlocks<N, Q>, const N: usize, const Q: usize>(pass: Viscous<E, N, Q>) {
+    let has_single =
+        const { matches!(E::KIND, ElementKind::Hex8) } && pass.block.parameters.has_single_precision(E::KIND);
+    if !has_single {
+        return pulp::Arch::new().dispatch(pass);
+    }
+    if let Err(pass) = dispatch_single(pass) {
+        pulp::Arch::new().dispatch(pass);
+    }
+}
+
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        self.with_registers(simd);
+    }
+}
+
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithRegisters for Viscous<'_, E, N, Q> {
+    #[inline(always)]
+    fn with_registers<S: Registers>(self, simd: S) {
         let Self { elements, block, chunk } = self;
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let (mut x, mut rates) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
@@ -130,10 +150,17 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_,
             let eroded = chunk.eroded_lanes(i);
             keep_still(eroded, &mut x);
             keep_still(eroded, &mut rates);
-            for part in 0..BATCH / S::F64_LANES {
+            if S::IS_SINGLE {
+                subtract_first(&mut x);
+                subtract_first(&mut rates);
+            }
+            for part in 0..BATCH / S::LANES {
                 let eta = block.parameters.shear_viscosity;
                 batch.first_pass_to(simd, part, &x, &mut first_pass);
                 batch.viscous_forces::<S>(simd, part, eta, &first_pass, &mut rates, &mut chunk.batches[i]);
+            }
+            if S::IS_SINGLE {
+                balance(&mut rates);
             }
             add(&rates, &batch.nodes, &mut chunk.viscous);
         }
@@ -143,7 +170,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_,
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Replaces the velocities [m/s] of the elements of a register by their viscous forces [N].
     #[inline(always)]
-    fn viscous_forces<S: Simd>(
+    fn viscous_forces<S: Registers>(
         &self,
         simd: S,
         part: usize,

@@ -34,11 +34,15 @@ struct Element {
 
 impl Element {
     fn new(mu: f64, formulation: Formulation) -> Self {
+        Self::with(mu, formulation, false)
+    }
+
+    fn with(mu: f64, formulation: Formulation, single_precision: bool) -> Self {
         let volumetric = Volumetric::LnSquared(1e3 * mu);
         let parameters = BlockParameters {
             material: Material::NeoHookean(NeoHookean { c10: 0.5 * mu, volumetric }),
             formulation,
-            single_precision: false,
+            single_precision,
             density: DENSITY,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
@@ -110,6 +114,23 @@ fn forces_do_the_work_of_the_viscous_stress() {
             let scale = force.iter().map(Vec3::norm).sum::<f64>();
             assert!(sum.norm() <= 1e-12 * scale && moment.norm() <= 1e-14 * scale, "{sum} {moment}");
         }
+    }
+}
+
+#[test]
+fn single_precision_rounds_viscous_forces_and_makes_no_momentum() {
+    let [single, double] =
+        [true, false].map(|is_single| Element::with(1e4, Formulation::MeanDilatation, is_single));
+    for seed in 0..20 {
+        let far = scatter(seed) * 50.0;
+        let u = moved(100 * seed, 2e-4).map(|u| u + far);
+        let v = moved(100 * seed + 50, 3.0).map(|v| v + far);
+        let ((s, step), (d, exact)) = (single.forces(&u, &v), double.forces(&u, &v));
+        let norm = |forces: &U| forces.iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
+        let error = norm(&std::array::from_fn(|a| s[a] - d[a]));
+        assert!(error > 0.0 && error < 2e-5 * norm(&d), "{seed}: {error} N of {}", norm(&d));
+        assert!((step / exact - 1.0).abs() < 1e-5);
+        assert!(s.iter().sum::<Vec3>().norm() < 1e-14 * norm(&s));
     }
 }
 
