@@ -65,12 +65,12 @@ struct RigidContact<'p> {
 }
 
 impl<'p> RigidContact<'p> {
-    fn new(plan: &'p Plan, contact: &ContactPlan, surfaces: &[Surface]) -> Option<Self> {
+    fn new(plan: &'p Plan, contact: &ContactPlan, surfaces: &[Surface], threads: &Threads) -> Option<Self> {
         let of_rigid = contact.pairs.rigid();
         let rigid = plan.rigid.as_ref().filter(|_| !of_rigid.0.is_empty())?;
         Some(Self {
             plan: rigid,
-            detector: RigidDetector::new(surfaces, of_rigid, &rigid.bodies, &plan.X),
+            detector: RigidDetector::new(surfaces, of_rigid, &rigid.bodies, &plan.X).on(threads),
             projection: RigidProjection::new(plan.node_count(), contact.most_rigid_contacts()),
             poses_end: Vec::with_capacity(rigid.bodies.len()),
             contacts: Vec::with_capacity(contact.most_rigid_contacts()),
@@ -108,7 +108,7 @@ impl<'p> ContactStep<'p> {
             reactions: Vec::with_capacity(most),
             workspace: Workspace::with_capacity(contact.most_mesh_contacts(), contact.most_rigid_contacts()),
             moved: Vec::with_capacity(SHIFTS * most),
-            rigid: RigidContact::new(plan, contact, &surfaces),
+            rigid: RigidContact::new(plan, contact, &surfaces, threads),
             surfaces,
             unconverged: (0, 0.0),
         }
@@ -124,7 +124,7 @@ impl<'p> ContactStep<'p> {
         let of_body = |body: &usize| plan.bodies[*body].boundary_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
         (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces, &self.threads);
-        self.rigid = RigidContact::new(plan, self.plan, &self.surfaces);
+        self.rigid = RigidContact::new(plan, self.plan, &self.surfaces, &self.threads);
     }
 
     /// Finds the contacts that may close within the step and changes `v` from v* to v₊; including the bodies' flight

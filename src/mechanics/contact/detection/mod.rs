@@ -20,6 +20,7 @@ mod part;
 pub mod rigid_detection;
 pub mod rigid_faces;
 mod rigid_manifold;
+mod rigid_mesh;
 mod segments;
 mod self_contact;
 pub mod slave_choice;

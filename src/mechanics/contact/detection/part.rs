@@ -5,7 +5,7 @@ use crate::contact::Contact;
 use std::ops::Range;
 
 /// Number of parts: so many that threads share them evenly.
-const PARTS: usize = 16;
+pub(super) const PARTS: usize = 16;
 
 /// Listed nodes of a part at least: with fewer a thread would wait for longer than it works.
 pub(super) const LEAST: usize = 64;
@@ -43,8 +43,11 @@ pub(super) fn parts_for(nodes: usize) -> Vec<Part> {
 
 /// Divides a list of so many nodes among the parts.
 pub(super) fn divide(parts: &mut [Part], count: usize) {
+    parts.iter_mut().enumerate().for_each(|(i, part)| part.range = share(i, count));
+}
+
+/// The `i`-th part of so many places.
+pub(super) fn share(i: usize, count: usize) -> Range<usize> {
     let of_each = count.div_ceil(PARTS).max(LEAST);
-    for (i, part) in parts.iter_mut().enumerate() {
-        part.range = (i * of_each).min(count)..((i + 1) * of_each).min(count);
-    }
+    (i * of_each).min(count)..((i + 1) * of_each).min(count)
 }

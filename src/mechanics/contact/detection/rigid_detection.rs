@@ -18,13 +18,16 @@ use super::closest_point::Patch;
 use super::detector::{DetectionError, NEAR};
 use super::frame::local_frame;
 use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
+use super::part::{LEAST, PARTS};
 use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
+use super::rigid_mesh::{MeshPart, MeshSide};
 use super::time_of_impact::first_meeting;
 use crate::contact::stencil::Stencil;
 use crate::contact::{Contact, ContactLaw, ContactPair, Kind, Master, Surface};
 use crate::rigid::{Pose, RigidBody, Shape};
 use crate::tensor::Vec3;
+use crate::threads::Threads;
 use parry3d_f64::shape::SharedShape;
 
 pub use super::rigid_manifold::MOST_POINTS;
@@ -61,16 +64,6 @@ enum Side {
     Plane(Vec3, [Vec3; 3]),
 }
 
-/// The boundary surface of a mesh.
-#[derive(Clone, Debug)]
-struct MeshSide {
-    boundary: Boundary,
-    /// Mean size of the faces at rest [m].
-    size: f64,
-    /// Edges of each face that are checked with it: each edge of the mesh once.
-    owns: Vec<[bool; 4]>,
-}
-
 /// Finds the contacts of the pairs with a rigid side.
 pub struct RigidDetector {
     bodies: Vec<RigidBody>,
@@ -81,6 +74,9 @@ pub struct RigidDetector {
     touches: Vec<Touch>,
     /// Faces near the body of the present pair.
     near: Vec<u32>,
+    /// Parts of the mesh of the present pair.
+    parts: Vec<MeshPart>,
+    threads: Threads,
 }
 
 impl RigidDetector {
@@ -107,6 +103,8 @@ impl RigidDetector {
         };
         let faces = surfaces.iter().map(|surface| surface.faces.len()).max().unwrap_or(0);
         Self {
+            parts: (0..PARTS).map(|_| MeshPart::with_capacity(faces.div_ceil(PARTS).max(LEAST))).collect(),
+            threads: Threads::ONE,
             near: Vec::with_capacity(faces),
             bodies: bodies.to_vec(),
             shapes: bodies.iter().map(|body| parry_shape(&body.shape)).collect(),
@@ -114,6 +112,12 @@ impl RigidDetector {
             manifolds: ManifoldFinder::default(),
             touches: Vec::with_capacity(MOST_POINTS),
         }
+    }
+
+    /// Examines large meshes on several threads.
+    #[must_use]
+    pub fn on(self, threads: &Threads) -> Self {
+        Self { threads: threads.clone(), ..self }
     }
 
     /// All rigid bodies, by index.
@@ -146,21 +150,21 @@ impl RigidDetector {
         if let Some(body) = motion.poses.iter().chain(motion.poses_end).position(|pose| !pose.is_finite()) {
             return Err(DetectionError::BodyNotFinite { body: body % self.bodies.len() });
         }
-        let Self { bodies, shapes, pairs, manifolds, touches, near: near_faces } = self;
+        let Self { bodies, shapes, pairs, manifolds, touches, near, parts, threads } = self;
         for (index, slave, master) in pairs.iter() {
             let finder = Finder { pair: *index, bodies, motion };
             match (slave, master) {
-                (Side::Mesh(MeshSide { boundary, size, owns }), Side::Body(body)) => {
-                    let near = reach(*size);
-                    let nodes = boundary.nodes.iter();
-                    contacts.extend(nodes.filter_map(|&node| finder.node_on_body(node, near, *body)));
-                    near_faces.clear();
-                    for (index, owns) in owns.iter().enumerate() {
-                        if finder.face_on_body((boundary, index), *owns, *body, contacts) {
-                            near_faces.push(index as u32);
-                        }
+                (Side::Mesh(mesh), Side::Body(body)) => {
+                    parts.iter_mut().enumerate().for_each(|(i, part)| part.begin(i, mesh));
+                    let threads = if mesh.owns.len() > LEAST { &*threads } else { &Threads::ONE };
+                    threads.for_each(parts, |part| finder.mesh_on_body(mesh, *body, part));
+                    parts.iter_mut().for_each(|part| contacts.append(&mut part.of_nodes));
+                    near.clear();
+                    for part in parts.iter_mut() {
+                        contacts.append(&mut part.of_faces);
+                        near.append(&mut part.near);
                     }
-                    finder.corners_in_creases(boundary, near_faces, *body, contacts);
+                    finder.corners_in_creases(&mesh.boundary, near, *body, contacts);
                 }
                 (Side::Body(body), Side::Plane(point, frame)) => {
                     finder.body_on_plane(*body, point, frame, contacts);
@@ -183,6 +187,18 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
+    /// Contacts of a part of a mesh.
+    fn mesh_on_body(&self, mesh: &MeshSide, body: usize, part: &mut MeshPart) {
+        let MeshPart { nodes, faces, of_nodes, of_faces, near } = part;
+        let nodes = mesh.boundary.nodes[nodes.clone()].iter();
+        of_nodes.extend(nodes.filter_map(|&node| self.node_on_body(node, reach(mesh.size), body)));
+        for face in faces.clone() {
+            if self.face_on_body((&mesh.boundary, face), mesh.owns[face], body, of_faces) {
+                near.push(face as u32);
+            }
+        }
+    }
+
     fn node_on_body(&self, node: u32, near: f64, body: usize) -> Option<Contact> {
         let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
         let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
@@ -387,28 +403,6 @@ impl Finder<'_> {
 /// The rotation from one pose to another, axis times angle [rad].
 fn rotation(start: &Pose, end: &Pose) -> Vec3 {
     (end.orientation * start.orientation.inverse()).scaled_axis()
-}
-
-impl MeshSide {
-    /// At the positions `x` [m].
-    fn new(surface: &Surface, x: &[Vec3]) -> Self {
-        let mut owns = vec![[false; 4]; surface.faces.len()];
-        let edge = |(face, k): (usize, usize)| {
-            let corners = &surface.faces[face];
-            let count = if corners[2] == corners[3] { 3 } else { 4 };
-            let (a, b) = (corners[k % count], corners[(k + 1) % count]);
-            ([a.min(b), a.max(b)], face, k)
-        };
-        let places = (0..surface.faces.len()).flat_map(|face| (0..4).map(move |k| (face, k)));
-        let mut edges: Vec<([u32; 2], usize, usize)> = places.map(edge).collect();
-        edges.sort_unstable();
-        edges.dedup_by_key(|edge| edge.0);
-        for (_, face, k) in edges {
-            owns[face][k] = true;
-        }
-        let boundary = Boundary::new(surface, x);
-        Self { size: boundary.mean_size(), boundary, owns }
-    }
 }
 
 #[cfg(test)]
