@@ -8,6 +8,7 @@
 use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
 use super::error_bars::{compared_runs, error_bars, relative_size};
+use super::precision::in_single_precision;
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
@@ -78,6 +79,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let discards = AtomicBool::new(false);
     let wall = clock.wall();
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
+    let scene = &in_single_precision(scene);
     let own = Meshes::of(scene, threads, &stop);
     let lowered =
         asked.lower_bulk_modulus.then(|| lower((scene, &own.first().1), asked, &own.variants, &mut clock));

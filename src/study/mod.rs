@@ -12,6 +12,7 @@ pub mod omissions;
 pub mod palette;
 #[cfg(feature = "png")]
 mod png;
+mod precision;
 pub mod progress;
 mod run;
 pub mod setting;
