@@ -2,8 +2,8 @@
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
 //! and one with a looser contact tolerance on the coarsest of the three. Generated meshes get √2 times the numbers of
-//! elements from one level to the next, or twice them where √2 cannot refine every direction; meshes from a file have every
-//! element split into eight.
+//! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
+//! have every element split into eight.
 
 use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
@@ -39,8 +39,9 @@ const LEAST_ORDER_OF_TIME: f64 = 2.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
-/// Ratio of the numbers of elements from one level to the next [-]: splitting doubles them, and so must the sequence of a mesh with
-/// a thin direction, or its levels would differ in the ratio of thickness to width, too, which is no sequence that converges.
+/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them, and so must the
+/// sequence of a mesh with a thin direction, or its levels would differ in the ratio of thickness to width, too. Below the scene's own
+/// mesh thin directions keep their elements whatever the ratio, so that it is √2 for every generated mesh.
 fn ratio(document: &SceneDocument) -> f64 {
     let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
     let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
@@ -51,7 +52,7 @@ fn ratio(document: &SceneDocument) -> f64 {
 struct Meshes<'a> {
     scene: &'a Scene,
     variants: Variants<'a>,
-    /// Ratio of the numbers of elements from one level to the next [-].
+    /// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-].
     ratio: f64,
     /// Effect of its lowered bulk moduli.
     lowered: Option<&'a LoweredBulkModulus>,
@@ -252,7 +253,7 @@ impl<'a> Meshes<'a> {
     /// made so coarse.
     fn first(&self) -> (i32, Scene) {
         let elements = |level: i32| self.scene.element_count() as f64 * self.factor(level).powi(3);
-        let below = if self.scene.document.has_mesh_file() { 0.0 } else { COARSEST.log(self.ratio).round() };
+        let below = if self.scene.document.has_mesh_file() { 0.0 } else { COARSEST.log(SQRT_2).round() };
         (below as i32..0)
             .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
             .find_map(|level| Some((level, self.scene_of(level).ok()?)))
@@ -275,7 +276,8 @@ impl<'a> Meshes<'a> {
         let estimate = |scene: &Scene| compile(scene).map(|plan| plan.report.expected_run_time_s);
         let own_s = expected_s.map_or_else(|| estimate(mesh), Ok)?;
         let is_affordable = |growth: f64| !clock.is_over_after((1.0 + growth) * own_s);
-        let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| self.ratio.powf(order));
+        let ratio = self.factor(level + 1) / self.factor(level);
+        let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| ratio.powf(order));
         if !is_affordable(least) {
             let next = Err("it would take longer than the estimates allow".into());
             return Ok(Ahead { next, growth: usual, is_affordable: false });
@@ -290,7 +292,7 @@ impl<'a> Meshes<'a> {
 
     /// Numbers of elements of a level relative to the scene's own [-].
     fn factor(&self, level: i32) -> f64 {
-        self.ratio.powi(level)
+        if level < 0 { SQRT_2.powi(level) } else { self.ratio.powi(level) }
     }
 
     /// Scene of a level (0 for the document itself), or the reason why there is none: its mesh cannot be made, or
