@@ -3,7 +3,7 @@
 use super::cell::CellKind;
 use super::cells::Cells;
 use crate::mechanics::tensor::Vec3;
-use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
+use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
@@ -17,26 +17,43 @@ pub struct Locator<'a> {
     cells: &'a Cells,
     x: &'a [Vec3],
     /// Elements of the leaves.
-    near: Vec<u32>,
+    elements: Vec<u32>,
     tree: Bvh,
 }
 
+/// Elements at the positions `x` [m] whose bounding boxes intersect a box, ascending. No other element contains a point of
+/// the box.
+pub fn elements_near([low, high]: &[Vec3; 2], cells: &Cells, x: &[Vec3]) -> Vec<u32> {
+    // For each node the sides of the box beyond which it lies, a bit each; an element whose nodes share one is beside it.
+    let beyond = |x: &Vec3| {
+        (0..3)
+            .fold(0_u8, |sides, i| sides | u8::from(x[i] < low[i]) << i | u8::from(x[i] > high[i]) << (3 + i))
+    };
+    let beyond: Vec<u8> = x.iter().map(beyond).collect();
+    let is_beside = |nodes: &[u32]| nodes.iter().fold(!0, |sides, node| sides & beyond[*node as usize]) != 0;
+    (0..).zip(cells.iter()).filter(|(_, cell)| !is_beside(cell.nodes)).map(|(element, _)| element).collect()
+}
+
 impl<'a> Locator<'a> {
+    /// Some elements at the positions `x` [m] of all nodes, which must be finite.
+    pub fn of(elements: Vec<u32>, cells: &'a Cells, x: &'a [Vec3]) -> Self {
+        let boxes: Vec<Aabb> =
+            elements.iter().map(|element| aabb(&cells.get(*element as usize).points(x))).collect();
+        let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+        Self { cells, x, elements, tree }
+    }
+
     /// Elements at the positions `x` [m] of all nodes, which must be finite, whose bounding boxes intersect the box of the
     /// points to be located.
-    pub fn within([low, high]: &[Vec3; 2], cells: &'a Cells, x: &'a [Vec3]) -> Self {
-        let place = Aabb::new(to_parry(low), to_parry(high));
-        let all = (0..).zip(cells.iter()).map(|(element, cell)| (element, aabb(&cell.points(x))));
-        let (near, boxes): (Vec<u32>, Vec<Aabb>) =
-            all.filter(|(_, around)| around.intersects(&place)).unzip();
-        Self { cells, x, near, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+    pub fn within(place: &[Vec3; 2], cells: &'a Cells, x: &'a [Vec3]) -> Self {
+        Self::of(elements_near(place, cells, x), cells, x)
     }
 
     /// The first element accepted by `takes` that contains the point [m] in its interior or on its boundary: the natural
     /// coordinates of the point lie in the reference cell.
     pub fn element_at(&self, point: &Vec3, takes: impl Fn(usize) -> bool) -> Option<usize> {
         let at = Aabb::new(to_parry(point), to_parry(point));
-        let found = self.tree.intersect_aabb(&at).map(|leaf| self.near[leaf as usize] as usize);
+        let found = self.tree.intersect_aabb(&at).map(|leaf| self.elements[leaf as usize] as usize);
         found.filter(|&e| takes(e) && self.contains(e, point)).min()
     }
 
