@@ -1,5 +1,8 @@
 //! Checks, part by part and at the field times, whether the laws stay within the deformations for which they are valid.
 
+#[cfg(test)]
+mod tests;
+
 use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput, PointScalar};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::material::{Deformations, Validity};
@@ -88,6 +91,25 @@ struct BodyRange {
 }
 
 impl PartRange {
+    /// Of a part, still without volume, of the body with an index in [`LawRanges`].
+    fn at_rest(body: String, part: String, validity: Validity, in_body: usize) -> Self {
+        Self {
+            body,
+            part,
+            validity,
+            volume: 0.0,
+            left: Outside::default(),
+            beyond: Outside::default(),
+            stretch: [1.0; 2],
+            jacobian: [1.0; 2],
+            softened: Outside::default(),
+            torn: Outside::default(),
+            energy_beyond: Largest::default(),
+            energy_beyond_declared: Largest::default(),
+            has_turned_over: false,
+            in_body,
+        }
+    }
     /// Volumes outside each of the limits.
     fn volumes(&mut self) -> [&mut Outside; 4] {
         [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
@@ -230,22 +252,13 @@ impl LawRanges {
                 let is_it = |part: &PartRange| part.part == *name && part.body == body.name;
                 let known = ranges.parts.iter().position(is_it);
                 let index = known.unwrap_or_else(|| {
-                    ranges.parts.push(PartRange {
-                        body: body.name.clone(),
-                        part: name.clone(),
-                        validity: body.validity[part],
-                        volume: 0.0,
-                        left: Outside::default(),
-                        beyond: Outside::default(),
-                        softened: Outside::default(),
-                        torn: Outside::default(),
-                        stretch: [1.0; 2],
-                        jacobian: [1.0; 2],
-                        energy_beyond: Largest::default(),
-                        energy_beyond_declared: Largest::default(),
-                        has_turned_over: false,
-                        in_body: block.body,
-                    });
+                    let validity = body.validity[part];
+                    ranges.parts.push(PartRange::at_rest(
+                        body.name.clone(),
+                        name.clone(),
+                        validity,
+                        block.body,
+                    ));
                     ranges.parts.len() - 1
                 });
                 ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();

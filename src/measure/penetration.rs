@@ -570,4 +570,21 @@ mod tests {
             found.volume
         );
     }
+
+    #[test]
+    fn a_much_larger_body_is_not_evaluated_as_a_whole() {
+        let plan = blocks();
+        let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &plan.X)));
+        let pose = Pose { centre: Vec3::zeros(), orientation: Rotation::identity() };
+        let ball = Side::Rigid(Shape::Ball { radius: 0.3 }, pose.clone());
+        let (small, large) = (4.0 / 3.0 * PI * 0.027, Side::Rigid(Shape::Ball { radius: 3.0 }, pose));
+        for (body, other, volume) in
+            [(&a, &ball, small), (&ball, &a, small), (&a, &large, 1.0), (&a, &b, 1.0)]
+        {
+            assert!((smaller_volume(body, Some(other)) - volume).abs() < 1e-12, "{volume}");
+        }
+        assert!((smaller_volume(&a, None) - 1.0).abs() < 1e-12);
+        // The volume of the ball is reached by one of the eight elements.
+        assert!((a.volume_up_to(small) - 0.125).abs() < 1e-12);
+    }
 }

@@ -114,6 +114,28 @@ mod tests {
     }
 
     #[test]
+    fn elements_near_a_box_are_those_whose_bounding_boxes_meet_it() {
+        let mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
+        let x: Vec<Vec3> =
+            mesh.nodes.iter().map(|p| Vec3::new(p.x + 0.3 * p.y, p.y, p.z - 0.2 * p.x)).collect();
+        for k in 0..60 {
+            let t = f64::from(k);
+            let low =
+                Vec3::new(5.0 * (0.618_034 * t).fract() - 1.0, 3.0 * (0.754_878 * t).fract() - 0.5, -0.5);
+            let high = low + Vec3::new(0.1 * (t % 7.0), 0.4, 0.1 * (t % 11.0));
+            let meets = |element: &u32| {
+                let corners = mesh.cells.get(*element as usize).points(&x);
+                let extreme =
+                    |i: usize, of: fn(f64, f64) -> f64| corners.iter().map(|p| p[i]).reduce(of).unwrap();
+                (0..3).all(|i| extreme(i, f64::min) <= high[i] && extreme(i, f64::max) >= low[i])
+            };
+            let expected: Vec<u32> = (0..mesh.cells.len() as u32).filter(meets).collect();
+            assert_eq!(elements_near(&[low, high], &mesh.cells, &x), expected, "{low:?}");
+        }
+    }
+
+    #[test]
     fn points_of_a_bent_block_are_found_in_the_elements_that_they_come_from() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
