@@ -65,8 +65,9 @@ impl<R: Real> Sym<R> {
     pub fn extreme_principals(&self) -> [R; 2] {
         let q = self.trace() * (1.0 / 3.0);
         let (p, cosine) = self.deviator().size_and_cosine();
-        let of = |cosine: R, q: R| (p * third_of_angle(cosine)).mul_add(p.constant(2.0), q);
-        [-of(-cosine, -q), of(cosine, q)]
+        let (of_least, of_largest) = (p * third_of_angle(-cosine), p * third_of_angle(cosine));
+        let two = p.constant(2.0);
+        [-of_least.mul_add(two, -q), of_largest.mul_add(two, q)]
     }
 
     /// p and cos φ of a deviator B, whose largest eigenvalue is 2 p cos φ.

@@ -370,12 +370,13 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
 
         // What memories add, and what softening takes.
         let tension = Tension::new(of.block, mean);
-        let inelastic = of.memory.as_ref().map(|memory| {
-            let inelastic = memory.inelastic(simd, (part, q), law, (k, fibres), tension.energy(k));
-            psi = inelastic.damage.mul_add(-(psi + tension.energy(k)), psi);
-            inelastic.damage.store(&mut to.damage[q], part);
-            inelastic
-        });
+        let mut inelastic = None;
+        if let Some(memory) = &of.memory {
+            let added = memory.inelastic(simd, (part, q), law, (k, fibres), tension.energy(k));
+            psi = added.damage.mul_add(-(psi + tension.energy(k)), psi);
+            added.damage.store(&mut to.damage[q], part);
+            inelastic = Some(added);
+        }
         (psi + energy).store(&mut to.psi[q], part);
 
         // Extreme eigenvalues of E = ½ (C − I).
