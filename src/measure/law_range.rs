@@ -1,7 +1,11 @@
 //! Checks, part by part and at the field times, whether the laws stay within the deformations for which they are valid.
 
-use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput};
-use crate::mechanics::material::Validity;
+#[cfg(test)]
+mod tests;
+
+use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput, PointScalar};
+use crate::mechanics::lanes::Row;
+use crate::mechanics::material::{Deformations, Validity};
 use crate::mesh::cell::CellPoints;
 use crate::plan::Plan;
 use crate::step::Frame;
@@ -87,13 +91,139 @@ struct BodyRange {
 }
 
 impl PartRange {
+    /// Of a part, still without volume, of the body with an index in [`LawRanges`].
+    fn at_rest(body: String, part: String, validity: Validity, in_body: usize) -> Self {
+        Self {
+            body,
+            part,
+            validity,
+            volume: 0.0,
+            left: Outside::default(),
+            beyond: Outside::default(),
+            stretch: [1.0; 2],
+            jacobian: [1.0; 2],
+            softened: Outside::default(),
+            torn: Outside::default(),
+            energy_beyond: Largest::default(),
+            energy_beyond_declared: Largest::default(),
+            has_turned_over: false,
+            in_body,
+        }
+    }
     /// Volumes outside each of the limits.
     fn volumes(&mut self) -> [&mut Outside; 4] {
         [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
     }
+    /// Accumulates the points in some lanes of a batch.
+    fn accumulate(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
+        for lane in lanes.clone() {
+            for q in 0..points.count {
+                body.all.now += points.volume[q][lane] * points.psi[q][lane];
+            }
+        }
+        let of = |scalar: &PointScalar| Extremes::new(&scalar[..points.count], lanes.clone());
+        if of(&points.damage).largest > 0.0 {
+            self.accumulate_damage(lanes.clone(), points);
+        }
+        // Stretch and excess are monotonic, also in floating-point numbers: where the extremes of all points are within
+        // the ranges, each point is.
+        let [least, largest, J] =
+            [&points.least_principal_strain, &points.principal_strain, &points.jacobian].map(of);
+        let range = Deformations {
+            stretch: [stretch(least.least), stretch(largest.largest)],
+            jacobian: [J.least, J.largest],
+        };
+        let has_nan = least.has_nan || largest.has_nan || J.has_nan;
+        if !has_nan && self.is_within_all(&range) {
+            self.extend(&range);
+        } else {
+            self.accumulate_deformation(body, lanes, points);
+        }
+    }
+
+    /// Accumulates softening, point by point.
+    fn accumulate_damage(&mut self, lanes: Range<usize>, points: &PointBatch) {
+        for lane in lanes {
+            for q in 0..points.count {
+                let (damage, volume) = (points.damage[q][lane], points.volume[q][lane]);
+                if damage > 0.0 {
+                    self.softened.volume.now += volume;
+                }
+                if damage > TORN {
+                    self.torn.volume.now += volume;
+                }
+            }
+        }
+    }
+
+    /// Compares the deformation with each range, point by point.
+    fn accumulate_deformation(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
+        let (Validity { fitted, limit, .. }, declared) = (self.validity, self.validity.declared_limit());
+        for lane in lanes {
+            for q in 0..points.count {
+                let strains = [points.least_principal_strain[q][lane], points.principal_strain[q][lane]];
+                let of_point =
+                    Deformations { stretch: strains.map(stretch), jacobian: [points.jacobian[q][lane]; 2] };
+                self.extend(&of_point);
+                let volume = points.volume[q][lane];
+                let energy = volume * points.psi[q][lane];
+                let exceeds = |range: Deformations| range.excess(of_point.stretch, of_point.jacobian) > 1.0;
+                if exceeds(fitted) {
+                    self.left.volume.now += volume;
+                }
+                if exceeds(limit) {
+                    self.beyond.volume.now += volume;
+                    self.energy_beyond.now += energy;
+                    body.beyond.now += energy;
+                }
+                if exceeds(declared) {
+                    self.energy_beyond_declared.now += energy;
+                    body.beyond_declared.now += energy;
+                }
+            }
+        }
+    }
+
+    /// Whether deformations exceed none of the ranges.
+    fn is_within_all(&self, found: &Deformations) -> bool {
+        let Validity { fitted, limit, .. } = self.validity;
+        let ranges = [fitted, limit, self.validity.declared_limit()];
+        ranges.iter().all(|range| range.excess(found.stretch, found.jacobian) <= 1.0)
+    }
+
+    /// Extends the range of deformation so far.
+    fn extend(&mut self, Deformations { stretch, jacobian }: &Deformations) {
+        self.stretch = [self.stretch[0].min(stretch[0]), self.stretch[1].max(stretch[1])];
+        self.jacobian = [self.jacobian[0].min(jacobian[0]), self.jacobian[1].max(jacobian[1])];
+    }
+
     /// Largest fraction of the part's volume that was outside.
     pub fn fraction(&self, outside: &Outside) -> f64 {
         if self.volume > 0.0 { outside.volume.largest / self.volume } else { 0.0 }
+    }
+}
+
+/// Principal stretch of a principal Green–Lagrange strain [-].
+fn stretch(strain: f64) -> f64 {
+    (1.0 + 2.0 * strain).max(0.0).sqrt()
+}
+
+/// Extremes of a scalar at several points.
+struct Extremes {
+    least: f64,
+    largest: f64,
+    has_nan: bool,
+}
+
+impl Extremes {
+    /// Of the values in some lanes of rows.
+    fn new(rows: &[Row], lanes: Range<usize>) -> Self {
+        let nothing = Self { least: f64::INFINITY, largest: f64::NEG_INFINITY, has_nan: false };
+        rows.iter().flat_map(|row| &row.0[lanes.clone()]).fold(nothing, |found, &x| Self {
+            least: found.least.min(x),
+            largest: found.largest.max(x),
+            has_nan: found.has_nan | x.is_nan(),
+        })
     }
 }
 
@@ -122,22 +252,13 @@ impl LawRanges {
                 let is_it = |part: &PartRange| part.part == *name && part.body == body.name;
                 let known = ranges.parts.iter().position(is_it);
                 let index = known.unwrap_or_else(|| {
-                    ranges.parts.push(PartRange {
-                        body: body.name.clone(),
-                        part: name.clone(),
-                        validity: body.validity[part],
-                        volume: 0.0,
-                        left: Outside::default(),
-                        beyond: Outside::default(),
-                        softened: Outside::default(),
-                        torn: Outside::default(),
-                        stretch: [1.0; 2],
-                        jacobian: [1.0; 2],
-                        energy_beyond: Largest::default(),
-                        energy_beyond_declared: Largest::default(),
-                        has_turned_over: false,
-                        in_body: block.body,
-                    });
+                    let validity = body.validity[part];
+                    ranges.parts.push(PartRange::at_rest(
+                        body.name.clone(),
+                        name.clone(),
+                        validity,
+                        block.body,
+                    ));
                     ranges.parts.len() - 1
                 });
                 ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();
@@ -162,39 +283,13 @@ impl LawRanges {
 
     /// Accumulates the quadrature points of a batch of elements, with their slots among all slots.
     pub fn accumulate(&mut self, slots: Range<usize>, points: &PointBatch) {
-        for (lane, slot) in slots.enumerate() {
-            let part = &mut self.parts[self.part_of[slot] as usize];
-            let body = &mut self.bodies[part.in_body];
-            for q in 0..points.count {
-                let stretch = |strain: f64| (1.0 + 2.0 * strain).max(0.0).sqrt();
-                let least = stretch(points.least_principal_strain[q][lane]);
-                let largest = stretch(points.principal_strain[q][lane]);
-                let J = points.jacobian[q][lane];
-                part.stretch = [part.stretch[0].min(least), part.stretch[1].max(largest)];
-                part.jacobian = [part.jacobian[0].min(J), part.jacobian[1].max(J)];
-                let energy = points.volume[q][lane] * points.psi[q][lane];
-                body.all.now += energy;
-                let damage = points.damage[q][lane];
-                if damage > 0.0 {
-                    part.softened.volume.now += points.volume[q][lane];
-                }
-                if damage > TORN {
-                    part.torn.volume.now += points.volume[q][lane];
-                }
-                let Validity { fitted, limit, .. } = part.validity;
-                if fitted.excess([least, largest], [J; 2]) > 1.0 {
-                    part.left.volume.now += points.volume[q][lane];
-                }
-                if limit.excess([least, largest], [J; 2]) > 1.0 {
-                    part.beyond.volume.now += points.volume[q][lane];
-                    part.energy_beyond.now += energy;
-                    body.beyond.now += energy;
-                }
-                if part.validity.declared_limit().excess([least, largest], [J; 2]) > 1.0 {
-                    part.energy_beyond_declared.now += energy;
-                    body.beyond_declared.now += energy;
-                }
-            }
+        // Elements of one part mostly follow each other.
+        let mut end = 0;
+        for run in self.part_of[slots].chunk_by(|a, b| a == b) {
+            let lanes = end..end + run.len();
+            end = lanes.end;
+            let part = &mut self.parts[run[0] as usize];
+            part.accumulate(&mut self.bodies[part.in_body], lanes, points);
         }
     }
 
@@ -202,7 +297,7 @@ impl LawRanges {
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
-            let input = PointInput { v: &[], ..frame.points() };
+            let input = PointInput { v: &[], with_stress: false, ..frame.points() };
             block.for_each_moved_batch(input, &mut |slots, points| {
                 self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
             });

@@ -7,18 +7,16 @@
 //! nodes show up in the volume. A node is inside its own body if the boundary surface winds around the place just
 //! outside of it ([`nodes_inside`]).
 
+mod mesh;
+
+use crate::mechanics::contact::Master;
 use crate::mechanics::contact::detection::bodies::meeting;
 use crate::mechanics::contact::detection::closest_point::Patch;
-use crate::mechanics::contact::detection::winding::nodes_inside;
-use crate::mechanics::contact::{Master, Surface};
-use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::Cells;
-use crate::mesh::locate::Locator;
-use crate::plan::PlanBody;
+use crate::mesh::locate::{Locator, elements_near};
 use crate::step::Frame;
-use std::borrow::Cow;
+use mesh::{Found, Mesh};
 use std::cell::OnceCell;
 
 /// Penetration depth over face size above which the results of a run are withheld [-].
@@ -28,10 +26,6 @@ pub const OVERLAP_LIMIT: f64 = 0.01;
 /// Remedy for a penetration or overlap beyond its limit.
 pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run earlier; in an implicit run shorten the \
                             steps (`integrator.step_s`). Where soft bodies crush each other to folds no mesh keeps them apart.";
-/// Cosine between the normals of a node and of a face of its own body below which the face belongs to another part of
-/// the boundary, through which the node entered: at the bottom of a self-intersecting crease the sides stand at right
-/// angles to its normal.
-const ALONGSIDE: f64 = 0.5;
 /// Lattice points along each axis of a rigid body.
 const LATTICE: i32 = 12;
 
@@ -78,24 +72,6 @@ enum Side<'a> {
     Plane(Vec3, Vec3),
 }
 
-/// A deformable body in its current configuration, without eroded elements.
-struct Mesh<'a> {
-    cells: Cow<'a, Cells>,
-    surface: Cow<'a, Surface>,
-    x: &'a [Vec3],
-    bounds: [Vec3; 2],
-    /// Largest distance of a corner of each face from its first [m].
-    widths: OnceCell<Vec<f64>>,
-}
-
-/// Result for one pair: depth with its fraction of a face, and volume.
-#[derive(Clone, Copy, Default)]
-struct Found {
-    depth: f64,
-    fraction: f64,
-    volume: f64,
-}
-
 impl Penetration {
     /// Accumulates a frame at a field time, when all displacements are known. `touched`: whether a pair has been in
     /// contact so far; a body that has not touched itself cannot have entered itself.
@@ -124,21 +100,14 @@ impl Penetration {
         for (index, pair) in listed.chain(unlisted) {
             let (slave, master) = contact.bodies_of(&pair);
             let own = &sides[slave];
-            let (found, smaller) = match (&pair.master, master, own) {
-                (Master::Plane { point, normal }, ..) => {
-                    (look(own, &Side::Plane(*point, *normal)), [own, own])
-                }
-                (_, Some(master), _) if master != slave => (look(own, &sides[master]), [own, &sides[master]]),
-                (.., Side::Mesh(mesh)) if touched(index) => (mesh.look_at_itself(), [own, own]),
+            let (found, other) = match (&pair.master, master, own) {
+                (Master::Plane { point, normal }, ..) => (look(own, &Side::Plane(*point, *normal)), None),
+                (_, Some(master), _) if master != slave => (look(own, &sides[master]), Some(&sides[master])),
+                (.., Side::Mesh(mesh)) if touched(index) => (mesh.look_at_itself(), None),
                 _ => continue,
             };
             if found.depth > 0.0 || found.volume > 0.0 {
-                self.keep(
-                    &plan.name_of(index),
-                    frame.time,
-                    found,
-                    smaller.map(Side::volume).into_iter().fold(f64::INFINITY, f64::min),
-                );
+                self.keep(&plan.name_of(index), frame.time, found, || smaller_volume(own, other));
             }
         }
     }
@@ -158,16 +127,26 @@ impl Penetration {
         })
     }
 
-    fn keep(&mut self, between: &str, time: f64, found: Found, smaller: f64) {
+    /// Keeps the maxima, given the volume of the smaller body, evaluated on demand.
+    fn keep(&mut self, between: &str, time: f64, found: Found, smaller: impl FnOnce() -> f64) {
         let Found { depth, fraction, volume } = found;
         if fraction > self.deepest.fraction {
             self.deepest = Depth { depth, fraction, between: between.to_owned(), time };
         }
-        let fraction = volume / smaller;
+        let fraction = if volume > 0.0 { volume / smaller() } else { 0.0 };
         if fraction > self.largest.fraction {
             self.largest = Overlap { volume, fraction, between: between.to_owned(), time };
         }
     }
+}
+
+/// Volume of a body, or of another that is smaller [m³].
+fn smaller_volume(body: &Side, other: Option<&Side>) -> f64 {
+    let Some(other) = other else { return body.volume_up_to(f64::INFINITY) };
+    // Most of a body that is much larger than the other is not evaluated.
+    let [first, second] = if other.size() < body.size() { [other, body] } else { [body, other] };
+    let volume = first.volume_up_to(f64::INFINITY);
+    second.volume_up_to(volume).min(volume)
 }
 
 /// Points of either side that lie inside the other.
@@ -179,38 +158,84 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
     if (0..3).any(|i| common[0][i] > common[1][i]) {
         return found;
     }
-    for (points_of, of) in [(a, b), (b, a)] {
-        let size =
-            of.face_size().or(points_of.face_size()).unwrap_or_else(|| a.thickness().min(b.thickness()));
-        let elements = OnceCell::new();
-        let holds = |point: &Vec3| match of {
-            Side::Mesh(mesh) => {
-                let elements = elements.get_or_init(|| mesh.elements_near(&common));
-                elements.element_at(point, |_| true).is_some()
-            }
-            Side::Rigid(..) | Side::Plane(..) => of.height(point) < 0.0,
-        };
+    let [a, b] = [a, b].map(|side| Near::new(side, &common));
+    for (points_of, of) in [(&a, &b), (&b, &a)] {
+        let size = OnceCell::new();
+        let size = || *size.get_or_init(|| of.side.face_size_beside(points_of.side));
         // Depth from the surface points.
-        points_of.for_each_surface_point(&common, |point| {
-            if holds(point) {
-                let (depth, of_face) = of.depth_at(point);
-                found.deepen(depth, of_face.unwrap_or(size));
+        points_of.side.for_each_surface_point(&common, |point| {
+            if of.holds(point) {
+                let (depth, of_face) = of.side.depth_at(point);
+                found.deepen(depth, of_face.unwrap_or_else(size));
             }
         });
         // Both sides sample the same volume, each at the resolution of its own points.
         let mut volume = 0.0;
-        points_of.for_each_volume_point(&common, |point, weight| {
-            volume += if holds(point) { weight() } else { 0.0 };
+        points_of.for_each_volume_point(|point, weight| {
+            volume += if of.holds(point) { weight() } else { 0.0 };
         });
         found.volume = found.volume.max(volume);
     }
     found
 }
 
-impl Found {
-    fn deepen(&mut self, depth: f64, size: f64) {
-        if depth > self.fraction * size {
-            (self.depth, self.fraction) = (depth, depth / size);
+/// A side within the box that it has in common with another.
+struct Near<'a, 'b> {
+    side: &'b Side<'a>,
+    common: &'b [Vec3; 2],
+    /// Elements of a mesh there.
+    elements: Vec<u32>,
+    locator: OnceCell<Locator<'b>>,
+}
+
+impl<'a, 'b> Near<'a, 'b> {
+    fn new(side: &'b Side<'a>, common: &'b [Vec3; 2]) -> Self {
+        let elements = match side {
+            Side::Mesh(mesh) => elements_near(common, &mesh.cells, mesh.x),
+            Side::Rigid(..) | Side::Plane(..) => Vec::new(),
+        };
+        Self { side, common, elements, locator: OnceCell::new() }
+    }
+
+    /// Whether a point of the box is inside.
+    fn holds(&self, point: &Vec3) -> bool {
+        match self.side {
+            Side::Mesh(mesh) => {
+                let locator = || Locator::of(self.elements.clone(), &mesh.cells, mesh.x);
+                self.locator.get_or_init(locator).element_at(point, |_| true).is_some()
+            }
+            Side::Rigid(..) | Side::Plane(..) => self.side.height(point) < 0.0,
+        }
+    }
+
+    /// Visits the points within the box with the volumes they represent [m³], evaluated on demand.
+    fn for_each_volume_point(&self, mut take: impl FnMut(&Vec3, &dyn Fn() -> f64)) {
+        let [low, high] = self.common;
+        match self.side {
+            Side::Mesh(mesh) => {
+                let elements = self.elements.iter().map(|element| *element as usize);
+                mesh.for_each_volume_point(elements, |_, point, weight| {
+                    if point >= low && point <= high {
+                        take(point, weight);
+                    }
+                });
+            }
+            Side::Rigid(shape, pose) => {
+                let half = half_extents(shape);
+                let cell = half * (2.0 / f64::from(LATTICE));
+                let at =
+                    |ijk: [i32; 3]| Vec3::from(ijk.map(|i| f64::from(i) + 0.5)).component_mul(&cell) - half;
+                let inner = |p: &Vec3| shape.eval_distance(p).0 < 0.0;
+                let cells =
+                    (0..LATTICE.pow(3)).map(|n| [n % LATTICE, n / LATTICE % LATTICE, n / LATTICE.pow(2)]);
+                for local in cells.map(at) {
+                    let point = pose.place(&local);
+                    if point >= *low && point <= *high && inner(&local) {
+                        take(&point, &|| cell.product());
+                    }
+                }
+            }
+            Side::Plane(..) => {}
         }
     }
 }
@@ -224,12 +249,27 @@ impl<'a> Side<'a> {
         }
     }
 
-    fn volume(&self) -> f64 {
+    /// Number of points that a volume is the sum of.
+    fn size(&self) -> usize {
         match self {
-            Self::Mesh(mesh) => mesh.volume(),
+            Self::Mesh(mesh) => mesh.cells.len(),
+            Self::Rigid(..) | Self::Plane(..) => 0,
+        }
+    }
+
+    /// Its volume [m³], or one that is not smaller than `enough`, if its own is not.
+    fn volume_up_to(&self, enough: f64) -> f64 {
+        match self {
+            Self::Mesh(mesh) => mesh.volume_up_to(enough),
             Self::Rigid(shape, _) => shape.volume(),
             Self::Plane(..) => f64::INFINITY,
         }
+    }
+
+    /// Mean size of the faces of a mesh [m], of another if this is none, of none the smallest thickness.
+    fn face_size_beside(&self, other: &Self) -> f64 {
+        let size = self.face_size().or_else(|| other.face_size());
+        size.unwrap_or_else(|| self.thickness().min(other.thickness()))
     }
 
     /// Mean size of the faces of a mesh [m].
@@ -302,32 +342,6 @@ impl<'a> Side<'a> {
             Self::Plane(..) => {}
         }
     }
-
-    /// Visits the points within a box with the volumes they represent [m³], evaluated on demand.
-    fn for_each_volume_point(&self, near: &[Vec3; 2], mut take: impl FnMut(&Vec3, &dyn Fn() -> f64)) {
-        let [low, high] = near;
-        match self {
-            Self::Mesh(mesh) => {
-                mesh.for_each_volume_point(near, |_, point, weight| take(point, weight));
-            }
-            Self::Rigid(shape, pose) => {
-                let half = half_extents(shape);
-                let cell = half * (2.0 / f64::from(LATTICE));
-                let at =
-                    |ijk: [i32; 3]| Vec3::from(ijk.map(|i| f64::from(i) + 0.5)).component_mul(&cell) - half;
-                let inner = |p: &Vec3| shape.eval_distance(p).0 < 0.0;
-                let cells =
-                    (0..LATTICE.pow(3)).map(|n| [n % LATTICE, n / LATTICE % LATTICE, n / LATTICE.pow(2)]);
-                for local in cells.map(at).filter(inner) {
-                    let point = pose.place(&local);
-                    if point >= *low && point <= *high {
-                        take(&point, &|| cell.product());
-                    }
-                }
-            }
-            Self::Plane(..) => {}
-        }
-    }
 }
 
 /// Half-extents of the bounding box of a shape, in its own axes [m].
@@ -341,118 +355,11 @@ fn half_extents(shape: &Shape) -> Vec3 {
     }
 }
 
-impl<'a> Mesh<'a> {
-    fn new(body: &'a PlanBody, erosion: &Erosion, x: &'a [Vec3]) -> Self {
-        let surface = body.boundary_after(erosion);
-        let cells = match &surface {
-            Cow::Borrowed(_) => Cow::Borrowed(&body.cells),
-            Cow::Owned(_) => Cow::Owned(body.intact(erosion).collect()),
-        };
-        let nodes = surface.nodes.iter().map(|&node| x[node as usize]);
-        let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
-        let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { cells, surface, x, bounds, widths: OnceCell::new() }
-    }
-
-    /// Locator of the elements that intersect a box.
-    fn elements_near(&self, place: &[Vec3; 2]) -> Locator<'_> {
-        Locator::within(place, &self.cells, self.x)
-    }
-
-    fn volume(&self) -> f64 {
-        self.cells.iter().map(|cell| cell.kind.volume_m3(&cell.points(self.x))).sum()
-    }
-
-    /// Distance [m] to the nearest accepted face, and the size of that face [m].
-    fn depth_below_surface(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
-        let width = |face: &[u32; 4]| {
-            let corners = Patch::new(face, self.x).corners;
-            corners.iter().map(|c| (c - corners[0]).norm_squared()).fold(0.0, f64::max).sqrt()
-        };
-        let widths = self.widths.get_or_init(|| self.surface.faces.iter().map(width).collect());
-        let mut best: Option<(f64, f64)> = None;
-        for (face, width) in self.surface.faces.iter().zip(widths).filter(|(face, _)| takes(face)) {
-            let least = (point - self.x[face[0] as usize]).norm() - width;
-            if best.is_none_or(|(depth, _)| least < depth) {
-                let patch = Patch::new(face, self.x);
-                let depth = (patch.closest(point).point - point).norm();
-                if best.is_none_or(|(least, _)| depth < least) {
-                    best = Some((depth, patch.area().sqrt()));
-                }
-            }
-        }
-        best
-    }
-
-    /// Calls `take` for each element with its quadrature points within a box, and their volumes [m³].
-    fn for_each_volume_point(
-        &self,
-        [low, high]: &[Vec3; 2],
-        mut take: impl FnMut(usize, &Vec3, &dyn Fn() -> f64),
-    ) {
-        for (element, cell) in self.cells.iter().enumerate() {
-            let corners = cell.points(self.x);
-            let is_beside = |i: usize| {
-                corners.iter().all(|corner| corner[i] < low[i])
-                    || corners.iter().all(|corner| corner[i] > high[i])
-            };
-            if (0..3).any(is_beside) {
-                continue;
-            }
-            let table = cell.kind.table();
-            for &(xi, weight) in table.quadrature {
-                let point = (table.place)(&corners, xi);
-                if point >= *low && point <= *high {
-                    take(element, &point, &|| (table.jacobian)(&corners, xi).determinant() * weight);
-                }
-            }
-        }
-    }
-
-    /// Boundary nodes inside the body and inside elements not adjacent to their own, with the distance to the nearest
-    /// face that does not continue their own; the volume only if there are such nodes. Both criteria must hold: a
-    /// crumpled boundary alone, or folded elements alone, are no penetration.
-    fn look_at_itself(&self) -> Found {
-        let mut found = Found::default();
-        let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
-        let cells = &self.cells;
-        let mut around = Vec::new();
-        let elements = OnceCell::new();
-        let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
-        // Depth of the boundary nodes inside the body.
-        for (node, normal) in nodes_inside(&self.surface, self.x) {
-            around.clear();
-            let with_node = cells.iter().filter(|cell| cell.nodes.contains(&node));
-            around.extend(with_node.flat_map(|cell| cell.nodes));
-            let apart = |e: usize| is_apart(&around, cells.nodes(e));
-            if locator().element_at(&self.x[node as usize], apart).is_none() {
-                continue;
-            }
-            let point = &self.x[node as usize];
-            let is_another_part = |face: &[u32; 4]| {
-                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < ALONGSIDE
-            };
-            if let Some((depth, size)) = self.depth_below_surface(point, is_another_part) {
-                found.deepen(depth, size);
-            }
-        }
-        // Overlapping volume, only if a node is inside.
-        if found.depth > 0.0 {
-            self.for_each_volume_point(&self.bounds, |element, point, weight| {
-                if locator().element_at(point, |e| is_apart(cells.nodes(element), cells.nodes(e))).is_some() {
-                    // Each of the two elements counts the shared volume.
-                    found.volume += 0.5 * weight();
-                }
-            });
-        }
-        found
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::*;
+    use crate::mechanics::force::Erosion;
     use crate::mechanics::rigid::Rotation;
     use crate::plan::{Plan, compile};
     use crate::scene::{Budget, NoFiles, load};
@@ -514,5 +421,22 @@ mod tests {
             "{}",
             found.volume
         );
+    }
+
+    #[test]
+    fn a_much_larger_body_is_not_evaluated_as_a_whole() {
+        let plan = blocks();
+        let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &plan.X)));
+        let pose = Pose { centre: Vec3::zeros(), orientation: Rotation::identity() };
+        let ball = Side::Rigid(Shape::Ball { radius: 0.3 }, pose.clone());
+        let (small, large) = (4.0 / 3.0 * PI * 0.027, Side::Rigid(Shape::Ball { radius: 3.0 }, pose));
+        for (body, other, volume) in
+            [(&a, &ball, small), (&ball, &a, small), (&a, &large, 1.0), (&a, &b, 1.0)]
+        {
+            assert!((smaller_volume(body, Some(other)) - volume).abs() < 1e-12, "{volume}");
+        }
+        assert!((smaller_volume(&a, None) - 1.0).abs() < 1e-12);
+        // The volume of the ball is reached by one of the eight elements.
+        assert!((a.volume_up_to(small) - 0.125).abs() < 1e-12);
     }
 }

@@ -297,7 +297,7 @@ impl StressDepth {
                     [&points.von_mises, &points.principal_strain, &points.psi, &points.volume]
                         .map(|field| field[q][lane]);
                 // Stress beyond the reach of waves is counted separately.
-                let size = (points.count as f64 * volume).cbrt();
+                let size = || (points.count as f64 * volume).cbrt();
                 if self.reach.as_ref().is_some_and(|reach| !reach.holds(&position(lane, q), size)) {
                     let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                     above.for_each(|exceedance| exceedance.numerical += volume);

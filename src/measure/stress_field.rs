@@ -110,12 +110,16 @@ impl StressField {
         };
         let mut numbers = vec![u32::MAX; part_count * X.len()];
         let mut depths = vec![f64::NAN; X.len()];
+        let mut before = None;
         for element in tissue {
-            // Depths of the nodes, each evaluated once.
+            // Depths of the nodes, each evaluated once: no deeper than at the node before, plus the distance from there.
             for node in element.nodes.iter().map(|node| *node as usize) {
                 if depths[node].is_nan() {
-                    depths[node] = skin.depth(&X[node]);
+                    let most =
+                        before.map_or(f64::INFINITY, |near: usize| depths[near] + (X[node] - X[near]).norm());
+                    depths[node] = skin.depth_up_to(&X[node], most);
                 }
+                before = Some(node);
             }
             let depth_of = |local: usize| depths[element.nodes[local] as usize];
             let number = |local: usize| element.part * X.len() + element.nodes[local] as usize;

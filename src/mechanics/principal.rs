@@ -59,22 +59,45 @@ impl<R: Real> Sym<R> {
         p * third * 2.0
     }
 
-    /// p and cos φ of a deviator B, whose largest eigenvalue is 2 p cos φ, in closed form (Smith 1961): p² = B:B / 6
-    /// and cos 3φ = det B / (2 p³). An iteration would take longer than the law itself.
+    /// Least and largest principal value. The least is minus the largest of the negative: with the same p, and minus the
+    /// same determinant.
+    #[inline(always)]
+    pub fn extreme_principals(&self) -> [R; 2] {
+        let q = self.trace() * (1.0 / 3.0);
+        let (p, cosine) = self.deviator().size_and_cosine();
+        let (of_least, of_largest) = (p * third_of_angle(-cosine), p * third_of_angle(cosine));
+        let two = p.constant(2.0);
+        [-of_least.mul_add(two, -q), of_largest.mul_add(two, q)]
+    }
+
+    /// p and cos φ of a deviator B, whose largest eigenvalue is 2 p cos φ.
     #[inline(always)]
     fn size_and_angle(&self) -> (R, R) {
+        let (p, cosine) = self.size_and_cosine();
+        (p, third_of_angle(cosine))
+    }
+
+    /// p and cos 3φ of a deviator B, whose largest eigenvalue is 2 p cos φ, in closed form (Smith 1961): p² = B:B / 6
+    /// and cos 3φ = det B / (2 p³). An iteration would take longer than the law itself.
+    #[inline(always)]
+    fn size_and_cosine(&self) -> (R, R) {
         let p = (self.norm_squared() * (1.0 / 6.0)).sqrt();
         let one = p.constant(1.0);
         // For a multiple of the identity B is zero: 0/tiny, not 0/0.
         let scaled = self.scaled(one / p.max(p.constant(f64::MIN_POSITIVE)));
-        let cosine = (scaled.determinant() * 0.5).min(one).max(-one);
-        let t = ((cosine + 1.0) * 0.5).sqrt() * 2.0 - 1.0;
-        let mut third = t.constant(THIRD_OF_ANGLE[0]);
-        for c in &THIRD_OF_ANGLE[1..] {
-            third = third.mul_add(t, t.constant(*c));
-        }
-        (p, third)
+        (p, (scaled.determinant() * 0.5).min(one).max(-one))
     }
+}
+
+/// cos φ of cos 3φ, for 0 ≤ 3φ ≤ π.
+#[inline(always)]
+fn third_of_angle<R: Real>(cosine: R) -> R {
+    let t = ((cosine + 1.0) * 0.5).sqrt() * 2.0 - 1.0;
+    let mut third = t.constant(THIRD_OF_ANGLE[0]);
+    for c in &THIRD_OF_ANGLE[1..] {
+        third = third.mul_add(t, t.constant(*c));
+    }
+    third
 }
 
 #[cfg(test)]
@@ -103,6 +126,11 @@ mod tests {
             let m = (m + m.transpose()) * 0.5;
             let (found, largest) = (sym(&m).largest_principal(), m.symmetric_eigenvalues().max());
             assert!((found - largest).abs() < 1e-13, "{seed}: {found} against {largest}");
+            // Bit for bit, also for double eigenvalues.
+            for m in [sym(&m), Sym([found, found, 0.1, 0.0, 0.0, 0.0]), Sym([found; 6])] {
+                let negative = m.scaled(-1.0);
+                assert_eq!(m.extreme_principals(), [-negative.largest_principal(), m.largest_principal()]);
+            }
         }
     }
 

@@ -6,6 +6,9 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
 
+/// Factor on the bound of a depth, so that its rounding excludes no face [-].
+const ROUNDING: f64 = 1.0 + 1e-9;
+
 /// Distance to a fixed set of faces, quadrilaterals and triangles, by a tree of bounding boxes.
 ///
 /// Each quadrilateral is split into four triangles at its centre: this keeps the distance symmetric where the face is, and
@@ -49,6 +52,14 @@ impl DepthField {
         Ok(Self { triangles })
     }
 
+    /// As [`DepthField::depth`], with the same bits, of a point that is at most so deep [m]: found sooner, since no face beyond
+    /// is looked at.
+    pub fn depth_up_to(&self, point: &Vec3, most: f64) -> f64 {
+        let at = Vector::new(point.x, point.y, point.z);
+        let found = self.triangles.project_local_point_with_max_dist(at, true, most * ROUNDING);
+        found.map_or_else(|| self.depth(point), |nearest| (at - nearest.point).length())
+    }
+
     /// Distance [m] from a point [m] to the nearest face, ≥ 0; NaN for a point that is not finite.
     pub fn depth(&self, point: &Vec3) -> f64 {
         if !point.iter().all(|c| c.is_finite()) {
@@ -74,7 +85,12 @@ mod tests {
             let mesh = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
             let field = DepthField::new(&boundary(&mesh.cells), &mesh.nodes).unwrap();
             let exact = [x, 3.0 - x, y, 2.0 - y, z, 1.0 - z].into_iter().fold(f64::INFINITY, f64::min);
-            prop_assert!((field.depth(&Vec3::new(x, y, z)) - exact).abs() < 1e-12);
+            let (point, depth) = (Vec3::new(x, y, z), field.depth(&Vec3::new(x, y, z)));
+            prop_assert!((depth - exact).abs() < 1e-12);
+            // Whether the bound is close, far or wrong.
+            for most in [depth, 1.001 * depth, 10.0, 0.5 * depth, 0.0, f64::NAN] {
+                prop_assert_eq!(field.depth_up_to(&point, most).to_bits(), depth.to_bits());
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use super::cell::CellKind;
 use super::cells::Cells;
 use crate::mechanics::tensor::Vec3;
-use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
+use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
@@ -17,26 +17,43 @@ pub struct Locator<'a> {
     cells: &'a Cells,
     x: &'a [Vec3],
     /// Elements of the leaves.
-    near: Vec<u32>,
+    elements: Vec<u32>,
     tree: Bvh,
 }
 
+/// Elements at the positions `x` [m] whose bounding boxes intersect a box, ascending. No other element contains a point of
+/// the box.
+pub fn elements_near([low, high]: &[Vec3; 2], cells: &Cells, x: &[Vec3]) -> Vec<u32> {
+    // For each node the sides of the box beyond which it lies, a bit each; an element whose nodes share one is beside it.
+    let beyond = |x: &Vec3| {
+        (0..3)
+            .fold(0_u8, |sides, i| sides | u8::from(x[i] < low[i]) << i | u8::from(x[i] > high[i]) << (3 + i))
+    };
+    let beyond: Vec<u8> = x.iter().map(beyond).collect();
+    let is_beside = |nodes: &[u32]| nodes.iter().fold(!0, |sides, node| sides & beyond[*node as usize]) != 0;
+    (0..).zip(cells.iter()).filter(|(_, cell)| !is_beside(cell.nodes)).map(|(element, _)| element).collect()
+}
+
 impl<'a> Locator<'a> {
+    /// Some elements at the positions `x` [m] of all nodes, which must be finite.
+    pub fn of(elements: Vec<u32>, cells: &'a Cells, x: &'a [Vec3]) -> Self {
+        let boxes: Vec<Aabb> =
+            elements.iter().map(|element| aabb(&cells.get(*element as usize).points(x))).collect();
+        let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+        Self { cells, x, elements, tree }
+    }
+
     /// Elements at the positions `x` [m] of all nodes, which must be finite, whose bounding boxes intersect the box of the
     /// points to be located.
-    pub fn within([low, high]: &[Vec3; 2], cells: &'a Cells, x: &'a [Vec3]) -> Self {
-        let place = Aabb::new(to_parry(low), to_parry(high));
-        let all = (0..).zip(cells.iter()).map(|(element, cell)| (element, aabb(&cell.points(x))));
-        let (near, boxes): (Vec<u32>, Vec<Aabb>) =
-            all.filter(|(_, around)| around.intersects(&place)).unzip();
-        Self { cells, x, near, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+    pub fn within(place: &[Vec3; 2], cells: &'a Cells, x: &'a [Vec3]) -> Self {
+        Self::of(elements_near(place, cells, x), cells, x)
     }
 
     /// The first element accepted by `takes` that contains the point [m] in its interior or on its boundary: the natural
     /// coordinates of the point lie in the reference cell.
     pub fn element_at(&self, point: &Vec3, takes: impl Fn(usize) -> bool) -> Option<usize> {
         let at = Aabb::new(to_parry(point), to_parry(point));
-        let found = self.tree.intersect_aabb(&at).map(|leaf| self.near[leaf as usize] as usize);
+        let found = self.tree.intersect_aabb(&at).map(|leaf| self.elements[leaf as usize] as usize);
         found.filter(|&e| takes(e) && self.contains(e, point)).min()
     }
 
@@ -93,6 +110,28 @@ mod tests {
             let place = [Vec3::new(low, 0.4, 0.4), Vec3::new(high, 0.6, 0.6)];
             let locator = Locator::within(&place, &mesh.cells, &mesh.nodes);
             assert_eq!(locator.element_at(&place[1], |_| true), found);
+        }
+    }
+
+    #[test]
+    fn elements_near_a_box_are_those_whose_bounding_boxes_meet_it() {
+        let mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
+        let x: Vec<Vec3> =
+            mesh.nodes.iter().map(|p| Vec3::new(p.x + 0.3 * p.y, p.y, p.z - 0.2 * p.x)).collect();
+        for k in 0..60 {
+            let t = f64::from(k);
+            let low =
+                Vec3::new(5.0 * (0.618_034 * t).fract() - 1.0, 3.0 * (0.754_878 * t).fract() - 0.5, -0.5);
+            let high = low + Vec3::new(0.1 * (t % 7.0), 0.4, 0.1 * (t % 11.0));
+            let meets = |element: &u32| {
+                let corners = mesh.cells.get(*element as usize).points(&x);
+                let extreme =
+                    |i: usize, of: fn(f64, f64) -> f64| corners.iter().map(|p| p[i]).reduce(of).unwrap();
+                (0..3).all(|i| extreme(i, f64::min) <= high[i] && extreme(i, f64::max) >= low[i])
+            };
+            let expected: Vec<u32> = (0..mesh.cells.len() as u32).filter(meets).collect();
+            assert_eq!(elements_near(&[low, high], &mesh.cells, &x), expected, "{low:?}");
         }
     }
 

@@ -99,12 +99,14 @@ pub struct PointInput<'a> {
     pub history: &'a [Vec<Row>],
     /// Elements that are gone: without stress or deformation.
     pub erosion: &'a Erosion,
+    /// Whether stress is asked for; otherwise F, σ, von Mises stress and pressure of a [`PointBatch`] mean nothing.
+    pub with_stress: bool,
 }
 
 impl<'a> PointInput<'a> {
     /// At rest and relaxed at displacements [m], nodes × 3.
     pub fn at_rest(u: &'a [Vec3]) -> Self {
-        Self { u, v: &[], history: &[], erosion: Erosion::none() }
+        Self { u, v: &[], history: &[], erosion: Erosion::none(), with_stress: true }
     }
 }
 
@@ -181,11 +183,12 @@ impl ElementBlock {
 
     /// All points of one batch.
     fn eval_points(&self, b: usize, input: PointInput, at_nodes: &[NodalResponse], points: &mut PointBatch) {
-        let PointInput { u, v, history, erosion } = input;
+        let PointInput { u, v, history, erosion, with_stress } = input;
         let eta = self.parameters.shear_viscosity;
         with_elements!(&self.packed, elements => dispatch_rare(Points {
             response: PointResponse {
                 block: self,
+                with_stress,
                 fibres: self.fibres_of(b),
                 memory: self.memory_of(b, history),
                 of_nodes: self.nodal_volumes.as_ref().map(|volumes| {
@@ -197,7 +200,7 @@ impl ElementBlock {
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             eroded: erosion.of_batch(self, b),
             u,
-            viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
+            viscosity: Some((eta, v)).filter(|_| with_stress && eta > 0.0 && !v.is_empty()),
             to: points,
         }));
     }
@@ -244,6 +247,8 @@ impl BatchHistory<'_> {
 /// What the response at the points of a batch is made of, whatever its elements.
 struct PointResponse<'a> {
     block: &'a ElementBlock,
+    /// Whether stress is stored.
+    with_stress: bool,
     fibres: &'a [[Row; 3]],
     memory: Option<BatchHistory<'a>>,
     /// Fraction s of U that is of the elements [-], and means over their nodes, where pressure is averaged over nodes.
@@ -364,18 +369,31 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
         };
 
         // What memories add, and what softening takes.
-        let mut P = response.first_piola(k, pressure);
+        let tension = Tension::new(of.block, mean);
+        let mut inelastic = None;
         if let Some(memory) = &of.memory {
-            let tension = Tension::new(of.block, mean);
-            let inelastic = memory.inelastic(simd, (part, q), law, (k, fibres), tension.energy(k));
-            let damage = inelastic.damage;
-            P = P.plus_dot_sym(&k.F, &inelastic.S);
-            P = P.plus_scaled(-damage, &response.first_piola(k, tension.pressure(k)));
-            psi = damage.mul_add(-(psi + tension.energy(k)), psi);
-            inelastic.damage.store(&mut to.damage[q], part);
+            let added = memory.inelastic(simd, (part, q), law, (k, fibres), tension.energy(k));
+            psi = added.damage.mul_add(-(psi + tension.energy(k)), psi);
+            added.damage.store(&mut to.damage[q], part);
+            inelastic = Some(added);
+        }
+        (psi + energy).store(&mut to.psi[q], part);
+
+        // Extreme eigenvalues of E = ½ (C − I).
+        let [least, largest] = k.C_minus_I.extreme_principals();
+        (largest * 0.5).store(&mut to.principal_strain[q], part);
+        (least * 0.5).store(&mut to.least_principal_strain[q], part);
+        k.J.store(&mut to.jacobian[q], part);
+        if !of.with_stress {
+            return;
         }
 
         // σ = P Fᵀ / J
+        let mut P = response.first_piola(k, pressure);
+        if let Some(inelastic) = &inelastic {
+            P = P.plus_dot_sym(&k.F, &inelastic.S);
+            P = P.plus_scaled(-inelastic.damage, &response.first_piola(k, tension.pressure(k)));
+        }
         let sigma = P.dot_transposed(&k.F);
         let mut cauchy = Sym([zero; 6]);
         for (s, (i, j)) in cauchy.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
@@ -392,12 +410,7 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
         for (s, to) in cauchy.0.iter().zip(&mut to.cauchy[q]) {
             s.store(to, part);
         }
-        (psi + energy).store(&mut to.psi[q], part);
         cauchy.von_mises().store(&mut to.von_mises[q], part);
         cauchy.pressure().store(&mut to.pressure[q], part);
-        (k.C_minus_I.largest_principal() * 0.5).store(&mut to.principal_strain[q], part);
-        let least = k.C_minus_I.scaled(zero - 1.0).largest_principal() * -0.5;
-        least.store(&mut to.least_principal_strain[q], part);
-        k.J.store(&mut to.jacobian[q], part);
     }
 }

@@ -1,0 +1,169 @@
+//! A deformable body in its current configuration, and what is found in it.
+
+use crate::mechanics::contact::Surface;
+use crate::mechanics::contact::detection::closest_point::Patch;
+use crate::mechanics::contact::detection::winding::nodes_inside;
+use crate::mechanics::force::Erosion;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Cells;
+use crate::mesh::locate::{Locator, elements_near};
+use crate::plan::PlanBody;
+use std::borrow::Cow;
+use std::cell::OnceCell;
+
+/// Cosine between the normals of a node and of a face of its own body below which the face belongs to another part of
+/// the boundary, through which the node entered: at the bottom of a self-intersecting crease the sides stand at right
+/// angles to its normal.
+const ALONGSIDE: f64 = 0.5;
+/// Slightly more than 1 [-], for comparisons of squares that rounding must not decide.
+const FAR: f64 = 1.0 + 1e-9;
+
+/// A deformable body in its current configuration, without eroded elements.
+pub(super) struct Mesh<'a> {
+    pub cells: Cow<'a, Cells>,
+    pub surface: Cow<'a, Surface>,
+    pub x: &'a [Vec3],
+    pub bounds: [Vec3; 2],
+    /// Largest distance of a corner of each face from its first [m].
+    widths: OnceCell<Vec<f64>>,
+}
+
+/// Result for one pair: depth with its fraction of a face, and volume.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Found {
+    pub depth: f64,
+    pub fraction: f64,
+    pub volume: f64,
+}
+
+impl Found {
+    pub fn deepen(&mut self, depth: f64, size: f64) {
+        if depth > self.fraction * size {
+            (self.depth, self.fraction) = (depth, depth / size);
+        }
+    }
+}
+
+impl<'a> Mesh<'a> {
+    pub fn new(body: &'a PlanBody, erosion: &Erosion, x: &'a [Vec3]) -> Self {
+        let surface = body.boundary_after(erosion);
+        let cells = match &surface {
+            Cow::Borrowed(_) => Cow::Borrowed(&body.cells),
+            Cow::Owned(_) => Cow::Owned(body.intact(erosion).collect()),
+        };
+        let nodes = surface.nodes.iter().map(|&node| x[node as usize]);
+        let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+        let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
+        Self { cells, surface, x, bounds, widths: OnceCell::new() }
+    }
+
+    /// Volume [m³], or the sum over its first elements as soon as that reaches `enough`: elements that have not inverted
+    /// only add to it.
+    pub fn volume_up_to(&self, enough: f64) -> f64 {
+        let mut volume = 0.0;
+        for cell in self.cells.iter() {
+            volume += cell.kind.volume_m3(&cell.points(self.x));
+            if volume >= enough {
+                break;
+            }
+        }
+        volume
+    }
+
+    /// Distance [m] to the nearest accepted face, and the size of that face [m].
+    pub fn depth_below_surface(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
+        let width = |face: &[u32; 4]| {
+            let corners = Patch::new(face, self.x).corners;
+            corners.iter().map(|c| (c - corners[0]).norm_squared()).fold(0.0, f64::max).sqrt()
+        };
+        let widths = self.widths.get_or_init(|| self.surface.faces.iter().map(width).collect());
+        let square_to = |face: &[u32; 4]| (point - self.x[face[0] as usize]).norm_squared();
+        // The nearest corner bounds the distance; most faces are farther, which squares tell.
+        let mut bound = f64::INFINITY;
+        for face in &self.surface.faces {
+            let square = square_to(face);
+            if square < bound && takes(face) {
+                bound = square;
+            }
+        }
+        bound = bound.sqrt();
+        let mut best: Option<(f64, f64)> = None;
+        for (face, width) in self.surface.faces.iter().zip(widths) {
+            let square = square_to(face);
+            let reach = best.map_or(bound, |(depth, _)| depth.min(bound)) + width;
+            if square > FAR * reach * reach || !takes(face) {
+                continue;
+            }
+            let least = square.sqrt() - width;
+            if best.is_none_or(|(depth, _)| least < depth) {
+                let patch = Patch::new(face, self.x);
+                let depth = (patch.closest(point).point - point).norm();
+                if best.is_none_or(|(least, _)| depth < least) {
+                    best = Some((depth, patch.area().sqrt()));
+                }
+            }
+        }
+        best
+    }
+
+    /// Calls `take` for some elements with their quadrature points, and the volumes of these [m³].
+    pub fn for_each_volume_point(
+        &self,
+        elements: impl Iterator<Item = usize>,
+        mut take: impl FnMut(usize, &Vec3, &dyn Fn() -> f64),
+    ) {
+        for element in elements {
+            let cell = self.cells.get(element);
+            let corners = cell.points(self.x);
+            let table = cell.kind.table();
+            for &(xi, weight) in table.quadrature {
+                let point = (table.place)(&corners, xi);
+                take(element, &point, &|| (table.jacobian)(&corners, xi).determinant() * weight);
+            }
+        }
+    }
+
+    /// Boundary nodes inside the body and inside elements not adjacent to their own, with the distance to the nearest
+    /// face that does not continue their own; the volume only if there are such nodes. Both criteria must hold: a
+    /// crumpled boundary alone, or folded elements alone, are no penetration.
+    pub fn look_at_itself(&self) -> Found {
+        let mut found = Found::default();
+        let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
+        let cells = &self.cells;
+        let mut around = Vec::new();
+        let elements = OnceCell::new();
+        let locator = || elements.get_or_init(|| Locator::within(&self.bounds, cells, self.x));
+        // Depth of the boundary nodes inside the body.
+        for (node, normal) in nodes_inside(&self.surface, self.x) {
+            around.clear();
+            let with_node = cells.iter().filter(|cell| cell.nodes.contains(&node));
+            around.extend(with_node.flat_map(|cell| cell.nodes));
+            let apart = |e: usize| is_apart(&around, cells.nodes(e));
+            if locator().element_at(&self.x[node as usize], apart).is_none() {
+                continue;
+            }
+            let point = &self.x[node as usize];
+            let is_another_part = |face: &[u32; 4]| {
+                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < ALONGSIDE
+            };
+            if let Some((depth, size)) = self.depth_below_surface(point, is_another_part) {
+                found.deepen(depth, size);
+            }
+        }
+        // Overlapping volume, only if a node is inside.
+        if found.depth > 0.0 {
+            let [low, high] = self.bounds;
+            let near = elements_near(&self.bounds, cells, self.x);
+            self.for_each_volume_point(near.iter().map(|e| *e as usize), |element, point, weight| {
+                if !(*point >= low && *point <= high) {
+                    return;
+                }
+                if locator().element_at(point, |e| is_apart(cells.nodes(element), cells.nodes(e))).is_some() {
+                    // Each of the two elements counts the shared volume.
+                    found.volume += 0.5 * weight();
+                }
+            });
+        }
+        found
+    }
+}
