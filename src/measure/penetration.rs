@@ -428,7 +428,7 @@ mod tests {
         let plan = blocks();
         let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &plan.X)));
         let pose = Pose { centre: Vec3::zeros(), orientation: Rotation::identity() };
-        let ball = Side::Rigid(Shape::Ball { radius: 0.3 }, pose.clone());
+        let ball = Side::Rigid(Shape::Ball { radius: 0.3 }, pose);
         let (small, large) = (4.0 / 3.0 * PI * 0.027, Side::Rigid(Shape::Ball { radius: 3.0 }, pose));
         for (body, other, volume) in
             [(&a, &ball, small), (&ball, &a, small), (&a, &large, 1.0), (&a, &b, 1.0)]

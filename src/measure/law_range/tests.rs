@@ -69,7 +69,7 @@ fn comparing_the_extremes_first_changes_no_bit() {
                 // Debug output tells all bits of a number but the sign of NaN.
                 assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{size} {damage} {nan:?}");
                 let is_outside = found.parts.iter().any(|part| part.left.volume.now > 0.0);
-                assert!(is_outside == (size > 0.2 || matches!(nan, Some(0 | 2))), "{size} {nan:?}");
+                assert!(is_outside == (size > 0.5 || matches!(nan, Some(0 | 2))), "{size} {nan:?}");
             }
         }
     }
