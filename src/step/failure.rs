@@ -3,7 +3,6 @@
 use super::interrupt::Interrupt;
 use super::state::State;
 use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
-use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cell;
 use crate::plan::Plan;
@@ -235,11 +234,12 @@ pub(super) fn check_block(
     }
     // Overstretched fibres and exponential laws.
     let (exponent, slot) = totals.fibre_exponent;
-    if exponent > FIBRE_EXPONENT_LIMIT {
+    let limit = block.parameters.exponent_limit(block.kind);
+    if exponent > limit {
         let law = block.parameters.material;
         let what = if law.family_count() > 0 { "A fibre" } else { "The tissue" };
         let message = format!(
-            "{what} is overstretched: the exponent of its energy ({}) reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT}).",
+            "{what} is overstretched: the exponent of its energy ({}) reached {exponent:.1} (limit {limit}).",
             law.name()
         );
         return Err(diagnose(FailureCause::FibreOverstretched, slot, message));

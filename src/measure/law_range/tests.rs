@@ -66,7 +66,7 @@ fn comparing_the_extremes_first_changes_no_bit() {
                     found.accumulate(0..BATCH, &points);
                     point_by_point(&mut expected, &points);
                 }
-                // Debug output tells all bits of a number but the sign of NaN.
+                // Debug output has all bits of a number but the sign of NaN.
                 assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{size} {damage} {nan:?}");
                 let is_outside = found.parts.iter().any(|part| part.left.volume.now > 0.0);
                 assert!(is_outside == (size > 0.5 || matches!(nan, Some(0 | 2))), "{size} {nan:?}");

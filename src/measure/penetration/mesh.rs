@@ -78,7 +78,7 @@ impl<'a> Mesh<'a> {
         };
         let widths = self.widths.get_or_init(|| self.surface.faces.iter().map(width).collect());
         let square_to = |face: &[u32; 4]| (point - self.x[face[0] as usize]).norm_squared();
-        // The nearest corner bounds the distance; most faces are farther, which squares tell.
+        // The nearest corner bounds the distance; most faces are farther, as squares show.
         let mut bound = f64::INFINITY;
         for face in &self.surface.faces {
             let square = square_to(face);

@@ -5,11 +5,12 @@
 //! falls below the fraction θ₀ of that at rest is given energy:
 //!
 //! ```text
-//! W = Σ_c ½ k l² (1 + ⅓ η l⁴)      l = ⟨t_c − det_c⟩      t_c = θ₀ det_c at rest
-//! k = κ μ V / (n (θ₀ δ V)²)      η = 3 M / (2 κ μ (θ₀ δ V)⁴)      M = K + 4/3 μ
+//! W = Σ_c V/n (½ κ μ s² + ¼ M s⁶) = Σ_c ½ a s² (1 + ⅓ η s⁴)      s = ⟨t_c − det_c⟩ b      t_c = θ₀ det_c at rest
+//! a = κ μ V / n      b = 1 / (θ₀ δ V)      η = 3 M / (2 κ μ)      M = K + 4/3 μ
 //! ```
 //!
-//! with n corners, each of the determinant δ V where opposite sides are parallel. That is `Σ_c V/n (½ κ μ s² + ¼ M s⁶)` with `s = ⟨1 − J_c/θ₀⟩`: soft where a corner is crushed; and where it folds,
+//! with n corners, each of the determinant δ V where opposite sides are parallel, so that `s = ⟨1 − J_c/θ₀⟩`, a number that single
+//! precision holds however small the element: soft where a corner is crushed; and where it folds,
 //! s ≥ 1, what no impact has that is slower than sound, `½ ρ v² < ½ M`. Relative to the volume V rather than to the corner's own
 //! determinant, it is no stiffer at a corner that is flat at rest; a corner that is folded at rest is not to fold further. Forces
 //! are the gradient of W, and momentum and angular momentum are kept, because det turns with nothing.
@@ -37,23 +38,21 @@ pub struct CornerResponse<R, const N: usize> {
     pub stiffness: R,
 }
 
-/// k [Pa/m³] and η [1/m¹²] of an element of volume `volume` [m³], shear modulus μ [Pa] and bulk modulus K [Pa] at rest; zero for one whose
-/// corners are not penalised.
+/// a [J], b [1/m³] and η [-] of an element of volume `volume` [m³], shear modulus μ [Pa] and bulk modulus K [Pa] at rest; zero for one
+/// whose corners are not penalised.
 pub fn corner_stiffness<E: Element<N, Q>, const N: usize, const Q: usize>(
     (mu, bulk): (f64, f64),
     volume: f64,
-) -> [f64; 2] {
+) -> [f64; 3] {
     if E::CORNERS.is_empty() {
-        return [0.0; 2];
+        return [0.0; 3];
     }
-    let fraction = CORNER_THRESHOLD * E::CORNER_DETERMINANT;
-    let lack = fraction * volume;
+    let lack = CORNER_THRESHOLD * E::CORNER_DETERMINANT * volume;
     let soft = STIFFNESS * mu;
-    let k = soft / (E::CORNERS.len() as f64 * fraction * lack);
-    [k, 1.5 * (bulk + 4.0 / 3.0 * mu) / (soft * lack.powi(4))]
+    [soft * volume / E::CORNERS.len() as f64, 1.0 / lack, 1.5 * (bulk + 4.0 / 3.0 * mu) / soft]
 }
 
-/// The penalty of stiffness k [Pa/m³] and hardening η [1/m¹²] on an element with [`Element::CORNERS`], `X` [m] at rest and their
+/// The penalty with a [J], b [1/m³] and hardening η [-] on an element with [`Element::CORNERS`], `X` [m] at rest and their
 /// displacements `u` [m]: `[component][corner]`.
 ///
 /// With A_i = ∂det/∂x_i the products of two edges, the Hessian of a corner's term W(l) is `W'' ∇det ∇detᵀ − W' ∇²det`, of norm at most
@@ -63,9 +62,10 @@ pub fn eval_corner_penalty<R: Real, const N: usize>(
     corners: &[[usize; 3]],
     X: &[[R; N]; 3],
     u: &[[R; N]; 3],
-    [k, hardening]: [R; 2],
+    [scale, per_lack, hardening]: [R; 3],
 ) -> CornerResponse<R, N> {
-    let zero = k.zero();
+    let zero = scale.zero();
+    let scale_per_lack = scale * per_lack;
     let mut out = CornerResponse { energy: zero, forces: [[zero; N]; 3], stiffness: zero };
     for (c, neighbours) in corners.iter().copied().enumerate() {
         let (mut at_rest, mut e) = ([[zero; 3]; 3], [[zero; 3]; 3]);
@@ -78,11 +78,10 @@ pub fn eval_corner_penalty<R: Real, const N: usize>(
         let det_at_rest = dot(&at_rest[0], &cross(&at_rest[1], &at_rest[2]));
         let A = [cross(&e[1], &e[2]), cross(&e[2], &e[0]), cross(&e[0], &e[1])];
         let threshold = (det_at_rest * CORNER_THRESHOLD).min(det_at_rest);
-        let lack = (threshold - dot(&e[0], &A[0])).max(zero);
+        let lack = (threshold - dot(&e[0], &A[0])).max(zero) * per_lack;
         let hard = hardening * (lack * lack) * (lack * lack);
-        let linear = lack * k;
-        let pull = linear * (hard + 1.0);
-        out.energy = (linear * 0.5 * hard.scale_add(1.0 / 3.0, 1.0)).mul_add(lack, out.energy);
+        let pull = scale_per_lack * lack * (hard + 1.0);
+        out.energy = (scale * lack * 0.5 * hard.scale_add(1.0 / 3.0, 1.0)).mul_add(lack, out.energy);
         let mut square = zero;
         for i in 0..3 {
             let mut sum = zero;
@@ -95,8 +94,9 @@ pub fn eval_corner_penalty<R: Real, const N: usize>(
             square = sum.mul_add(sum, square);
         }
         let lengths = norm(&e[0]) + norm(&e[1]) + norm(&e[2]);
-        let slope = lack.select_positive(hard.scale_add(5.0, 1.0) * k, zero);
-        out.stiffness += (pull * 4.0).mul_add(lengths, slope * square);
+        // In this order single precision holds every factor.
+        let slope = lack.select_positive(hard.scale_add(5.0, 1.0) * scale_per_lack, zero);
+        out.stiffness += (pull * 4.0).mul_add(lengths, slope * (square * per_lack));
     }
     out
 }
@@ -126,7 +126,7 @@ mod tests {
     type Nodal = [[f64; 8]; 3];
 
     /// Both terms count where a corner folds.
-    const STIFF: [f64; 2] = [3.0, 300.0];
+    const STIFF: [f64; 3] = [3.0, 1.0, 300.0];
 
     fn wave(i: usize) -> f64 {
         (i as f64 * 12.9898).sin() * 43758.5453 % 1.0
@@ -149,10 +149,10 @@ mod tests {
     #[test]
     fn neighbours_are_joined_by_edges_and_right_handed() {
         let X = nodal(|i, a| 0.5 * HEX8_CORNERS[a][i]);
-        let response = eval_corner_penalty(Hex8::CORNERS, &X, &nodal(|i, a| -X[i][a]), [2.0, 0.0]);
+        let response = eval_corner_penalty(Hex8::CORNERS, &X, &nodal(|i, a| -X[i][a]), [2.0, 1.0, 0.0]);
         // Shrunk to a point every corner lacks its threshold.
         assert!((response.energy - 8.0 * CORNER_THRESHOLD * CORNER_THRESHOLD).abs() < 1e-14);
-        let at_rest = eval_corner_penalty(Hex8::CORNERS, &X, &[[0.0; 8]; 3], [2.0, 1e3]);
+        let at_rest = eval_corner_penalty(Hex8::CORNERS, &X, &[[0.0; 8]; 3], [2.0, 1.0, 1e3]);
         assert!(at_rest.energy == 0.0 && at_rest.stiffness == 0.0);
     }
 
@@ -227,7 +227,7 @@ mod tests {
         let mut X = nodal(|i, a| 0.5 * HEX8_CORNERS[a][i]);
         // Beyond the diagonal of its face.
         (X[0][6], X[1][6], X[2][6]) = (-0.2, -0.2, 0.5);
-        let response = eval_corner_penalty(Hex8::CORNERS, &X, &[[0.0; 8]; 3], [1.0, 1e3]);
+        let response = eval_corner_penalty(Hex8::CORNERS, &X, &[[0.0; 8]; 3], [1.0, 1.0, 1e3]);
         assert!(response.energy == 0.0);
     }
 
@@ -246,7 +246,7 @@ mod tests {
             if volume.iter().all(|v| 8.0 * v / mean > 0.9) {
                 let X = nodal(|i, a| corners[a][i]);
                 let u = nodal(|i, a| moved[a][i] / mean.cbrt() - X[i][a]);
-                least = least.min(1.0 - eval_corner_penalty(Hex8::CORNERS, &X, &u, [1.0, 0.0]).energy);
+                least = least.min(1.0 - eval_corner_penalty(Hex8::CORNERS, &X, &u, [1.0, 1.0, 0.0]).energy);
             }
         }
         assert!(least >= 1.0, "{least}");

@@ -26,8 +26,8 @@ pub(super) struct Batch<E, const N: usize, const Q: usize> {
     /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
     /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
     pub length: Row,
-    /// Stiffness [Pa/m³] and hardening [1/m¹²] of the corner penalty; zero in padding.
-    pub corner_stiffness: [Row; 2],
+    /// Of the corner penalty: energy [J], inverse of the lack of a flat corner [1/m³] and hardening [-]; zero in padding.
+    pub corner_stiffness: [Row; 3],
     /// 1/(ρ V_c), V_c the least volume of a corner: ω² of a stiffness is at most that times its norm [1/kg]; zero in padding.
     pub inverse_least_mass: Row,
     /// Nodes, numbered within the chunk: `[node][lane]`.
@@ -134,7 +134,7 @@ fn pack<E: Element<N, Q>, const N: usize, const Q: usize>(
         scaled_inverse_volume: Row::default(),
         frequency_bound: Row::default(),
         length: Row([1.0; BATCH]),
-        corner_stiffness: [Row::default(); 2],
+        corner_stiffness: [Row::default(); 3],
         inverse_least_mass: Row::default(),
         nodes: [[0; BATCH]; N],
         kind: PhantomData,

@@ -1,8 +1,11 @@
 //! What blocks of elements are made from: elements, law, formulation.
 
 use crate::element::{ElementKind, ReferenceGeometry};
-use crate::material::{Material, Memories};
+use crate::material::{FIBRE_EXPONENT_LIMIT, Material, Memories};
 use crate::tensor::{Mat3, Vec3};
+
+/// The same as [`FIBRE_EXPONENT_LIMIT`] in single precision, where e⁸⁸ is the largest number [-].
+const SINGLE_EXPONENT_LIMIT: f64 = 60.0;
 
 /// How the energy of an element is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +83,10 @@ impl BlockParameters {
     /// Whether internal forces of elements of a kind are evaluated in single precision: hexahedra with a mean dilatation.
     pub fn has_single_precision(&self, kind: ElementKind) -> bool {
         self.single_precision && self.has_mean_dilatation() && kind == ElementKind::Hex8
+    }
+    /// Exponent of an energy up to which elements of a kind follow it [-].
+    pub fn exponent_limit(&self, kind: ElementKind) -> f64 {
+        if self.has_single_precision(kind) { SINGLE_EXPONENT_LIMIT } else { FIBRE_EXPONENT_LIMIT }
     }
     /// Whether compression has a viscous pressure.
     pub fn has_bulk_viscosity(&self) -> bool {

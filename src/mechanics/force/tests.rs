@@ -250,6 +250,28 @@ fn single_precision_rounds_the_response_of_an_element_and_nothing_else() {
 }
 
 #[test]
+fn single_precision_holds_the_penalties_of_small_elements() {
+    let mut random = Random(3);
+    let (size, mut penalised) = (2e-5, 0);
+    for (X, law) in shapes().iter().flat_map(|X| laws().map(|law| (X, law))) {
+        let small = X.map(|X| X * size);
+        let exact = parameters(law, Formulation::MeanDilatation);
+        let element = |single_precision| Element::of(small, BlockParameters { single_precision, ..exact });
+        let (single, double) = (element(true), element(false));
+        for sample in 0..200 {
+            let u = deformed(X, 0.002 * f64::from(sample), &mut random).map(|u| u * size);
+            let (s, d) = (single.evaluate(&u), double.evaluate(&u));
+            penalised += u32::from(d.hourglass > 0.0);
+            let (error, norm) = ((s.force - d.force).norm(), d.force.norm());
+            let bound = 5e-6 * law.moduli_at_rest().1 * size * size + 1e-3 * norm;
+            assert!(error < bound, "{law:?}, {sample}: {error} N of {norm}, J = {}", d.j + 1.0);
+            assert!(s.stable_step > 0.0 && s.stable_step.is_finite());
+        }
+    }
+    assert!(penalised > 100, "{penalised}");
+}
+
+#[test]
 fn force_and_tangent_are_derivatives_however_an_element_is_folded() {
     let mut random = Random(1);
     let mut penalised = 0;
@@ -322,7 +344,7 @@ fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
             let u = deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random);
             let evaluated = element.evaluate(&u);
             let penalty =
-                eval_corner_penalty(Hex8::CORNERS, &components(&X), &components(&u), [1.0, 0.0]).energy;
+                eval_corner_penalty(Hex8::CORNERS, &components(&X), &components(&u), [1.0, 1.0, 0.0]).energy;
             if evaluated.j - 40.0 * evaluated.hourglass / (mu * volume) >= -0.1 {
                 assert!(
                     penalty <= 0.0,

@@ -233,11 +233,11 @@ fn corners_of_wedges_are_kept_from_folding() {
     }
     // s = 1: ½ κ μ + ¼ M a volume where every corner is flat.
     let flat: Vec<Vec3> = X.iter().map(|X| Vec3::new(0.0, 0.0, -X[2])).collect();
-    let [k, _] = crate::element::corner_stiffness::<Wedge6, 6, 6>((3.0, 200.0), 0.5);
+    let [a, b, _] = crate::element::corner_stiffness::<Wedge6, 6, 6>((3.0, 200.0), 0.5);
     let rows = |x: &[Vec3]| -> [[f64; 6]; 3] { std::array::from_fn(|i| std::array::from_fn(|a| x[a][i])) };
     let X: Vec<Vec3> = X.map(Vec3::from).to_vec();
     let energy =
-        crate::element::eval_corner_penalty(Wedge6::CORNERS, &rows(&X), &rows(&flat), [k, 0.0]).energy;
+        crate::element::eval_corner_penalty(Wedge6::CORNERS, &rows(&X), &rows(&flat), [a, b, 0.0]).energy;
     assert!((energy / (0.5 * 20.0 * 3.0 * 0.5) - 1.0).abs() < 1e-13, "{energy}");
 }
 
