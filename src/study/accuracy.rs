@@ -7,7 +7,7 @@
 
 use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
-use super::error_bars::{compared_runs, error_bars, relative_size};
+use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size};
 use super::precision::in_single_precision;
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
@@ -15,7 +15,8 @@ use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_w
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{
-    AskedAccuracy, Compared, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame, Sink,
+    AskedAccuracy, Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame,
+    Sink,
 };
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
@@ -339,7 +340,9 @@ impl<'a> Meshes<'a> {
         let of = |done: &Done| Level { size: self.size(done, mesh, level), run: done.run.clone() };
         let levels = used.iter().map(of).collect();
         let base = (&coarsest.scene, coarsest.run.clone());
-        compared_runs(&self.variants, base, levels, &[])
-            .map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
+        let keeps_a_direction = keeps_a_direction(&mesh.document, &coarsest.scene.document);
+        compared_runs(&self.variants, base, levels, &[]).map_or_else(ErrorBars::Unknown, |runs| {
+            ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, ..runs }))
+        })
     }
 }

@@ -98,16 +98,23 @@ fn affordable_split(scene: &Scene) -> Result<Scene, String> {
     Ok(split)
 }
 
-/// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are the same in both omitted.
-fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
+/// Numbers of elements of two scenes that differ in nothing else.
+fn counts(fine: &SceneDocument, coarse: &SceneDocument) -> impl Iterator<Item = (u32, u32)> {
     let counts = |document: &SceneDocument| -> Vec<u32> {
         document.bodies.iter().filter_map(|body| body.mesh.as_ref()).flat_map(MeshDocument::counts).collect()
     };
-    let pairs = counts(fine).into_iter().zip(counts(coarse));
-    pairs
-        .filter(|(fine, coarse)| fine != coarse)
-        .map(|(fine, coarse)| f64::from(fine) / f64::from(coarse))
-        .collect()
+    counts(fine).into_iter().zip(counts(coarse))
+}
+
+/// Whether a direction has the same number of elements in both.
+pub(super) fn keeps_a_direction(fine: &SceneDocument, coarse: &SceneDocument) -> bool {
+    counts(fine, coarse).any(|(fine, coarse)| fine == coarse)
+}
+
+/// Ratios of these numbers, those that are the same in both omitted.
+fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
+    let pairs = counts(fine, coarse).filter(|(fine, coarse)| fine != coarse);
+    pairs.map(|(fine, coarse)| f64::from(fine) / f64::from(coarse)).collect()
 }
 
 /// Element size of a coarser scene relative to a finer one [-]: the mean over all directions, since numbers of elements
@@ -137,6 +144,7 @@ pub(super) fn compared_runs(
     Ok(ComparedRuns {
         levels,
         on_facets: variants.document.has_mesh_file(),
+        keeps_a_direction: false,
         base,
         small_steps: results(variants, &small_steps, depths)?,
         loose_contact: results(variants, &loose, depths)?,

@@ -107,6 +107,8 @@ pub struct ComparedRuns {
     pub levels: Vec<Level>,
     /// Whether the finer of all meshes are the coarser ones split on their facets, so that their surfaces are the same.
     pub on_facets: bool,
+    /// Whether a direction has the same number of elements in all meshes, so that they do not show its error.
+    pub keeps_a_direction: bool,
     /// Run on the coarsest of all meshes, which the next two are compared with.
     pub base: Compared,
     /// Run on that mesh with half the time step.
@@ -168,8 +170,13 @@ impl ComparedRuns {
         } else {
             ""
         };
+        let directions = if self.keeps_a_direction {
+            "; directions that have as many elements in all of these meshes are not in the error bars"
+        } else {
+            ""
+        };
         let bulk = self.bulk_modulus.as_ref().map_or(String::new(), |lowered| format!("; {}", lowered.words));
-        format!("estimated from {runs}: {rule}{facets}{bulk}")
+        format!("estimated from {runs}: {rule}{facets}{directions}{bulk}")
     }
 
     /// All runs, in the order of their fields.
@@ -276,8 +283,8 @@ impl Results {
             let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + bulk_modulus + resolution;
             if total.is_finite() {
-                // A pointwise peak may grow with every mesh: two meshes cannot show convergence.
-                let may_converge = !is_peak || runs.levels.len() > 1;
+                // A pointwise peak may grow with every mesh: two meshes cannot show convergence, nor can those that keep a direction.
+                let may_converge = !is_peak || (runs.levels.len() > 1 && !runs.keeps_a_direction);
                 let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
                 let estimate = Estimate { total, mesh, step, contact, bulk_modulus, resolution, resolved };
                 quantity.error = ErrorEstimate::Estimated(estimate);
@@ -347,6 +354,7 @@ mod tests {
         ComparedRuns {
             levels: vec![Level { size: 2.0, run: compared(coarse, 100) }],
             on_facets: false,
+            keeps_a_direction: false,
             base: compared(coarse, 100),
             small_steps: compared(small_steps, 200),
             loose_contact: compared(loose, 100),
@@ -376,6 +384,14 @@ mod tests {
         let error = estimate(&own.impacts[0].impulse_n_s);
         assert!((error.bulk_modulus - 0.2).abs() < 1e-12 && (error.total - 3.51).abs() < 1e-9, "{error:?}");
         assert!(ErrorBars::From(Box::new(runs)).to_string().ends_with("; bulk moduli × 0.25"));
+    }
+
+    #[test]
+    fn meshes_that_keep_a_direction_say_so() {
+        let of = |keeps_a_direction| ComparedRuns { keeps_a_direction, ..runs([9.0, 9.1, 8.99]) };
+        let says =
+            |runs: ComparedRuns| ErrorBars::From(Box::new(runs)).to_string().contains("as many elements");
+        assert!(says(of(true)) && !says(of(false)));
     }
 
     #[test]

@@ -261,11 +261,21 @@ fn single_precision_holds_the_penalties_of_small_elements() {
         for sample in 0..200 {
             let u = deformed(X, 0.002 * f64::from(sample), &mut random).map(|u| u * size);
             let (s, d) = (single.evaluate(&u), double.evaluate(&u));
+            // With such a step an exponent is beyond its limit.
+            if d.stable_step < 1e-12 {
+                continue;
+            }
             penalised += u32::from(d.hourglass > 0.0);
             let (error, norm) = ((s.force - d.force).norm(), d.force.norm());
             let bound = 5e-6 * law.moduli_at_rest().1 * size * size + 1e-3 * norm;
             assert!(error < bound, "{law:?}, {sample}: {error} N of {norm}, J = {}", d.j + 1.0);
-            assert!(s.stable_step > 0.0 && s.stable_step.is_finite());
+            assert!(
+                (s.stable_step / d.stable_step - 1.0).abs() < 1e-2,
+                "{law:?}, {sample}: {} {}, J = {}",
+                s.stable_step,
+                d.stable_step,
+                d.j + 1.0
+            );
         }
     }
     assert!(penalised > 100, "{penalised}");
