@@ -158,7 +158,9 @@ impl RigidDetector {
                     parts.iter_mut().enumerate().for_each(|(i, part)| part.begin(i, mesh));
                     let threads = if mesh.owns.len() > LEAST { &*threads } else { &Threads::ONE };
                     threads.for_each(parts, |part| finder.mesh_on_body(mesh, *body, part));
-                    parts.iter_mut().for_each(|part| contacts.append(&mut part.of_nodes));
+                    for part in parts.iter_mut() {
+                        contacts.append(&mut part.of_nodes);
+                    }
                     near.clear();
                     for part in parts.iter_mut() {
                         contacts.append(&mut part.of_faces);
