@@ -264,9 +264,9 @@ impl Candidates {
         self.listed.len()
     }
 
-    /// A `range` of the nodes in the list, with their places in it.
-    pub fn listed(&self, range: Range<usize>) -> impl Iterator<Item = (usize, &Listed)> {
-        range.clone().zip(&self.listed[range])
+    /// A `range` of the nodes in the list.
+    pub fn listed(&self, range: &Range<usize>) -> &[Listed] {
+        &self.listed[range.clone()]
     }
 
     /// The faces listed for a node, ascending by number.

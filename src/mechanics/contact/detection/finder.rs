@@ -47,7 +47,7 @@ impl Finder<'_> {
         part.impacts = 0;
         match self.pair.side {
             Side::Plane { point, frame, size } => {
-                for (_, listed) in self.pair.candidates.listed(part.range.clone()) {
+                for listed in self.pair.candidates.listed(&part.range) {
                     if self.pair.candidates.within_reach(listed, self.moved(listed)).is_some() {
                         part.contacts.extend(self.against_plane(listed.node, &point, &frame, size));
                     }
@@ -64,7 +64,7 @@ impl Finder<'_> {
     fn find_on_surface(&self, (master, tree): (&Boundary, &FaceTree), part: &mut Part) {
         let Part { range, contacts, impacts, quiet_until, search } = part;
         let candidates = &self.pair.candidates;
-        for (i, (_, listed)) in candidates.listed(range.clone()).enumerate() {
+        for (i, listed) in candidates.listed(range).iter().enumerate() {
             let moved = match &self.pair.own {
                 Some(own) => match self.moved_in_reach(own, listed, &mut quiet_until[i]) {
                     Some(moved) => moved,
