@@ -24,11 +24,12 @@ use super::motion::Motion;
 use super::phase::Phase;
 use super::place::place_surfaces;
 use super::rigid::{LARGEST_TURN, RigidStep};
+use super::run::next_target;
 use super::state::State;
 use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, ElementForces, Threads};
+use crate::mechanics::force::{Activity, BlockTotals, CycleLimits, ElementForces, ForceInput, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
@@ -38,6 +39,11 @@ const LARGEST_GROWTH: f64 = 1.1;
 /// Reduction of the largest strain increment in the step in which a pair first touches: bulk viscosity, and its bound
 /// on the step, respond to the strain rate only afterwards.
 const FIRST_TOUCH: f64 = 0.2;
+
+/// Relative excess over it within a cycle of subcycling [-]: the critical time step, of which only a fraction is used, changes within a cycle.
+const CYCLE_SLACK: f64 = 0.05;
+/// Steps from one look at whether subcycling is worthwhile to the next, outside a cycle.
+const STEPS_WITHOUT_CYCLE: u64 = 8;
 
 /// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
@@ -57,6 +63,8 @@ pub(super) struct ExplicitStepper<'p> {
     has_been_inactive: bool,
     /// Number of elements evaluated last.
     evaluated: u64,
+    /// Whether it covered all elements.
+    is_synchronised: bool,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
     /// Part of it in the branches of Prony series.
@@ -93,7 +101,10 @@ pub(super) struct ExplicitStepper<'p> {
 impl<'p> ExplicitStepper<'p> {
     pub fn new(plan: &'p Plan, options: Explicit, threads: Threads) -> Self {
         let nodes = plan.node_count();
-        let forces = ElementForces::new(&plan.blocks);
+        let mut forces = ElementForces::new(&plan.blocks);
+        if plan.may_subcycle() {
+            forces.allow_subcycles();
+        }
         Self {
             plan,
             options,
@@ -105,6 +116,7 @@ impl<'p> ExplicitStepper<'p> {
             gone: 0,
             has_been_inactive: false,
             evaluated: 0,
+            is_synchronised: true,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             branches: Branches::of(plan),
@@ -153,6 +165,10 @@ impl Stepper for ExplicitStepper<'_> {
             ledger.balance(&start, &motion, &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
+        } else if !self.is_synchronised {
+            // The strain energy at t_n is not known.
+            ledger.add_work(&work, Half::Before);
+            energy.pairs.copy_from(&ledger.pairs);
         } else {
             ledger.add_work(&work, Half::Before);
             motion.eval(&self.threads, &work);
@@ -184,6 +200,16 @@ impl Stepper for ExplicitStepper<'_> {
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
         self.forces.swap_history(&mut state.history);
         self.assembled.advance(state);
+        let (cycle_is_over, time) = {
+            let time = state.time + self.step;
+            (state.subcycles.advance(time, &self.forces, self.options.safety), time)
+        };
+        if let Phase::Running = phase
+            && cycle_is_over
+            && self.plan.may_subcycle()
+        {
+            self.begin_cycle(state, time);
+        }
         // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
             self.extremes.evaluated_elements += self.evaluated;
@@ -243,6 +269,10 @@ impl Stepper for ExplicitStepper<'_> {
         &self.v_after
     }
 
+    fn is_synchronised(&self) -> bool {
+        self.is_synchronised
+    }
+
     fn energy(&self) -> &Energy {
         &self.energy
     }
@@ -276,10 +306,30 @@ impl ExplicitStepper<'_> {
         }
     }
 
+    /// Begins a cycle of subcycling at `time`, where it is worthwhile.
+    fn begin_cycle(&mut self, state: &mut State, time: f64) {
+        let Some(target) = next_target(self.plan, time) else { return };
+        if !(state.subcycles.are_active() || state.step.is_multiple_of(STEPS_WITHOUT_CYCLE)) {
+            return;
+        }
+        let Self { plan, options, threads, forces, contact, .. } = self;
+        let contacts = contact.as_ref().map_or(&[][..], |contact| contact.results().0);
+        let touched = contacts.iter().flat_map(|contact| contact.stencil.nodes().iter().copied());
+        let limits = CycleLimits {
+            time,
+            longest: options.max_step.min(LARGEST_GROWTH * self.step.max(state.subcycles.step())),
+            remaining: target - time,
+            safety: options.safety,
+            strain: options.largest_strain_increment,
+        };
+        state.subcycles.begin((threads, forces), (&plan.blocks, &plan.assembly), touched, &limits);
+    }
+
     fn solve_step(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Stop> {
         // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
         let (stable, stiffest) = self.evaluate(state)?;
+        let longest = state.subcycles.next_time().map_or(longest, |time| time - state.time);
         self.assembled.evaluate(&self.threads, &self.forces, state);
         self.deactivate_at_rest(state);
         self.place(state, phase);
@@ -287,9 +337,10 @@ impl ExplicitStepper<'_> {
         // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
         check_collapse(self.plan, state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
+        let slack = if state.subcycles.are_active() { CYCLE_SLACK } else { ROUNDING };
         loop {
             // Equal steps to the time that must be met; at that time itself, the last step again.
-            let count = (longest / target - ROUNDING).ceil().max(1.0);
+            let count = (longest / target - slack).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
@@ -334,6 +385,12 @@ impl ExplicitStepper<'_> {
         self.hourglass.fill(0.0);
         self.viscous.fill(0.0);
         let input = state.force_input();
+        self.is_synchronised = state.subcycles.are_synchronised();
+        if !(self.has_been_inactive || self.is_synchronised) {
+            // A run that goes on within a cycle: of elements at rest the sums are needed, too.
+            let input = ForceInput { subcycles: None, ..input };
+            self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
+        }
         self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
         self.branches.evaluate(self.plan, &self.forces);
@@ -341,6 +398,10 @@ impl ExplicitStepper<'_> {
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);
+            if totals == BlockTotals::NONE {
+                // None of its elements is evaluated in this step.
+                continue;
+            }
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain + totals.branches;
@@ -391,7 +452,8 @@ impl ExplicitStepper<'_> {
     fn choose_step(&self, state: &State, stable: f64) -> f64 {
         let mut step = self.longest_stable(stable);
         if state.last_step > 0.0 {
-            step = step.min(LARGEST_GROWTH * state.last_step);
+            // A step of the cycle that was divided is none that grows.
+            step = step.min((LARGEST_GROWTH * state.last_step).max(state.subcycles.step()));
         }
         step
     }
@@ -404,8 +466,12 @@ impl ExplicitStepper<'_> {
         // Viscous forces at the moving nodes.
         let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = 0.5 * phase.damping() * mean_step;
+        let subcycles = state.subcycles.are_active();
         for node in activity.stepped(0..f_viscous.len() as u32) {
             f_viscous[node] = forces.viscous_at_node(&plan.assembly, node);
+            if subcycles {
+                f_viscous[node] += forces.viscous_impulse_at_node(&plan.assembly, node) / mean_step;
+            }
         }
         // Contact-free velocity of the active nodes.
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
@@ -416,6 +482,9 @@ impl ExplicitStepper<'_> {
             for (i, (f_int, v_after)) in f_int.iter_mut().zip(v_after).enumerate() {
                 let node = run * Activity::NODES + i;
                 *f_int = forces.at_node(&plan.assembly, node);
+                if subcycles {
+                    *f_int += forces.impulse_at_node(&plan.assembly, node) / mean_step;
+                }
                 if let Some(viscous) = f_viscous.get(node) {
                     *f_int += viscous;
                 }

@@ -125,8 +125,10 @@ fn drive(
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
         // The first step in each of the equal parts of the run.
         let look = (LOOKS * state.time / plan.end_time).floor();
-        let is_look_time = is_field_time || look > last_look;
-        last_look = last_look.max(look);
+        let is_look_time = is_field_time || (look > last_look && stepper.is_synchronised());
+        if is_look_time {
+            last_look = last_look.max(look);
+        }
         if is_look_time {
             stepper.note_history();
         }
@@ -258,7 +260,7 @@ fn start_clock(plan: &Plan, state: &mut State, released_v: Vec<Vec3>) {
 }
 
 /// Next time that must be met exactly; `None` at the end.
-fn next_target(plan: &Plan, time: f64) -> Option<f64> {
+pub(super) fn next_target(plan: &Plan, time: f64) -> Option<f64> {
     plan.field_times.iter().copied().find(|t| *t > time)
 }
 

@@ -46,6 +46,8 @@ impl ElementForces {
                 let at_nodes = &nodal[chunk.block as usize].response;
                 volumes.gather(&block.chunks[chunk.chunk as usize], at_nodes, &mut chunk.nodal);
             }
+            let cycle = input.cycle_of(block.chunk_number(chunk.chunk as usize));
+            chunk.evaluated = chunk.active & cycle.map_or(u32::MAX, |cycle| cycle.due());
             if chunk.active != 0 {
                 with_elements!(&block.packed, block.parameters.material; elements, law => {
                     evaluate_chunk(law, elements, block, input, chunk);
@@ -117,9 +119,9 @@ impl ElementForces {
         let of_chunk = |chunk: &ChunkForces| {
             let block = &blocks[chunk.block as usize];
             let batches = &block.chunks[chunk.chunk as usize].batches;
-            let all = chunk.active.count_ones() as usize * BATCH;
+            let all = chunk.evaluated.count_ones() as usize * BATCH;
             let has_padding = batches.end as usize == block.batch_count();
-            let last_is_active = chunk.active & (1 << (batches.len() - 1)) != 0;
+            let last_is_active = chunk.evaluated & (1 << (batches.len() - 1)) != 0;
             all - if has_padding && last_is_active { block.slot_count() - block.elements.len() } else { 0 }
         };
         self.chunks.iter().map(of_chunk).sum()
@@ -131,6 +133,8 @@ impl ElementForces {
             size_of::<ChunkForces>()
                 + size_of_val(&chunk.force[..])
                 + size_of_val(&chunk.viscous[..])
+                + size_of_val(&chunk.impulse[..])
+                + size_of_val(&chunk.viscous_impulse[..])
                 + size_of_val(&chunk.u[..])
                 + size_of_val(&chunk.v[..])
                 + size_of_val(&chunk.history[..])
@@ -153,6 +157,10 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         block: block_index as u32,
         chunk: chunk as u32,
         active: ChunkForces::all(batches),
+        evaluated: ChunkForces::all(batches),
+        impulse: Vec::new(),
+        viscous_impulse: Vec::new(),
+        rates: Vec::new(),
         force: vec![Vec3::zeros(); nodes],
         viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
         u: vec![Vec3::zeros(); nodes],
@@ -160,6 +168,7 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         dilatation: vec![0.0; averaged],
         nodal: vec![[0.0; 3]; averaged],
         stretch_rate: 0.0,
+        difference: 0.0,
         shortest: 0.0,
         history: vec![Row::default(); batches * block.history_rows()],
         eroded: Vec::new(),

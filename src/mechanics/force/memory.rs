@@ -8,12 +8,13 @@ pub(super) use softening::Tension;
 
 use super::ForceInput;
 use super::block::ElementBlock;
+use super::branch_totals::BranchTotals;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::packed::{InBlocks, Packed};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
-use super::rows::{add, gather, keep_still, load_fibres, store_corners};
+use super::rows::{add, add_impulse, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::dual::Dual;
 use crate::lanes::{Aligned, BATCH, Lane, Row};
@@ -43,7 +44,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { elements, block, input, chunk } = self;
         let h = if input.inverse_step > 0.0 { 1.0 / input.inverse_step } else { 0.0 };
-        let (steps, softens) = (block.parameters.memory.step(h), block.parameters.memory.softens());
+        let (mut of_step, softens) =
+            ((h, block.parameters.memory.step(h)), block.parameters.memory.softens());
+        let cycle = input.cycle_of(block.chunk_number(chunk.chunk as usize));
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
@@ -52,6 +55,16 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
         for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
+            let energies = i * branch_rows..(i + 1) * branch_rows;
+            if chunk.evaluated & (1 << i) == 0 {
+                BranchTotals::end_step(&mut chunk.branches[energies]);
+                continue;
+            }
+            // Since its last evaluation.
+            let since = cycle.map_or(h, |cycle| cycle.since(i));
+            if since.to_bits() != of_step.0.to_bits() {
+                of_step = (since, block.parameters.memory.step(since));
+            }
             let nodes = &elements.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);
@@ -60,17 +73,23 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
                 elements,
                 block,
                 batch: first + i,
-                steps: &steps,
+                steps: &of_step.1,
                 // Of no interest to relaxation.
                 size: if softens { sizes(&elements.batches[first + i].volume) } else { Row([1.0; BATCH]) },
                 before: before.map(|before| &before[range.clone()]),
                 after: &mut chunk.history[range],
-                branches: &mut chunk.branches[i * branch_rows..(i + 1) * branch_rows],
+                branches: &mut chunk.branches[energies],
             };
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
             }
-            add(&forces.relaxing, nodes, &mut chunk.viscous);
+            match cycle.and_then(|cycle| cycle.duration(i)) {
+                None => add(&forces.relaxing, nodes, &mut chunk.viscous),
+                Some(duration) => {
+                    add_impulse(&mut forces.relaxing, duration, nodes, &mut chunk.viscous_impulse);
+                }
+            }
+            // A part that softens has every element evaluated in every step.
             if softens {
                 add(&forces.lost, nodes, &mut chunk.force);
             }

@@ -32,6 +32,7 @@ mod rate_stiffness;
 mod reduced;
 mod rows;
 mod stiffness;
+mod subcycles;
 mod totals;
 mod viscous;
 
@@ -50,6 +51,7 @@ pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;
 pub use rate_stiffness::EndOfStep;
 pub use stiffness::{CORNER_PAIRS, StiffnessBatch, corner_pair};
+pub use subcycles::{CycleLimits, Subcycles};
 pub use totals::{BatchTotals, BlockTotals};
 
 pub use super::lanes::BATCH;

@@ -43,7 +43,7 @@ impl ElementForces {
     ) -> f64 {
         threads.for_each(&mut self.chunks, |chunk| {
             if chunk.active == 0 {
-                chunk.stretch_rate = 0.0;
+                (chunk.stretch_rate, chunk.difference) = (0.0, 0.0);
                 return;
             }
             let block = &blocks[chunk.block as usize];
@@ -62,6 +62,7 @@ impl ElementForces {
                 return;
             }
             let difference = (high - low).norm();
+            chunk.difference = difference;
             chunk.stretch_rate = 0.0;
             if difference * h > limit * chunk.shortest {
                 // Divisions are most of what exact rates cost: they wait until an element is seen to need them.
@@ -85,7 +86,25 @@ impl ElementForces {
     }
 }
 
+impl ChunkForces {
+    /// Whether the velocities of the last [`ElementForces::largest_stretch_rate`] may stretch an element by more than `limit` [-] within
+    /// `duration` [s].
+    pub(super) fn may_stretch_by(&self, limit: f64, duration: f64) -> bool {
+        !(self.difference * duration <= CERTAIN * limit * self.shortest)
+    }
+}
+
 impl ElementBlock {
+    /// Largest [`stretch_rate`] of a batch of a chunk [1/s], as in [`ElementForces::largest_stretch_rate`], after it.
+    pub(super) fn rate_of_batch(&self, chunk: &ChunkForces, i: usize) -> f64 {
+        let first = self.chunks[chunk.chunk as usize].batches.start + i as u32;
+        let range = &(first..first + 1);
+        with_elements!(&self.packed, elements => {
+            pulp::Arch::new().dispatch(Rate::<true, _, _, _> { elements, range, chunk, allowed: 0.0 })
+        })
+        .0
+    }
+
     /// Largest rate of a chunk, or what it exceeds `allowed` by, and its shortest length, see [`Rate`].
     fn rate<const EXACT: bool>(&self, chunk: &ChunkForces, allowed: f64) -> (f64, f64) {
         let range = &self.chunks[chunk.chunk as usize].batches;

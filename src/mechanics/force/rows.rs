@@ -49,6 +49,18 @@ pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N
     }
 }
 
+/// [`add`] of the impulses of forces that act over a duration [s].
+#[inline(always)]
+pub(super) fn add_impulse<const N: usize>(
+    forces: &mut [[Row; N]; 3],
+    duration: f64,
+    nodes: &[[u16; BATCH]; N],
+    to: &mut [Vec3],
+) {
+    forces.as_flattened_mut().iter_mut().for_each(|row| row.0.iter_mut().for_each(|f| *f *= duration));
+    add(forces, nodes, to);
+}
+
 /// Displacements relative to that of the first node, on which the digits of a lower precision are not spent.
 #[inline(always)]
 pub(super) fn subtract_first<const N: usize>(nodal: &mut [[Row; N]; 3]) {
