@@ -19,8 +19,8 @@ pub enum IntegratorDocument {
         /// elements are crushed.
         #[serde(default = "default_strain_increment")]
         largest_strain_increment: f64,
-        /// Whether elements whose critical time step is a multiple of that of the mesh may be evaluated less often than in every step,
-        /// every 2 to 16 steps, where that saves a quarter of the evaluations.
+        /// Whether elements whose critical time step is two or four times the step are evaluated every second or fourth step only,
+        /// where that saves a quarter of the evaluations.
         #[serde(default = "default_subcycling", skip_serializing_if = "is_default_subcycling")]
         subcycling: bool,
         /// Linear bulk viscosity b1 [-].

@@ -24,29 +24,19 @@ use super::motion::Motion;
 use super::phase::Phase;
 use super::place::place_surfaces;
 use super::rigid::{LARGEST_TURN, RigidStep};
-use super::run::next_target;
 use super::state::State;
 use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
+use super::subcycling::Subcycling;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, BlockTotals, CycleLimits, ElementForces, ForceInput, Threads};
+use crate::mechanics::force::{Activity, BlockTotals, ElementForces, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
 
-/// Largest ratio of successive steps: the half-step scheme is accurate for slowly varying steps.
-const LARGEST_GROWTH: f64 = 1.1;
 /// Reduction of the largest strain increment in the step in which a pair first touches: bulk viscosity, and its bound
 /// on the step, respond to the strain rate only afterwards.
 const FIRST_TOUCH: f64 = 0.2;
-
-/// Relative excess over it within a cycle of subcycling [-]: the critical time step, of which only a fraction is used, changes within a cycle.
-const CYCLE_SLACK: f64 = 0.05;
-/// Steps from one look at whether subcycling is worthwhile to the next, outside a cycle.
-const STEPS_WITHOUT_CYCLE: u64 = 8;
-
-/// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
-const ROUNDING: f64 = 1e-9;
 
 /// Advances a plan explicitly. Holds the work arrays of a step, so that a step allocates nothing; they carry nothing
 /// between steps.
@@ -63,8 +53,6 @@ pub(super) struct ExplicitStepper<'p> {
     has_been_inactive: bool,
     /// Number of elements evaluated last.
     evaluated: u64,
-    /// Whether it covered all elements.
-    is_synchronised: bool,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
     /// Part of it in the branches of Prony series.
@@ -78,6 +66,7 @@ pub(super) struct ExplicitStepper<'p> {
     /// The balance at t_n, after [`Stepper::balance`].
     energy: Energy,
     motion: Motion,
+    subcycling: Subcycling<'p>,
     f_int: Vec<Vec3>,
     /// Viscous part of it [N]; empty if no part is viscous.
     f_viscous: Vec<Vec3>,
@@ -116,7 +105,6 @@ impl<'p> ExplicitStepper<'p> {
             gone: 0,
             has_been_inactive: false,
             evaluated: 0,
-            is_synchronised: true,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             branches: Branches::of(plan),
@@ -125,6 +113,7 @@ impl<'p> ExplicitStepper<'p> {
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
             motion: Motion::new(plan),
+            subcycling: Subcycling::new(plan, options),
             f_int: vec![Vec3::zeros(); nodes],
             f_viscous: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { nodes } else { 0 }],
@@ -149,6 +138,7 @@ impl Stepper for ExplicitStepper<'_> {
 
     /// Balances the ledger at t_n, after [`Stepper::solve`].
     fn balance(&mut self, state: &State) {
+        self.subcycling.note_change(&self.forces, &self.activity, [state.last_step, self.step]);
         let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         let mut motion = std::mem::take(&mut self.motion);
         ledger.copy_from(&state.ledger);
@@ -165,7 +155,7 @@ impl Stepper for ExplicitStepper<'_> {
             ledger.balance(&start, &motion, &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
-        } else if !self.is_synchronised {
+        } else if !self.is_synchronised() {
             // The strain energy at t_n is not known.
             ledger.add_work(&work, Half::Before);
             energy.pairs.copy_from(&ledger.pairs);
@@ -200,16 +190,8 @@ impl Stepper for ExplicitStepper<'_> {
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
         self.forces.swap_history(&mut state.history);
         self.assembled.advance(state);
-        let (cycle_is_over, time) = {
-            let time = state.time + self.step;
-            (state.subcycles.advance(time, &self.forces, self.options.safety), time)
-        };
-        if let Phase::Running = phase
-            && cycle_is_over
-            && self.plan.may_subcycle()
-        {
-            self.begin_cycle(state, time);
-        }
+        let contacts = self.contact.as_ref().map_or(&[][..], |contact| contact.results().0);
+        self.subcycling.advance((state, phase), (&self.threads, &mut self.forces), contacts, self.step);
         // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
             self.extremes.evaluated_elements += self.evaluated;
@@ -270,7 +252,7 @@ impl Stepper for ExplicitStepper<'_> {
     }
 
     fn is_synchronised(&self) -> bool {
-        self.is_synchronised
+        self.subcycling.cycle().are_synchronised()
     }
 
     fn energy(&self) -> &Energy {
@@ -292,6 +274,7 @@ impl ExplicitStepper<'_> {
             mean_step: self.mean_step(state),
             step_change: self.step - state.last_step,
             f_int: &self.f_int,
+            change: self.subcycling.change(),
             contacts,
             reactions,
             is_static: false,
@@ -306,55 +289,28 @@ impl ExplicitStepper<'_> {
         }
     }
 
-    /// Begins a cycle of subcycling at `time`, where it is worthwhile.
-    fn begin_cycle(&mut self, state: &mut State, time: f64) {
-        let Some(target) = next_target(self.plan, time) else { return };
-        if !(state.subcycles.are_active() || state.step.is_multiple_of(STEPS_WITHOUT_CYCLE)) {
-            return;
-        }
-        let Self { plan, options, threads, forces, contact, .. } = self;
-        let contacts = contact.as_ref().map_or(&[][..], |contact| contact.results().0);
-        let touched = contacts.iter().flat_map(|contact| contact.stencil.nodes().iter().copied());
-        let limits = CycleLimits {
-            time,
-            longest: options.max_step.min(LARGEST_GROWTH * self.step.max(state.subcycles.step())),
-            remaining: target - time,
-            safety: options.safety,
-            strain: options.largest_strain_increment,
-        };
-        state.subcycles.begin((threads, forces), (&plan.blocks, &plan.assembly), touched, &limits);
-    }
-
     fn solve_step(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Stop> {
         // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
+        let longest = self.subcycling.take(state, longest);
         let (stable, stiffest) = self.evaluate(state)?;
-        let longest = state.subcycles.next_time().map_or(longest, |time| time - state.time);
         self.assembled.evaluate(&self.threads, &self.forces, state);
         self.deactivate_at_rest(state);
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
         // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
-        check_collapse(self.plan, state, self.longest_stable(stable), || stiffest)?;
-        let mut target = self.choose_step(state, stable);
-        let slack = if state.subcycles.are_active() { CYCLE_SLACK } else { ROUNDING };
+        check_collapse(self.plan, state, self.subcycling.longest_stable(stable), || stiffest)?;
+        let mut target = self.subcycling.choose_step(state, stable);
         loop {
-            // Equal steps to the time that must be met; at that time itself, the last step again.
-            let count = (longest / target - slack).ceil().max(1.0);
-            self.step = if longest > 0.0 { longest / count } else { target };
+            self.step = self.subcycling.divide(longest, target);
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
             self.activate_reached();
             // Shorten the step if the strain increment or a rotation would be too large.
             let fraction = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
             let strain_limit = fraction * self.options.largest_strain_increment;
-            let rate = self.forces.largest_stretch_rate(
-                &self.threads,
-                &self.plan.blocks,
-                &self.v_after,
-                self.step,
-                strain_limit,
-            );
+            let (blocks, v) = (&self.plan.blocks, &self.v_after);
+            let rate = self.forces.largest_stretch_rate(&self.threads, blocks, v, self.step, strain_limit);
             if !rate.is_finite() {
                 let message = "A velocity became infinite or not a number.".into();
                 return Err(Failure::new(state, FailureCause::NotFinite, message).into());
@@ -384,12 +340,10 @@ impl ExplicitStepper<'_> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.viscous.fill(0.0);
-        let input = state.force_input();
-        self.is_synchronised = state.subcycles.are_synchronised();
-        if !(self.has_been_inactive || self.is_synchronised) {
+        let input = self.subcycling.force_input(state);
+        if !(self.has_been_inactive || self.is_synchronised()) {
             // A run that goes on within a cycle: of elements at rest the sums are needed, too.
-            let input = ForceInput { subcycles: None, ..input };
-            self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
+            self.forces.evaluate(&self.threads, &self.plan.blocks, &state.force_input());
         }
         self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
@@ -399,8 +353,7 @@ impl ExplicitStepper<'_> {
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);
             if totals == BlockTotals::NONE {
-                // None of its elements is evaluated in this step.
-                continue;
+                continue; // none of its elements is evaluated in this step
             }
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
@@ -444,20 +397,6 @@ impl ExplicitStepper<'_> {
         }
     }
 
-    /// Admissible fraction of the critical time step, within the maximum of the scene [s].
-    fn longest_stable(&self, stable: f64) -> f64 {
-        (self.options.safety * stable).min(self.options.max_step)
-    }
-
-    fn choose_step(&self, state: &State, stable: f64) -> f64 {
-        let mut step = self.longest_stable(stable);
-        if state.last_step > 0.0 {
-            // A step of the cycle that was divided is none that grows.
-            step = step.min((LARGEST_GROWTH * state.last_step).max(state.subcycles.step()));
-        }
-        step
-    }
-
     /// Evaluates f_int, the sum of the elastic and viscous element forces, and v* = v₋ + h̄ M⁻¹ f; during dynamic
     /// relaxation with the damping −α M v at the mean velocity.
     fn accelerate(&mut self, state: &State, phase: Phase) {
@@ -466,7 +405,7 @@ impl ExplicitStepper<'_> {
         // Viscous forces at the moving nodes.
         let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = 0.5 * phase.damping() * mean_step;
-        let subcycles = state.subcycles.are_active();
+        let subcycles = self.subcycling.cycle().are_active();
         for node in activity.stepped(0..f_viscous.len() as u32) {
             f_viscous[node] = forces.viscous_at_node(&plan.assembly, node);
             if subcycles {

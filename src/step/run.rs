@@ -147,6 +147,7 @@ fn drive(
             reactions,
             mean_step: stepper.mean_step(state),
             energy: stepper.energy(),
+            is_balanced: stepper.is_synchronised(),
             is_field_time,
             is_look_time,
         };
@@ -260,7 +261,7 @@ fn start_clock(plan: &Plan, state: &mut State, released_v: Vec<Vec3>) {
 }
 
 /// Next time that must be met exactly; `None` at the end.
-pub(super) fn next_target(plan: &Plan, time: f64) -> Option<f64> {
+fn next_target(plan: &Plan, time: f64) -> Option<f64> {
     plan.field_times.iter().copied().find(|t| *t > time)
 }
 

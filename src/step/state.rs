@@ -128,7 +128,7 @@ impl State {
             inverse_step,
             history: &self.history,
             fractions: &self.fractions,
-            subcycles: Some(&self.subcycles),
+            subcycles: None,
         }
     }
 

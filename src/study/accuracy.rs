@@ -1,13 +1,13 @@
 //! Runs a scene on successively finer meshes until its numbers are as accurate as requested or the time is over.
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
-//! and one with a looser contact tolerance on the coarsest of the three. Generated meshes get √2 times the numbers of
+//! and one with a looser contact tolerance on the first mesh of all. Generated meshes get √2 times the numbers of
 //! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
 //! have every element split into eight.
 
 use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
-use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size};
+use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size, steps_and_contact};
 use super::precision::in_single_precision;
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
@@ -22,6 +22,7 @@ use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
+use std::cell::OnceCell;
 use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -63,6 +64,8 @@ struct Done {
     level: i32,
     scene: Scene,
     run: Compared,
+    /// The same with shorter steps, and with a looser contact tolerance, once an error bar needs them.
+    others: OnceCell<Result<[Compared; 2], String>>,
 }
 
 /// Runs a scene to an accuracy. The result is that of the finest mesh whose run came to its end within the time, and it is the run
@@ -173,7 +176,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished {
             let run = Compared::new(result.summary.values(), Vec::new(), result.outcome.steps);
-            done.push(Done { level, scene: mesh, run });
+            done.push(Done { level, scene: mesh, run, others: OnceCell::new() });
             best = Some(result);
             has_result.store(true, Ordering::Relaxed);
         }
@@ -334,14 +337,18 @@ impl<'a> Meshes<'a> {
 
     fn bars_of_levels(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
         let used = &done[done.len().saturating_sub(LEVELS_USED)..];
-        let Some(coarsest) = used.first() else {
+        let (Some(first), Some(coarsest)) = (done.first(), used.first()) else {
             return ErrorBars::Unknown("there is no coarser mesh to compare with".into());
         };
+        // Steps and contact once, on the first mesh of all.
+        let others = first
+            .others
+            .get_or_init(|| steps_and_contact(&self.variants, (&first.scene, first.run.steps), &[]));
         let of = |done: &Done| Level { size: self.size(done, mesh, level), run: done.run.clone() };
         let levels = used.iter().map(of).collect();
-        let base = (&coarsest.scene, coarsest.run.clone());
         let keeps_a_direction = keeps_a_direction(&mesh.document, &coarsest.scene.document);
-        compared_runs(&self.variants, base, levels, &[]).map_or_else(ErrorBars::Unknown, |runs| {
+        others.clone().map_or_else(ErrorBars::Unknown, |others| {
+            let runs = compared_runs(&self.scene.document, first.run.clone(), others, levels);
             ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, ..runs }))
         })
     }

@@ -64,7 +64,8 @@ fn with_coarser_meshes(variants: &Variants, depths: &[f64]) -> Result<ComparedRu
     } else {
         vec![Level { size: least_relative_size(document, &mesh.document), run: base.clone() }]
     };
-    compared_runs(variants, (&mesh, base), levels, depths)
+    let others = steps_and_contact(variants, (&mesh, base.steps), depths)?;
+    Ok(compared_runs(document, base, others, levels))
 }
 
 /// A run with every element split into eight, for meshes that cannot be coarsened. The scene itself is run once more in
@@ -73,7 +74,8 @@ fn with_split_mesh(variants: &Variants, scene: &Scene, depths: &[f64]) -> Result
     let split = affordable_split(scene)?;
     let base = results(variants, scene, depths)?;
     let level = Level { size: 1.0 / REFINEMENT, run: results(variants, &split, depths)? };
-    compared_runs(variants, (scene, base), vec![level], depths)
+    let others = steps_and_contact(variants, (scene, base.steps), depths)?;
+    Ok(compared_runs(variants.document, base, others, vec![level]))
 }
 
 /// The scene with every element split into eight, if the runs for its error bars are expected to take no longer than
@@ -129,27 +131,35 @@ fn least_relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
     ratios(fine, coarse).into_iter().reduce(f64::min).unwrap_or(REFINEMENT)
 }
 
-/// The runs on other meshes, with two more on the coarsest of all meshes, whose run is `base`: with at most half the time
-/// step, and with a looser contact tolerance.
-pub(super) fn compared_runs(
+/// Two more runs on a mesh whose own run took so many steps: with at most half the time step, and with a looser contact tolerance.
+pub(super) fn steps_and_contact(
     variants: &Variants,
-    (mesh, base): (&Scene, Compared),
-    levels: Vec<Level>,
+    (mesh, steps): (&Scene, u64),
     depths: &[f64],
-) -> Result<ComparedRuns, String> {
+) -> Result<[Compared; 2], String> {
     let (mut small_steps, mut loose) = (mesh.clone(), mesh.clone());
     // Half of the actual steps, whatever limited them: stability, strain, or field times.
-    small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * base.steps as f64));
+    small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * steps as f64));
     loose.document.contact.tolerance *= LOOSER;
-    Ok(ComparedRuns {
+    Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
+}
+
+/// The runs on other meshes, with the two `others` on the coarsest of them, whose run is `base`.
+pub(super) fn compared_runs(
+    document: &SceneDocument,
+    base: Compared,
+    [small_steps, loose_contact]: [Compared; 2],
+    levels: Vec<Level>,
+) -> ComparedRuns {
+    ComparedRuns {
         levels,
-        on_facets: variants.document.has_mesh_file(),
+        on_facets: document.has_mesh_file(),
         keeps_a_direction: false,
         base,
-        small_steps: results(variants, &small_steps, depths)?,
-        loose_contact: results(variants, &loose, depths)?,
+        small_steps,
+        loose_contact,
         bulk_modulus: None,
-    })
+    }
 }
 
 /// The scene with its numbers of elements times a factor.

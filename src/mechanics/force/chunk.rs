@@ -85,8 +85,10 @@ pub struct ChunkForces {
     pub(super) viscous_impulse: Vec<Vec3>,
     /// Force of viscosity and memory on each node of the chunk [N]; empty without.
     pub(super) viscous: Vec<Vec3>,
-    /// Largest stretch rate of each batch at the beginning of a cycle [1/s]; empty without subcycling.
-    pub(super) rates: Vec<f64>,
+    /// Forces of both times the difference of the intervals ahead of and behind their elements [N s]; empty without subcycling.
+    pub(super) change: Vec<Vec3>,
+    /// Largest stretch rate before a cycle of subcycling [1/s]; 0 when it is certain not to matter.
+    pub(super) rate: f64,
     /// Displacements of the nodes of the chunk, gathered [m].
     pub(super) u: Vec<Vec3>,
     /// Velocities of the nodes of the chunk, gathered [m/s].

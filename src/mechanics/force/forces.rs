@@ -135,6 +135,7 @@ impl ElementForces {
                 + size_of_val(&chunk.viscous[..])
                 + size_of_val(&chunk.impulse[..])
                 + size_of_val(&chunk.viscous_impulse[..])
+                + size_of_val(&chunk.change[..])
                 + size_of_val(&chunk.u[..])
                 + size_of_val(&chunk.v[..])
                 + size_of_val(&chunk.history[..])
@@ -160,7 +161,8 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         evaluated: ChunkForces::all(batches),
         impulse: Vec::new(),
         viscous_impulse: Vec::new(),
-        rates: Vec::new(),
+        change: Vec::new(),
+        rate: 0.0,
         force: vec![Vec3::zeros(); nodes],
         viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
         u: vec![Vec3::zeros(); nodes],

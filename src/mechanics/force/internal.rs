@@ -2,6 +2,7 @@
 
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
+use super::cycle::{ChunkCycle, Subcycles};
 use super::first_pass::FirstPass;
 use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, Packed};
@@ -10,9 +11,8 @@ use super::pressure::{
     Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
 };
 use super::rows::{
-    add, add_impulse, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
+    add, add_kick, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
 };
-use super::subcycles::{ChunkCycle, Subcycles};
 use super::totals::{BatchTotals, BlockTotals};
 use crate::element::{CornerResponse, Element, eval_corner_penalty};
 use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters};
@@ -155,6 +155,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         }
         forces.force.fill(Vec3::zeros());
         forces.impulse.fill(Vec3::zeros());
+        forces.change.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
@@ -206,9 +207,12 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if S::IS_SINGLE {
                 balance(&mut lanes.nodal);
             }
-            match cycle.and_then(|cycle| cycle.duration(i)) {
+            match cycle.and_then(|cycle| cycle.kick(i)) {
                 None => add(&lanes.nodal, nodes, &mut forces.force),
-                Some(duration) => add_impulse(&mut lanes.nodal, duration, nodes, &mut forces.impulse),
+                Some(kick) => {
+                    let ChunkForces { force, impulse, change, .. } = &mut *forces;
+                    add_kick(&lanes.nodal, kick, nodes, (force, impulse, change));
+                }
             }
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches, forces.passed_over());

@@ -14,7 +14,7 @@ use super::first_pass::FirstPass;
 use super::packed::{InBlocks, Packed};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
-use super::rows::{add, add_impulse, gather, keep_still, load_fibres, store_corners};
+use super::rows::{add, add_kick, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::dual::Dual;
 use crate::lanes::{Aligned, BATCH, Lane, Row};
@@ -83,10 +83,15 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
             }
-            match cycle.and_then(|cycle| cycle.duration(i)) {
+            match cycle.and_then(|cycle| cycle.kick(i)) {
                 None => add(&forces.relaxing, nodes, &mut chunk.viscous),
-                Some(duration) => {
-                    add_impulse(&mut forces.relaxing, duration, nodes, &mut chunk.viscous_impulse);
+                Some(kick) => {
+                    add_kick(
+                        &forces.relaxing,
+                        kick,
+                        nodes,
+                        (&mut chunk.viscous, &mut chunk.viscous_impulse, &mut chunk.change),
+                    );
                 }
             }
             // A part that softens has every element evaluated in every step.

@@ -86,23 +86,14 @@ impl ElementForces {
     }
 }
 
-impl ChunkForces {
-    /// Whether the velocities of the last [`ElementForces::largest_stretch_rate`] may stretch an element by more than `limit` [-] within
-    /// `duration` [s].
-    pub(super) fn may_stretch_by(&self, limit: f64, duration: f64) -> bool {
-        !(self.difference * duration <= CERTAIN * limit * self.shortest)
-    }
-}
-
 impl ElementBlock {
-    /// Largest [`stretch_rate`] of a batch of a chunk [1/s], as in [`ElementForces::largest_stretch_rate`], after it.
-    pub(super) fn rate_of_batch(&self, chunk: &ChunkForces, i: usize) -> f64 {
-        let first = self.chunks[chunk.chunk as usize].batches.start + i as u32;
-        let range = &(first..first + 1);
-        with_elements!(&self.packed, elements => {
-            pulp::Arch::new().dispatch(Rate::<true, _, _, _> { elements, range, chunk, allowed: 0.0 })
-        })
-        .0
+    /// Largest [`stretch_rate`] of a chunk at the velocities of the last [`ElementForces::largest_stretch_rate`] [1/s]; 0 if it is certain
+    /// that it stretches no element by more than `limit` [-] within `duration` [s].
+    pub(super) fn rate_of_chunk(&self, chunk: &ChunkForces, limit: f64, duration: f64) -> f64 {
+        if chunk.active == 0 || chunk.difference * duration <= CERTAIN * limit * chunk.shortest {
+            return 0.0;
+        }
+        self.rate::<true>(chunk, 0.0).0
     }
 
     /// Largest rate of a chunk, or what it exceeds `allowed` by, and its shortest length, see [`Rate`].

@@ -1,5 +1,6 @@
 //! Between nodes, rows of lanes and registers.
 
+use super::cycle::Kick;
 use crate::lanes::{BATCH, Lane, Row};
 use crate::material::MAX_FAMILIES;
 use crate::registers::Registers;
@@ -49,16 +50,27 @@ pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N
     }
 }
 
-/// [`add`] of the impulses of forces that act over a duration [s].
+/// [`add`] of forces that act in steps, or as a kick, with their impulses and changes.
 #[inline(always)]
-pub(super) fn add_impulse<const N: usize>(
-    forces: &mut [[Row; N]; 3],
-    duration: f64,
+pub(super) fn add_kick<const N: usize>(
+    forces: &[[Row; N]; 3],
+    kick: Kick,
     nodes: &[[u16; BATCH]; N],
-    to: &mut [Vec3],
+    (force, impulse, change): (&mut [Vec3], &mut [Vec3], &mut [Vec3]),
 ) {
-    forces.as_flattened_mut().iter_mut().for_each(|row| row.0.iter_mut().for_each(|f| *f *= duration));
-    add(forces, nodes, to);
+    if kick.in_steps {
+        add(forces, nodes, force);
+    }
+    for (corner, nodes) in nodes.iter().enumerate() {
+        for (lane, node) in nodes.iter().enumerate() {
+            let f =
+                Vec3::new(forces[0][corner].0[lane], forces[1][corner].0[lane], forces[2][corner].0[lane]);
+            impulse[*node as usize] += f * kick.duration;
+            if kick.change != 0.0 {
+                change[*node as usize] += f * kick.change;
+            }
+        }
+    }
 }
 
 /// Displacements relative to that of the first node, on which the digits of a lower precision are not spent.

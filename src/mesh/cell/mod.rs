@@ -75,10 +75,13 @@ impl CellKind {
 
     /// Scaled Jacobian at natural coordinates [-], in [−1, 1]; 1 in the ideal cell, which has equal edges (Knupp 2000).
     pub fn scaled_jacobian(self, x: &[Vec3], xi: [f64; 3]) -> f64 {
-        let table = self.table();
-        let jacobian = (table.jacobian)(x, xi);
-        match &table.oblique {
-            None => scaled_determinant(&jacobian),
+        self.scaled(&(self.table().jacobian)(x, xi))
+    }
+
+    /// The scaled Jacobian of `jacobian = ∂x/∂ξ` [-].
+    pub(super) fn scaled(self, jacobian: &Mat3) -> f64 {
+        match &self.table().oblique {
+            None => scaled_determinant(jacobian),
             Some(Oblique { frame, .. }) => scaled_determinant(&(jacobian * columns(*frame))),
         }
     }

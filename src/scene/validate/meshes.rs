@@ -119,14 +119,15 @@ pub fn check_sets(
 pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
     let here = Pointer::root().key("bodies").index(index).key("mesh");
     let before = out.0.error_count();
-    for problem in topology_problems(&mesh.cells).iter().take(LISTED) {
+    let (topology, quality) = rayon::join(|| topology_problems(&mesh.cells), || quality(mesh));
+    for problem in topology.iter().take(LISTED) {
         out.push(
             Problem::error("bad_topology", &here, problem.to_string())
                 .limit("each element once, each face shared by at most two elements on its two sides")
                 .remedy("repair the mesh: merge or separate these elements"),
         );
     }
-    let Some(quality) = quality(mesh) else {
+    let Some(quality) = quality else {
         out.push(
             Problem::error("empty_mesh", &here, "the mesh has no elements").limit("at least one element"),
         );
