@@ -20,8 +20,8 @@ pub enum IntegratorDocument {
         #[serde(default = "default_strain_increment")]
         largest_strain_increment: f64,
         /// Whether elements whose critical time step is two or four times the step are evaluated every second or fourth step only,
-        /// where that saves a quarter of the evaluations.
-        #[serde(default = "default_subcycling", skip_serializing_if = "is_default_subcycling")]
+        /// where that saves a quarter of the evaluations. Not for very thin elements.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         subcycling: bool,
         /// Linear bulk viscosity b1 [-].
         #[serde(default = "default_linear_viscosity")]
@@ -156,7 +156,7 @@ impl IntegratorDocument {
             safety_factor: Self::SAFETY,
             max_step_s,
             largest_strain_increment: default_strain_increment(),
-            subcycling: default_subcycling(),
+            subcycling: false,
             linear_bulk_viscosity: default_linear_viscosity(),
             quadratic_bulk_viscosity: default_quadratic_viscosity(),
             energy_gate,
@@ -188,13 +188,6 @@ fn default_safety() -> f64 {
 }
 fn default_strain_increment() -> f64 {
     0.1
-}
-fn default_subcycling() -> bool {
-    true
-}
-#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference
-fn is_default_subcycling(subcycling: &bool) -> bool {
-    *subcycling == default_subcycling()
 }
 fn default_linear_viscosity() -> f64 {
     0.06

@@ -13,8 +13,8 @@ pub struct Numerics {
     /// Smallest time step [s]; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_step_s: Option<f64>,
-    /// Fraction of active elements, averaged over the steps [-]: internal forces were not evaluated in the rest, which
-    /// nothing had reached yet; absent while running.
+    /// Fraction of elements whose internal forces were evaluated, averaged over the steps [-]: nothing had reached the rest yet, or they
+    /// were evaluated every second or fourth step only; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub active_element_fraction: Option<f64>,
     /// Energy at the start [J].

@@ -53,7 +53,7 @@ pub fn render_table(summary: &Summary) -> String {
         table.row("smallest Jacobian J", &format!("{J:.4}"), "");
     }
     if let Some(fraction) = n.active_element_fraction {
-        table.row("active elements, mean over the steps", &percent(fraction), "");
+        table.row("elements evaluated, mean over the steps", &percent(fraction), "");
     }
     table.row("error of the energy balance", &percent(n.balance_error), "");
     let numerical = format!(
