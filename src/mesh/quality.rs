@@ -43,8 +43,7 @@ pub fn element_quality(kind: CellKind, x: &[Vec3]) -> ElementQuality {
     let lengths = table.edges.iter().map(|&[a, b]| (x[a] - x[b]).norm());
     // As `CellKind::volume_m3`, with the Jacobians that are looked at anyway.
     let (mut gauss_scaled_jacobian, mut volume_m3) = (f64::INFINITY, 0.0);
-    for &(xi, weight) in table.quadrature {
-        let jacobian = (table.jacobian)(x, xi);
+    for (jacobian, weight) in kind.jacobians(x) {
         gauss_scaled_jacobian = gauss_scaled_jacobian.min(kind.scaled(&jacobian));
         volume_m3 += jacobian.determinant() * weight;
     }

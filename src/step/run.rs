@@ -128,8 +128,6 @@ fn drive(
         let is_look_time = is_field_time || (look > last_look && stepper.is_synchronised());
         if is_look_time {
             last_look = last_look.max(look);
-        }
-        if is_look_time {
             stepper.note_history();
         }
         let (contacts, reactions) = stepper.contacts();

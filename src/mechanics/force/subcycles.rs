@@ -95,7 +95,7 @@ impl Subcycles {
         }
         if self.work() <= WORTHWHILE {
             self.limit_strains(threads, forces, blocks, (SLOW_STRAIN * limits.strain, longest));
-            self.evaluate_at(assembly, blocks, touched);
+            self.evaluate_at(forces, (blocks, assembly), touched);
         }
         (self.length, self.longest) = (0, 0.0);
         if self.work() <= WORTHWHILE {
@@ -153,8 +153,8 @@ impl Subcycles {
     /// Evaluates the elements of these nodes in every step.
     fn evaluate_at(
         &mut self,
-        assembly: &Assembly,
-        blocks: &[ElementBlock],
+        forces: &ElementForces,
+        (blocks, assembly): (&[ElementBlock], &Assembly),
         nodes: impl Iterator<Item = u32>,
     ) {
         let mut places: Vec<(u32, u32)> = Vec::new();
@@ -168,8 +168,9 @@ impl Subcycles {
         places.dedup();
         for of_chunk in places.chunk_by(|a, b| a.0 == b.0) {
             let number = of_chunk[0].0;
-            let Some((block, chunk)) = place_of(blocks, number as usize) else { continue };
-            let first = block.chunks[chunk].batches.start as usize;
+            let chunk = &forces.chunks[number as usize];
+            let block = &blocks[chunk.block as usize];
+            let first = block.chunks[chunk.chunk as usize].batches.start as usize;
             for (i, interval) in self.intervals[number as usize].iter_mut().enumerate() {
                 let nodes = block.nodes_of_batch(first + i).as_flattened();
                 if nodes.iter().any(|node| of_chunk.binary_search(&(number, u32::from(*node))).is_ok()) {
@@ -178,18 +179,6 @@ impl Subcycles {
             }
         }
     }
-}
-
-/// Block and chunk in it of a chunk over all blocks.
-fn place_of(blocks: &[ElementBlock], number: usize) -> Option<(&ElementBlock, usize)> {
-    let mut first = 0;
-    for block in blocks {
-        if number < first + block.chunk_count() {
-            return Some((block, number - first));
-        }
-        first += block.chunk_count();
-    }
-    None
 }
 
 fn least(row: &Row) -> f64 {

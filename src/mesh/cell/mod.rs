@@ -64,8 +64,13 @@ impl CellKind {
     ///
     /// V = Σ w det ∂x/∂ξ over the quadrature points, which is exact for the kind's interpolation.
     pub fn volume_m3(self, x: &[Vec3]) -> f64 {
+        self.jacobians(x).map(|(jacobian, weight)| jacobian.determinant() * weight).sum()
+    }
+
+    /// ∂x/∂ξ at the quadrature points [m], with their weights [-].
+    pub(super) fn jacobians(self, x: &[Vec3]) -> impl Iterator<Item = (Mat3, f64)> {
         let table = self.table();
-        table.quadrature.iter().map(|&(xi, weight)| (table.jacobian)(x, xi).determinant() * weight).sum()
+        table.quadrature.iter().map(move |&(xi, weight)| ((table.jacobian)(x, xi), weight))
     }
 
     /// Whether natural coordinates lie in the reference cell.
