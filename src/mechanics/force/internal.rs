@@ -11,7 +11,7 @@ use super::pressure::{
     Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
 };
 use super::rows::{
-    add, add_kick, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
+    add_kick, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
 };
 use super::totals::{BatchTotals, BlockTotals};
 use crate::element::{CornerResponse, Element, eval_corner_penalty};
@@ -207,13 +207,9 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if S::IS_SINGLE {
                 balance(&mut lanes.nodal);
             }
-            match cycle.and_then(|cycle| cycle.kick(i)) {
-                None => add(&lanes.nodal, nodes, &mut forces.force),
-                Some(kick) => {
-                    let ChunkForces { force, impulse, change, .. } = &mut *forces;
-                    add_kick(&lanes.nodal, kick, nodes, (force, impulse, change));
-                }
-            }
+            let kick = cycle.and_then(|cycle| cycle.kick(i));
+            let ChunkForces { force, impulse, change, .. } = &mut *forces;
+            add_kick(&lanes.nodal, kick, nodes, (force, impulse, change));
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches, forces.passed_over());
     }

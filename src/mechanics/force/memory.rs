@@ -83,17 +83,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
             }
-            match cycle.and_then(|cycle| cycle.kick(i)) {
-                None => add(&forces.relaxing, nodes, &mut chunk.viscous),
-                Some(kick) => {
-                    add_kick(
-                        &forces.relaxing,
-                        kick,
-                        nodes,
-                        (&mut chunk.viscous, &mut chunk.viscous_impulse, &mut chunk.change),
-                    );
-                }
-            }
+            let kick = cycle.and_then(|cycle| cycle.kick(i));
+            let sums = (&mut chunk.viscous[..], &mut chunk.viscous_impulse[..], &mut chunk.change[..]);
+            add_kick(&forces.relaxing, kick, nodes, sums);
             // A part that softens has every element evaluated in every step.
             if softens {
                 add(&forces.lost, nodes, &mut chunk.force);

@@ -54,13 +54,14 @@ pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N
 #[inline(always)]
 pub(super) fn add_kick<const N: usize>(
     forces: &[[Row; N]; 3],
-    kick: Kick,
+    kick: Option<Kick>,
     nodes: &[[u16; BATCH]; N],
     (force, impulse, change): (&mut [Vec3], &mut [Vec3], &mut [Vec3]),
 ) {
-    if kick.in_steps {
+    if kick.is_none_or(|kick| kick.in_steps) {
         add(forces, nodes, force);
     }
+    let Some(kick) = kick else { return };
     for (corner, nodes) in nodes.iter().enumerate() {
         for (lane, node) in nodes.iter().enumerate() {
             let f =

@@ -14,7 +14,7 @@ use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
-use super::rows::{add, add_kick, balance, gather, keep_still, load_corners, store_corners, subtract_first};
+use super::rows::{add_kick, balance, gather, keep_still, load_corners, store_corners, subtract_first};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, ForceInput, Threads};
 use crate::element::{Element, ElementKind};
@@ -164,17 +164,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithRegisters for Viscou
             if S::IS_SINGLE {
                 balance(&mut rates);
             }
-            match cycle.and_then(|cycle| cycle.kick(i)) {
-                None => add(&rates, &batch.nodes, &mut chunk.viscous),
-                Some(kick) => {
-                    add_kick(
-                        &rates,
-                        kick,
-                        &batch.nodes,
-                        (&mut chunk.viscous, &mut chunk.viscous_impulse, &mut chunk.change),
-                    );
-                }
-            }
+            let kick = cycle.and_then(|cycle| cycle.kick(i));
+            let sums = (&mut chunk.viscous[..], &mut chunk.viscous_impulse[..], &mut chunk.change[..]);
+            add_kick(&rates, kick, &batch.nodes, sums);
         }
     }
 }
