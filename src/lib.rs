@@ -6,7 +6,7 @@
 //! scene document ──validate──▶ Scene ──compile──▶ Plan ──advance──▶ State ──frame──▶ Recorder
 //! ```
 //!
-//! 1. [`scene`]: what is asked, in the terms of the user.
+//! 1. [`scene`]: what is requested, in the terms of the user.
 //! 2. [`plan`]: the scene compiled to what it needs, and nothing else.
 //! 3. [`step`]: the state, the integrators, the energy ledger, the loop.
 //! 4. [`mechanics`]: the mathematics: laws, elements, contact.

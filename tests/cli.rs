@@ -321,7 +321,7 @@ fn study_omissions_tabulates_runs_that_agree_to_the_last_bit() {
     assert_eq!(study["holds"], true);
     let restored: Vec<&Value> =
         study["rows"].as_array().unwrap().iter().map(|row| &row["restored"]).collect();
-    let [one, two, three] = ["idle_self_contact", "tangential_reactions", "unasked_fields"];
+    let [one, two, three] = ["idle_self_contact", "tangential_reactions", "unrequested_fields"];
     let alone = [&json!([one]), &json!([two]), &json!([three])];
     assert_eq!(restored, [&[&json!([])], &alone[..], &[&json!([one, two, three])]].concat());
     for row in study["rows"].as_array().unwrap() {

@@ -193,7 +193,7 @@ fn odd_input_is_solved_or_reported() {
         let options = Options { method, ..Options::default() };
         let solved =
             |W: Vec<f64>, q: [f64; 3], mu: f64| solve_from_rest(&problem(W, q, mu).unwrap(), &options);
-        // Nothing is asked for, nothing moves, nothing rubs, everything sticks.
+        // Nothing is requested, nothing moves, nothing rubs, everything sticks.
         assert_eq!(solved(eye(1.0), [0.0; 3], 0.5).0, [0.0; 3], "{method:?}");
         assert!(solved(eye(0.0), [1.0, 2.0, 0.0], 0.5).1.converged, "{method:?}");
         assert!(!solved(eye(0.0), [-1.0, 0.0, 0.0], 0.5).1.converged, "{method:?}: a wall cannot give way");

@@ -172,8 +172,8 @@ fn write_inspection(name: &str, found: &Inspection, out: &mut dyn Write) -> io::
 fn write_quality(found: &Inspection, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "\nSmallest scaled Jacobian of each element (1 in the ideal element)")?;
     for bin in found.histogram.iter().filter(|bin| bin.elements > 0) {
-        let share = 100.0 * bin.elements as f64 / found.elements as f64;
-        writeln!(out, "  {:4.1} to {:3.1}  {:>9}  {share:5.1} %", bin.from, bin.to, bin.elements)?;
+        let percentage = 100.0 * bin.elements as f64 / found.elements as f64;
+        writeln!(out, "  {:4.1} to {:3.1}  {:>9}  {percentage:5.1} %", bin.from, bin.to, bin.elements)?;
     }
     writeln!(out, "\nWorst elements")?;
     let header = ["element", "kind", "part", "scaled Jacobian", "aspect ratio", "centre"];

@@ -100,15 +100,15 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     })
 }
 
-/// The matrix as Markdown: what finished, then why the rest did not. `asked` is the number of cells of the whole
+/// The matrix as Markdown: what finished, then why the rest did not. `requested` is the number of cells of the whole
 /// matrix.
-fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) -> String {
+fn markdown(study: &StabilityStudy, requested: usize, table: fn(&[Cell]) -> String) -> String {
     let mut text = String::new();
     if let Some(why) = &study.stopped {
-        let missing = asked - study.cells.len();
+        let missing = requested - study.cells.len();
         let _ = writeln!(
             text,
-            "STOPPED ({why}): running cells are incomplete, and {missing} of {asked} cells are missing.\n"
+            "STOPPED ({why}): running cells are incomplete, and {missing} of {requested} cells are missing.\n"
         );
     }
     // Statistics, table, and the diagnoses of what did not finish.

@@ -43,12 +43,12 @@ pub(super) fn write_case_line(
 /// Describes what is missing of a stopped answer; `None` for a complete one.
 pub(super) fn stopped(answer: &Answer) -> Option<String> {
     let why = answer.stopped?;
-    let looked_for = match (answer.limits.len(), answer.limits_asked) {
+    let looked_for = match (answer.limits.len(), answer.requested_limits) {
         (_, 0) => String::new(),
         (0, _) => "; no limits were evaluated".into(),
-        (found, asked) => format!("; {found} of {asked} limit(s) were evaluated"),
+        (found, requested) => format!("; {found} of {requested} limit(s) were evaluated"),
     };
-    Some(format!("STOPPED ({why}): {} of {} case(s){looked_for}", answer.cases.len(), answer.cases_asked))
+    Some(format!("STOPPED ({why}): {} of {} case(s){looked_for}", answer.cases.len(), answer.requested_cases))
 }
 
 /// Writes the complete answer.
@@ -106,7 +106,7 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
 
 /// Remark on results from fewer cases than requested.
 fn of_stopped(answer: &Answer) -> &'static str {
-    if answer.cases.len() < answer.cases_asked { " (STOPPED: not all that were requested)" } else { "" }
+    if answer.cases.len() < answer.requested_cases { " (STOPPED: not all that were requested)" } else { "" }
 }
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
@@ -252,7 +252,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
             })
             .collect();
         write_table(&["number", "parameter", "first order", "total", ""], &rows, out)?;
-    } else if answer.cases.len() < answer.cases_asked && answer.cases.iter().any(is_for_indices) {
+    } else if answer.cases.len() < answer.requested_cases && answer.cases.iter().any(is_for_indices) {
         writeln!(out, "\nNo Sobol indices: they take all points of the sample")?;
     }
     Ok(())

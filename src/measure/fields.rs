@@ -33,14 +33,14 @@ impl Fields {
     /// Allocates the stress and strain fields that the plan requests; `None` if it requests none.
     pub fn new(plan: &Plan) -> Option<Self> {
         // Requested fields only.
-        let asked = |field| plan.fields.contains(&field);
-        let room = |field, n: usize| vec![0.0; if asked(field) { n } else { 0 }];
+        let requested = |field| plan.fields.contains(&field);
+        let room = |field, n: usize| vec![0.0; if requested(field) { n } else { 0 }];
         let nodes = plan.node_count();
         let fields = Self {
             von_mises: room(FieldName::VonMises, nodes),
             pressure: room(FieldName::Pressure, nodes),
             principal_strain: room(FieldName::PrincipalStrain, nodes),
-            element_cauchy: if asked(FieldName::ElementCauchyStress) {
+            element_cauchy: if requested(FieldName::ElementCauchyStress) {
                 vec![[0.0; 6]; plan.element_count()]
             } else {
                 vec![]

@@ -10,7 +10,7 @@ use super::law_range::LawRanges;
 use super::pair::{PairMeasures, pairs_of};
 use super::penetration::Penetration;
 use super::stress_depth::StressDepth;
-use super::summary::{AskedAccuracy, ErrorBars};
+use super::summary::{ErrorBars, RequestedAccuracy};
 use super::wave_reach::WaveSpeed;
 use crate::mesh::MeshError;
 use crate::plan::{ByPair, MOST_LISTED_PAIRS, Plan};
@@ -54,7 +54,7 @@ pub struct Measures {
     /// Source of the error bars.
     pub error_bars: ErrorBars,
     /// Requested accuracy, if any.
-    pub accuracy: Option<AskedAccuracy>,
+    pub accuracy: Option<RequestedAccuracy>,
 }
 
 impl Measures {
@@ -77,7 +77,7 @@ impl Measures {
 
     /// Sets the source of the error bars, and the accuracy requested of the numbers.
     #[must_use]
-    pub fn with_error_bars(self, error_bars: ErrorBars, accuracy: Option<AskedAccuracy>) -> Self {
+    pub fn with_error_bars(self, error_bars: ErrorBars, accuracy: Option<RequestedAccuracy>) -> Self {
         Self { error_bars, accuracy, ..self }
     }
 

@@ -215,15 +215,15 @@ impl StressDepth {
         if parts.bodies.is_empty() {
             return Ok(None);
         }
-        let (field, asked) = (parts.stress_field(plan)?, &plan.measures);
+        let (field, requested) = (parts.stress_field(plan)?, &plan.measures);
         Ok(Some(Self {
-            ends: asked.tissue_ends.iter().map(|end| end.name.clone()).collect(),
+            ends: requested.tissue_ends.iter().map(|end| end.name.clone()).collect(),
             at_ends: at_ends(plan),
-            energy_doses: Dose::of(&asked.energy_density_thresholds),
-            strain_doses: Dose::of(&asked.strain_thresholds),
-            strain_in_volume: ExceededIn::new(asked.exceeded_in_volume),
-            stress_in_volume: ExceededIn::new(asked.exceeded_in_volume),
-            ..Self::of(field, parts, &asked.stress_thresholds)
+            energy_doses: Dose::of(&requested.energy_density_thresholds),
+            strain_doses: Dose::of(&requested.strain_thresholds),
+            strain_in_volume: ExceededIn::new(requested.exceeded_in_volume),
+            stress_in_volume: ExceededIn::new(requested.exceeded_in_volume),
+            ..Self::of(field, parts, &requested.stress_thresholds)
         }))
     }
 

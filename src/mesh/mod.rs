@@ -54,7 +54,7 @@ pub struct Mesh {
     /// Material axes of each element, rows e1, e2, e3 (orthonormal, right-handed, in the reference frame); empty if the
     /// mesh has none (the axes are then x, y, z, or given by the scene).
     pub axes: Vec<[Vec3; 3]>,
-    /// Further numbers of each element that were asked for.
+    /// Further numbers of each element that were requested.
     pub fields: ElementFields,
     /// Hanging nodes between coarse and fine elements.
     pub hanging: HangingNodes,

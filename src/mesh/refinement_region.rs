@@ -1,4 +1,4 @@
-//! Places around which local refinement is asked for, and which elements it concerns.
+//! Places around which local refinement is requested, and which elements it concerns.
 
 use super::surface::{boundary, boundary_nodes};
 use super::{CellKind, Mesh};

@@ -1,6 +1,5 @@
 //! Scene → plan: element blocks, masses, contact pairs, loads, integrator.
 
-use super::asked::{field_times, measures};
 use super::blocks::{Globals, add_blocks, reference_geometry};
 use super::contact::compile_contact;
 use super::contact_mass::{inertia_lost, lumped_mass};
@@ -8,9 +7,10 @@ use super::distant::BodyMotion;
 use super::loads::Loads;
 use super::parts::{CompileError, Parts};
 use super::report::{PlanReport, report};
+use super::requested::{field_times, measures};
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
-use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
+use super::{DynamicRelaxation, Holder, Implicit, Integrator, Plan, PlanBody};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
@@ -137,7 +137,10 @@ fn complete(
         gravity: document.gravity_m_per_s2.map(Vec3::from).filter(|g| *g != Vec3::zeros()),
         loads: parts.loads,
         preload,
-        settle: document.settle.as_ref().map(|s| Settle { duration: s.duration_s, damping: s.damping_per_s }),
+        dynamic_relaxation: document
+            .dynamic_relaxation
+            .as_ref()
+            .map(|s| DynamicRelaxation { duration: s.duration_s, damping: s.damping_per_s }),
         initial_u: if still(&parts.u) { Vec::new() } else { parts.u },
         initial_v: if still(&parts.v) { Vec::new() } else { parts.v },
         integrator,
@@ -203,7 +206,7 @@ fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
 /// Whether a load acts on every node from the first step.
 fn is_loaded(document: &SceneDocument) -> bool {
     document.gravity_m_per_s2.is_some_and(|g| Vec3::from(g) != Vec3::zeros())
-        || document.settle.is_some()
+        || document.dynamic_relaxation.is_some()
         || document.preload.is_some()
 }
 
@@ -234,7 +237,7 @@ fn rounding_energy(plan: &Plan) -> f64 {
 /// m s² τ of the rigid bodies [J], s a bound on the speed of flight, spin and fall, τ the tolerance of contact: the
 /// uncertainty of the contact impulses moves even a supported body.
 fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
-    let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+    let duration = document.end_time_s + document.dynamic_relaxation.as_ref().map_or(0.0, |s| s.duration_s);
     let fall = plan.gravity.map_or(0.0, |g| g.norm() * duration);
     let of_body = |(rigid, body): (&crate::mechanics::rigid::RigidBody, &usize)| {
         let spin = plan.initial_v.get(rigid.spin as usize).map_or(0.0, Vec3::norm);

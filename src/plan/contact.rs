@@ -19,7 +19,7 @@ enum Side<'a> {
 }
 
 /// The two sides of a requested pair, and their friction coefficient.
-type Asked<'a> = (Side<'a>, Side<'a>, f64);
+type Requested<'a> = (Side<'a>, Side<'a>, f64);
 
 /// Compiles the contact pairs (`None` when nothing may touch), and those that cannot meet, given the `motions` of the
 /// bodies and the latest time `until` [s] at which a contact may matter.
@@ -30,14 +30,14 @@ pub(super) fn compile_contact(
     motions: &[BodyMotion],
     until: f64,
 ) -> (Option<ContactPlan>, Vec<DistantPair>) {
-    let asked = pairs_asked(document);
+    let requested = requested_pairs(document);
     // What any of many bodies may deflect is not known in advance.
-    let (asked, distant) = if are_many(document) {
-        (asked, Vec::new())
+    let (requested, distant) = if are_many(document) {
+        (requested, Vec::new())
     } else {
-        without_distant_pairs(document, asked, bodies, motions, until)
+        without_distant_pairs(document, requested, bodies, motions, until)
     };
-    if asked.is_empty() && !are_many(document) {
+    if requested.is_empty() && !are_many(document) {
         return (None, distant);
     }
     let is_rigid = |&body: &usize| bodies[body].rigid.is_some();
@@ -53,18 +53,18 @@ pub(super) fn compile_contact(
         always_looks_at_itself: document.keeps(Keep::IdleSelfContact),
     };
     // Pairs with a rigid side come last.
-    let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
-        asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
+    let (rigid, meshes): (Vec<Requested>, Vec<Requested>) =
+        requested.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
     let every =
         if are_many(document) { every_two(&mut plan, document, bodies, X) } else { EveryTwo::default() };
     let mut names = Vec::new();
-    let mut listed = |pairs: Vec<Asked>| -> Vec<ContactPair> {
-        let of_asked = |asked| {
-            let (pair, sides) = listed_pair(&mut plan, document, bodies, X, asked)?;
+    let mut listed = |pairs: Vec<Requested>| -> Vec<ContactPair> {
+        let of_requested = |requested| {
+            let (pair, sides) = listed_pair(&mut plan, document, bodies, X, requested)?;
             names.push(sides);
             Some(pair)
         };
-        pairs.into_iter().filter_map(of_asked).collect()
+        pairs.into_iter().filter_map(of_requested).collect()
     };
     let (meshes, rigid) = (listed(meshes), listed(rigid));
     plan.pairs = Pairs::new(meshes, every, rigid);
@@ -97,18 +97,18 @@ fn law(plan: &ContactPlan, document: &SceneDocument, mu: f64) -> ContactLaw {
 /// Splits the pairs into those that may meet and those that cannot, unless the document keeps the latter.
 fn without_distant_pairs<'a>(
     document: &SceneDocument,
-    asked: Vec<Asked<'a>>,
+    requested: Vec<Requested<'a>>,
     bodies: &[PlanBody],
     motions: &[BodyMotion],
     until: f64,
-) -> (Vec<Asked<'a>>, Vec<DistantPair>) {
+) -> (Vec<Requested<'a>>, Vec<DistantPair>) {
     if document.keeps(Keep::DistantPairs) {
-        return (asked, Vec::new());
+        return (requested, Vec::new());
     }
-    let sides: Vec<(usize, Other)> = asked.iter().filter_map(|(a, b, _)| moving_sides(*a, *b)).collect();
+    let sides: Vec<(usize, Other)> = requested.iter().filter_map(|(a, b, _)| moving_sides(*a, *b)).collect();
     let verdicts = cannot_meet(motions, &sides, until);
     let (mut kept, mut distant) = (Vec::new(), Vec::new());
-    for ((a, b, mu), verdict) in asked.into_iter().zip(verdicts) {
+    for ((a, b, mu), verdict) in requested.into_iter().zip(verdicts) {
         if let Some(why) = verdict {
             let name = [a, b].map(|side| side.name(bodies)).join("–");
             let of_itself = is_of_itself(a, b);
@@ -152,13 +152,13 @@ impl<'a> Side<'a> {
 }
 
 /// All requested pairs with their friction, bodies before planes; without those of two of many deformable bodies.
-fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
+fn requested_pairs(document: &SceneDocument) -> Vec<Requested<'_>> {
     let default = document.contact.friction;
     let side = |name: &str| {
         let body = document.bodies.iter().position(|b| b.name == name).map(Side::Body);
         body.or_else(|| document.planes.iter().find(|p| p.name == name).map(Side::Plane))
     };
-    let mut pairs: Vec<Asked> = match &document.contact.pairs {
+    let mut pairs: Vec<Requested> = match &document.contact.pairs {
         ContactPairs::All(_) => {
             let count = document.bodies.len();
             let is_listed = |a: usize, b: usize| {
@@ -190,7 +190,7 @@ fn listed_pair(
     document: &SceneDocument,
     bodies: &[PlanBody],
     X: &[Vec3],
-    (a, b, mu): Asked,
+    (a, b, mu): Requested,
 ) -> Option<(ContactPair, [String; 2])> {
     let (slave, master, names) = match (a, b) {
         (Side::Body(a), Side::Plane(plane)) | (Side::Plane(plane), Side::Body(a)) => {

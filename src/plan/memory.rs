@@ -113,10 +113,10 @@ fn contact_bytes(plan: &Plan) -> u64 {
 }
 
 fn fields_bytes(plan: &Plan) -> u64 {
-    let asked = |fields: &[FieldName]| plan.fields.iter().filter(|f| fields.contains(f)).count();
-    let scalars = asked(&[FieldName::VonMises, FieldName::Pressure, FieldName::PrincipalStrain]);
-    let vectors = asked(&[FieldName::Displacement, FieldName::Velocity]);
-    let tensors = asked(&[FieldName::ElementCauchyStress]);
+    let requested = |fields: &[FieldName]| plan.fields.iter().filter(|f| fields.contains(f)).count();
+    let scalars = requested(&[FieldName::VonMises, FieldName::Pressure, FieldName::PrincipalStrain]);
+    let vectors = requested(&[FieldName::Displacement, FieldName::Velocity]);
+    let tensors = requested(&[FieldName::ElementCauchyStress]);
     // Nodal scalars are averages and need the volume around each node. All need the corners of the elements.
     let nodal = (scalars + usize::from(scalars > 0)) * 8 + vectors * 24;
     let element = tensors * 56 + usize::from(scalars + tensors > 0) * 32;

@@ -1,6 +1,5 @@
 //! The plan: a scene compiled to what it needs. Immutable during the run; features that are not needed are absent.
 
-mod asked;
 mod blocks;
 mod by_pair;
 mod compile;
@@ -16,6 +15,7 @@ mod omitted;
 mod parts;
 mod refinement;
 mod report;
+mod requested;
 mod rigid;
 mod stable_step;
 mod statics;
@@ -23,7 +23,6 @@ mod stepping;
 #[cfg(test)]
 mod tests;
 
-pub use asked::CUTS;
 pub use by_pair::{ByPair, MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
 pub use compile::{compile, recompile};
 pub use distant::DistantPair;
@@ -35,9 +34,10 @@ pub use omitted::Omitted;
 pub use parts::CompileError;
 pub use refinement::RefinementReport;
 pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
+pub use requested::CUTS;
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
-pub use statics::{Statics, Unheld};
+pub use statics::{Statics, UnderConstrained};
 
 use crate::mechanics::contact::detection::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::pairs::Pairs;
@@ -93,7 +93,7 @@ pub struct Plan {
     /// Quasi-static loading before the clock starts, in steps of a pseudo-time of 1 s.
     pub preload: Option<Box<Implicit>>,
     /// Dynamic relaxation before the clock starts.
-    pub settle: Option<Settle>,
+    pub dynamic_relaxation: Option<DynamicRelaxation>,
     /// Initial displacement [m], nodes × 3; empty when all are zero.
     pub initial_u: Vec<Vec3>,
     /// Initial velocity relative to the body's flight [m/s], nodes × 3; empty when all are zero.
@@ -199,7 +199,7 @@ pub struct ContactPlan {
 
 /// Dynamic relaxation before the clock starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settle {
+pub struct DynamicRelaxation {
     /// Duration of the relaxation [s].
     pub duration: f64,
     /// Mass-proportional damping α [1/s].
@@ -441,7 +441,8 @@ impl Plan {
     }
     /// Whether elements with a long critical time step may be evaluated less often than in every step. Erosion looks at all of them.
     pub fn may_subcycle(&self) -> bool {
-        matches!(&self.integrator, Integrator::Explicit(options) if options.subcycling) && !self.erodes()
+        matches!(&self.integrator, Integrator::Explicit(options) if options.subcycling)
+            && !self.erodes()
     }
     /// Whether the stress of a part depends on rate or history, apart from bulk viscosity.
     pub fn is_viscous(&self) -> bool {

@@ -71,15 +71,15 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
         format!("the search for self-contact of {} in most steps", in_words(&of_itself)),
         "parts cannot touch before their relative motion exceeds their distance",
     );
-    let is_smooth = |law: ContactLaw| law == ContactLaw::Frictionless;
+    let is_frictionless = |law: ContactLaw| law == ContactLaw::Frictionless;
     let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.listed());
-    let names = pairs.filter(|(_, pair)| is_smooth(pair.law)).map(|(number, _)| plan.name_of(number));
+    let names = pairs.filter(|(_, pair)| is_frictionless(pair.law)).map(|(number, _)| plan.name_of(number));
     let every = plan.contact.iter().map(|contact| contact.pairs.every_two());
-    let of_every = every.filter(|every| !every.is_empty() && is_smooth(every.law()));
+    let of_every = every.filter(|every| !every.is_empty() && is_frictionless(every.law()));
     let smooth: Vec<String> = names
         .chain(of_every.map(|every| format!("every two of {} meshes", every.surfaces().count())))
         .collect();
-    let relaxation = if plan.settle.is_some() { " after dynamic relaxation" } else { "" };
+    let relaxation = if plan.dynamic_relaxation.is_some() { " after dynamic relaxation" } else { "" };
     list.add(
         !smooth.is_empty(),
         Some(Keep::TangentialReactions),
@@ -93,12 +93,12 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
         format!("fibres of {}", idle.join(", ")),
         "their stiffness k1 is zero",
     );
-    let unasked: Vec<String> =
+    let unrequested: Vec<String> =
         FieldName::ALL.into_iter().filter(|f| !plan.fields.contains(f)).map(field_name).collect();
     list.add(
-        !unasked.is_empty(),
-        Some(Keep::UnaskedFields),
-        format!("the fields {}", unasked.join(", ")),
+        !unrequested.is_empty(),
+        Some(Keep::UnrequestedFields),
+        format!("the fields {}", unrequested.join(", ")),
         "not requested",
     );
 }
@@ -127,7 +127,7 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     );
     add(plan.rigid.is_none(), "rigid bodies", "every body is deformable");
     add(plan.gravity.is_none(), "gravity", "the scene gives none");
-    add(plan.settle.is_none(), "dynamic relaxation", "not requested");
+    add(plan.dynamic_relaxation.is_none(), "dynamic relaxation", "not requested");
     let has_fibres = plan.blocks.iter().any(|b| b.parameters.material.family_count() > 0);
     add(!has_fibres, "fibre arithmetic", "no part has fibres with stiffness");
     add(plan.initial_u.is_empty(), "initial deformation", "every body starts undeformed");

@@ -61,7 +61,7 @@ pub struct PlanReport {
     pub kept: Vec<String>,
     /// What is absent, each with its reason.
     pub omitted: Vec<Omitted>,
-    /// What is kept though the scene may not need it, because somebody asked.
+    /// What is kept though the scene may not need it, because it was requested.
     pub restored: Vec<Keep>,
 }
 
@@ -175,7 +175,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let stable_step_s = max_step.min(safety * steps.smallest());
     let integrator = IntegratorReport::new(&plan.integrator, stable_step_s, scene.choice.clone());
     let step_s = integrator.step_s;
-    let relaxation = plan.settle.map_or(0.0, |s| s.duration);
+    let relaxation = plan.dynamic_relaxation.map_or(0.0, |s| s.duration);
     // Field times are hit exactly, by equal steps from one to the next.
     let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([relaxation]);
     let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
@@ -274,10 +274,10 @@ fn statics_in_words(plan: &Plan) -> Vec<String> {
         ));
     }
     let preload = plan.preload.as_ref().and_then(|preload| preload.statics.as_ref());
-    for unheld in run.or(preload).iter().flat_map(|statics| &statics.unheld) {
+    for under_constrained in run.or(preload).iter().flat_map(|statics| &statics.under_constrained) {
         words.push(format!(
             "{}: under-constrained, {} of 6 rigid motions are left to contact; its quasi-static matrix is stabilised, its equilibrium is not",
-            plan.bodies[unheld.body].name, unheld.motions
+            plan.bodies[under_constrained.body].name, under_constrained.motions
         ));
     }
     words

@@ -19,12 +19,12 @@ const FREE: f64 = 1e-10;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statics {
     /// Under-constrained bodies, in ascending order of their index.
-    pub unheld: Vec<Unheld>,
+    pub under_constrained: Vec<UnderConstrained>,
 }
 
 /// An under-constrained body: it can move as a rigid one unless contact holds it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unheld {
+pub struct UnderConstrained {
     /// Index of the body.
     pub body: usize,
     /// Number of rigid motions that held nodes do not prevent, up to six.
@@ -51,7 +51,7 @@ impl Statics {
                 (low.inf(&X[node]), high.sup(&X[node]))
             });
             let sizes = body.boundary.faces.iter().map(|face| Patch::new(face, X).area().sqrt());
-            Unheld {
+            UnderConstrained {
                 body: index,
                 motions,
                 steadying: STEADYING * square / (high - low).norm_squared(),
@@ -59,7 +59,12 @@ impl Statics {
             }
         };
         let deformable = bodies.iter().enumerate().filter(|(_, body)| body.rigid.is_none());
-        Self { unheld: deformable.map(of_body).filter(|unheld| unheld.motions > 0).collect() }
+        Self {
+            under_constrained: deformable
+                .map(of_body)
+                .filter(|under_constrained| under_constrained.motions > 0)
+                .collect(),
+        }
     }
 }
 

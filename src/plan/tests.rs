@@ -53,7 +53,7 @@ fn each_switch_restores_its_item_and_nothing_else() {
         Keep::IdleSelfContact,
         Keep::TangentialReactions,
         Keep::IdleFibres,
-        Keep::UnaskedFields,
+        Keep::UnrequestedFields,
     ];
     assert_eq!(switches(&plan), all);
     assert_eq!(plan.report.restored, []);
@@ -64,7 +64,7 @@ fn each_switch_restores_its_item_and_nothing_else() {
         let families = |plan: &Plan| plan.blocks[0].parameters.material.family_count();
         assert_eq!(other.skip_inactive_elements, keep != Keep::InactiveElements);
         assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
-        assert_eq!(other.fields.len(), if keep == Keep::UnaskedFields { 6 } else { 1 });
+        assert_eq!(other.fields.len(), if keep == Keep::UnrequestedFields { 6 } else { 1 });
         let contact = other.contact.as_ref().unwrap();
         assert_eq!(contact.always_looks_at_itself, keep == Keep::IdleSelfContact);
         let law = contact.pairs.get(0).law;
@@ -103,7 +103,7 @@ fn a_far_plane_is_omitted_unless_the_body_may_be_thrown_at_it() {
 
 #[test]
 fn bodies_that_deform_meet_themselves_unless_the_scene_says_otherwise() {
-    let asked = |contact: Value| {
+    let requested = |contact: Value| {
         let mut document = scene();
         document["contact"] = contact;
         let plan = compiled(&document);
@@ -111,15 +111,15 @@ fn bodies_that_deform_meet_themselves_unless_the_scene_says_otherwise() {
         let words = plan.report.omitted.iter().find(|l| l.what == "self-contact").map(|l| l.why.clone());
         (of_itself, words.unwrap_or_default())
     };
-    assert_eq!(asked(json!({"pairs": "all"})), (vec!["ground".into(), "stone".into()], String::new()));
-    let (of_itself, words) = asked(json!({"pairs": "all", "self_contact": "none"}));
+    assert_eq!(requested(json!({"pairs": "all"})), (vec!["ground".into(), "stone".into()], String::new()));
+    let (of_itself, words) = requested(json!({"pairs": "all", "self_contact": "none"}));
     assert!(of_itself.is_empty() && words.contains("disabled in the scene"), "{words}");
     let list = json!([{"between": ["stone", "ground"]}]);
-    assert_eq!(asked(json!({"pairs": list})), (vec!["ground".into(), "stone".into()], String::new()));
+    assert_eq!(requested(json!({"pairs": list})), (vec!["ground".into(), "stone".into()], String::new()));
     let list = json!([{"between": ["stone", "ground"]}, {"between": ["stone", "stone"]}]);
-    assert_eq!(asked(json!({"pairs": list})), (vec!["stone".into(), "ground".into()], String::new()));
-    assert_eq!(asked(json!({"pairs": list, "self_contact": "none"})).0, Vec::<String>::new());
-    let (of_itself, words) = asked(json!({"pairs": []}));
+    assert_eq!(requested(json!({"pairs": list})), (vec!["stone".into(), "ground".into()], String::new()));
+    assert_eq!(requested(json!({"pairs": list, "self_contact": "none"})).0, Vec::<String>::new());
+    let (of_itself, words) = requested(json!({"pairs": []}));
     assert!(of_itself.is_empty() && words.contains("lists no pair"), "{words}");
 }
 

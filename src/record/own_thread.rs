@@ -117,7 +117,7 @@ impl Handle {
     }
 
     /// A copy to fill, with memory for the fields if requested; waits for one if all are in use.
-    #[allow(clippy::type_complexity)] // a pair of what the caller asked for
+    #[allow(clippy::type_complexity)] // a pair of what the caller requested
     fn free_copy(
         &mut self,
         with_field: bool,

@@ -38,12 +38,12 @@ pub enum ReadError {
     #[error("cannot export the fields: {0}")]
     Fields(#[source] RecordError),
     /// There are no fields at a requested time.
-    #[error("{path} has no fields at {} ms: they are from {} to {} ms", 1e3 * asked, 1e3 * first, 1e3 * last)]
+    #[error("{path} has no fields at {} ms: they are from {} to {} ms", 1e3 * requested, 1e3 * first, 1e3 * last)]
     NoSuchTime {
         /// Path of the file.
         path: PathBuf,
         /// The requested time [s].
-        asked: f64,
+        requested: f64,
         /// First field time [s].
         first: f64,
         /// Last field time [s].

@@ -44,13 +44,13 @@ pub fn surfaces_at(
     let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
         return Err(ReadError::Fields(RecordError::NoFields));
     };
-    let asked = time_s.unwrap_or(last);
+    let requested = time_s.unwrap_or(last);
     // What is read as milliseconds and printed in seconds may differ in the last digit.
     let slack = 1e-9 * last.abs();
-    if !(first - slack..=last + slack).contains(&asked) {
-        return Err(ReadError::NoSuchTime { path: name.to_owned(), asked, first, last });
+    if !(first - slack..=last + slack).contains(&requested) {
+        return Err(ReadError::NoSuchTime { path: name.to_owned(), requested, first, last });
     }
-    let nearest = times.into_iter().min_by(|a, b| (a - asked).abs().total_cmp(&(b - asked).abs()));
+    let nearest = times.into_iter().min_by(|a, b| (a - requested).abs().total_cmp(&(b - requested).abs()));
     let mut surfaces = Surfaces { time_s: nearest.unwrap_or(last), bodies: Vec::new() };
     for_each_block(input, name, &mut surfaces)?;
     Ok(surfaces)

@@ -13,8 +13,8 @@ pub struct AccuracyDocument {
     #[serde(default = "a_tenth")]
     pub relative: f64,
     /// Results that the accuracy is required of.
-    #[serde(default = "AskedNumber::usual")]
-    pub of: Vec<AskedNumber>,
+    #[serde(default = "RequestedNumber::usual")]
+    pub of: Vec<RequestedNumber>,
     /// Time limit for all meshes together [s].
     #[serde(default = "a_minute")]
     pub time_budget_s: f64,
@@ -40,7 +40,7 @@ impl Default for AccuracyDocument {
     fn default() -> Self {
         Self {
             relative: a_tenth(),
-            of: AskedNumber::usual(),
+            of: RequestedNumber::usual(),
             time_budget_s: a_minute(),
             reproducible: false,
             lower_bulk_modulus: false,
@@ -77,7 +77,7 @@ impl SceneDocument {
 /// A result of the summary whose accuracy can be required.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum AskedNumber {
+pub enum RequestedNumber {
     /// Peak force of the impact.
     PeakForce,
     /// Impulse of the contact force.
@@ -92,7 +92,7 @@ pub enum AskedNumber {
     Deflection,
 }
 
-impl AskedNumber {
+impl RequestedNumber {
     /// Default results: those that describe the load on the tissue as a whole.
     fn usual() -> Vec<Self> {
         vec![Self::PeakForce, Self::Impulse, Self::EnergyGiven]
@@ -120,7 +120,7 @@ mod tests {
     fn impacts_that_state_nothing_have_an_accuracy() {
         let implied = |text: &str| serde_json::from_str::<SceneDocument>(text).unwrap().implied_accuracy();
         let accuracy = implied(include_str!("../../scenarios/flashball_thigh/scene.json")).unwrap();
-        assert!(accuracy.reproducible && accuracy.of == AskedNumber::usual(), "{accuracy:?}");
+        assert!(accuracy.reproducible && accuracy.of == RequestedNumber::usual(), "{accuracy:?}");
         // One states the source of its error bars, the other is no impact on tissue.
         assert_eq!(implied(include_str!("../../scenarios/flashball_thigh/scene_elastic.json")), None);
         assert_eq!(implied(include_str!("../../scenarios/bar_on_wall/scene.json")), None);

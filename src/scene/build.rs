@@ -198,8 +198,8 @@ impl<'a> Builder<'a> {
     /// The mesh of a file, with the arrays of its elements that bodies name, and with its table.
     fn read(&mut self, file: &MeshFileDocument, here: &Pointer) -> Result<Mesh, Problem> {
         let limit = self.budget.mesh_bytes;
-        let asked = (&file.name[..], &self.fields);
-        let (mut mesh, file_hashes) = read_file(self.source, asked, limit, &here.key("name"))?;
+        let requested = (&file.name[..], &self.fields);
+        let (mut mesh, file_hashes) = read_file(self.source, requested, limit, &here.key("name"))?;
         self.file_hashes.extend(file_hashes);
         if let Some(name) = &file.table {
             let place = here.key("table");

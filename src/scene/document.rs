@@ -4,7 +4,7 @@ use crate::mechanics::contact::Discretisation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use super::accuracy_document::{AccuracyDocument, AskedNumber};
+pub use super::accuracy_document::{AccuracyDocument, RequestedNumber};
 pub use super::integrator_document::IntegratorDocument;
 pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
 pub use super::materials::{Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
@@ -52,7 +52,7 @@ pub struct SceneDocument {
     pub preload: Option<PreloadDocument>,
     /// Dynamic relaxation under gravity, with damping, before the clock starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub settle: Option<SettleDocument>,
+    pub dynamic_relaxation: Option<DynamicRelaxationDocument>,
     /// Time integration: explicit, implicit, quasi-static, or chosen from the estimated cost.
     #[serde(default)]
     pub integrator: IntegratorDocument,
@@ -340,7 +340,7 @@ pub struct PairDocument {
 /// places it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SettleDocument {
+pub struct DynamicRelaxationDocument {
     /// Duration of the relaxation [s].
     pub duration_s: f64,
     /// Mass-proportional damping α; force −α M v [1/s].
@@ -424,7 +424,7 @@ impl SceneDocument {
     /// The recorded fields, each once: those requested, or all if unrequested fields are kept.
     pub fn recorded_fields(&self) -> Vec<FieldName> {
         let recorded =
-            |field: &FieldName| self.record.fields.contains(field) || self.keeps(Keep::UnaskedFields);
+            |field: &FieldName| self.record.fields.contains(field) || self.keeps(Keep::UnrequestedFields);
         FieldName::ALL.into_iter().filter(recorded).collect()
     }
 }

@@ -176,10 +176,10 @@ pub(super) fn laws(
     let mut law_of = part_entry.to_vec();
     let mut complete = true;
     for (entry, part) in body.parts.iter().enumerate() {
-        let Some(asked) = &part.stiffness_factor else { continue };
+        let Some(requested) = &part.stiffness_factor else { continue };
         let here = parts.index(entry).key("stiffness_factor");
         let elements = elements_of(entry, part_entry);
-        let Some(factors) = factors(asked, mesh, &elements, &here, out) else {
+        let Some(factors) = factors(requested, mesh, &elements, &here, out) else {
             complete = false;
             continue;
         };
@@ -200,16 +200,16 @@ pub(super) fn laws(
 
 /// The factor of each of some elements.
 fn factors(
-    asked: &StiffnessFactorDocument,
+    requested: &StiffnessFactorDocument,
     mesh: &Mesh,
     elements: &[usize],
     here: &Pointer,
     out: &mut Findings,
 ) -> Option<Vec<f64>> {
     let place = here.key("array");
-    let field = mesh.fields.get(&asked.array);
+    let field = mesh.fields.get(&requested.array);
     let Some(ElementField::Scalars(values)) = field else {
-        out.push(no_array(mesh, &asked.array, (field.is_some(), "one component"), &place));
+        out.push(no_array(mesh, &requested.array, (field.is_some(), "one component"), &place));
         return None;
     };
     let is_factor = |e: &usize| (FACTORS[0]..=FACTORS[1]).contains(&values[*e]);
@@ -224,7 +224,7 @@ fn factors(
         );
         return None;
     }
-    let step = asked.rounded_to_ratio.map(f64::ln);
+    let step = requested.rounded_to_ratio.map(f64::ln);
     let rounded = |e: &usize| match step {
         Some(step) => ((values[*e].ln() / step).round() * step).exp(),
         None => values[*e],

@@ -33,7 +33,7 @@ pub(super) fn scan_problem(error: &MeshError, here: &Pointer) -> Problem {
     let problem = Problem::error("bad_scan", here, error.to_string());
     match error {
         MeshError::Unsupported { remedy, .. } => {
-            problem.limit("labels that can be meshed as asked").remedy(remedy.clone())
+            problem.limit("labels that can be meshed as requested").remedy(remedy.clone())
         }
         _ => {
             problem.limit("a valid file of its format").remedy("export the labels again, or repair the file")

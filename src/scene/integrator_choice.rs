@@ -80,7 +80,7 @@ pub fn choose(
 ) -> Option<(IntegratorDocument, IntegratorChoice)> {
     let IntegratorDocument::Auto { step_s, theta, energy_gate } = &document.integrator else { return None };
     // Steps of both schemes, and the lower bound of the implicit cost: without matrices.
-    let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+    let duration = document.end_time_s + document.dynamic_relaxation.as_ref().map_or(0.0, |s| s.duration_s);
     let implicit_step = step_s.unwrap_or_else(|| default_step(document, shortest_edge));
     let stable = IntegratorDocument::SAFETY * shortest_crossing(document, bodies);
     // Without elements there is no critical time step, and both schemes need the same resolution.

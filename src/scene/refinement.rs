@@ -25,13 +25,15 @@ impl Meshes<'_> {
     pub fn refined(&self, index: usize, spare: u64, out: &mut Findings) -> Option<(Mesh, usize)> {
         let mesh = self.placed.get(index)?.as_ref()?;
         let here = Pointer::root().key("bodies").index(index).key("refinement");
-        let asked = &self.document.bodies[index].refinement;
-        let regions =
-            asked.iter().enumerate().map(|(i, asked)| self.region(index, mesh, asked, &here.index(i), out));
+        let requested = &self.document.bodies[index].refinement;
+        let regions = requested
+            .iter()
+            .enumerate()
+            .map(|(i, requested)| self.region(index, mesh, requested, &here.index(i), out));
         let regions: Option<Vec<Region>> = regions.collect::<Vec<_>>().into_iter().collect();
         let regions = regions.filter(|regions| !regions.is_empty())?;
-        for (i, (region, asked)) in regions.iter().zip(asked).enumerate() {
-            out.require(region.splits_any(mesh), || without_effect(mesh, region, asked, &here.index(i)));
+        for (i, (region, requested)) in regions.iter().zip(requested).enumerate() {
+            out.require(region.splits_any(mesh), || without_effect(mesh, region, requested, &here.index(i)));
         }
         let before = mesh.cells.len() as u64;
         let most = before.saturating_add(spare);
@@ -55,16 +57,16 @@ impl Meshes<'_> {
         &self,
         body: usize,
         mesh: &Mesh,
-        asked: &RefinementDocument,
+        requested: &RefinementDocument,
         here: &Pointer,
         out: &mut Findings,
     ) -> Option<Region> {
         // Invalid numbers are reported by the checks of the document.
-        if !(asked.size_m > 0.0 && asked.size_m.is_finite() && asked.within_m >= 0.0) {
+        if !(requested.size_m > 0.0 && requested.size_m.is_finite() && requested.within_m >= 0.0) {
             return None;
         }
         let around = here.key("around");
-        let points: Vec<Vec3> = match &asked.around {
+        let points: Vec<Vec3> = match &requested.around {
             Around::PointM(point) => vec![Vec3::from(*point)],
             Around::Set(name) => {
                 let Some(set) = mesh.node_sets.get(name) else {
@@ -80,7 +82,7 @@ impl Meshes<'_> {
             }
         };
         let places = Place::on_all(mesh, &points);
-        Some(Region { places, within: asked.within_m, size: asked.size_m })
+        Some(Region { places, within: requested.within_m, size: requested.size_m })
     }
 
     /// Point of first impact on a body: where the path of the projectile's centre, as seen from the other body, enters its
@@ -149,26 +151,26 @@ pub fn centre_of_volume(body: &BodyDocument, mesh: &Mesh) -> Vec3 {
 }
 
 /// A region that splits no element: either there are none, or they are small enough.
-fn without_effect(mesh: &Mesh, region: &Region, asked: &RefinementDocument, here: &Pointer) -> Problem {
+fn without_effect(mesh: &Mesh, region: &Region, requested: &RefinementDocument, here: &Pointer) -> Problem {
     let problem =
         |key: &str, message: String| Problem::warning("refinement_without_effect", &here.key(key), message);
     let Some([least, most]) = region.sizes_in(mesh) else {
         let distance = region.distance(mesh);
         let message = format!(
             "no element is split: none is within {} m of the place, the nearest is {distance:.4e} m away",
-            asked.within_m
+            requested.within_m
         );
         return problem("within_m", message)
-            .value(asked.within_m)
+            .value(requested.within_m)
             .limit(format!("at least {distance:.4e} m, the distance of the nearest element"))
             .remedy("give a larger `within_m`, or a place on the body; coordinates are those of the placed mesh, in metres");
     };
     let message = format!(
         "no element is split: those within {} m of the place have edges along the surface of {least:.4e} to {most:.4e} m already",
-        asked.within_m
+        requested.within_m
     );
     problem("size_m", message)
-        .value(asked.size_m)
+        .value(requested.size_m)
         .limit(format!("less than {most:.4e} m, the largest size there (the smallest is {least:.4e} m)"))
         .remedy(format!("give a `size_m` of {:.4e} or less, or remove the refinement", 0.5 * most))
 }

@@ -78,7 +78,7 @@ pub struct CropDocument {
 }
 
 impl SegmentationDocument {
-    /// What is asked of the mesh, of at most `elements` elements.
+    /// What is requested of the mesh, of at most `elements` elements.
     pub fn options(&self, elements: u64) -> Options {
         let usage = |label: &LabelDocument| match (&label.part, &label.hole) {
             (Some(part), _) => LabelUse::Part(part.clone()),

@@ -140,7 +140,7 @@ pub enum Keep {
     /// Fibre families of stiffness k1 = 0 are evaluated too.
     IdleFibres,
     /// All fields are computed and recorded, requested or not.
-    UnaskedFields,
+    UnrequestedFields,
 }
 
 impl Keep {
@@ -151,7 +151,7 @@ impl Keep {
         Self::IdleSelfContact,
         Self::TangentialReactions,
         Self::IdleFibres,
-        Self::UnaskedFields,
+        Self::UnrequestedFields,
     ];
 
     /// Its name in documents and on the command line.
@@ -162,7 +162,7 @@ impl Keep {
             Self::IdleSelfContact => "idle_self_contact",
             Self::TangentialReactions => "tangential_reactions",
             Self::IdleFibres => "idle_fibres",
-            Self::UnaskedFields => "unasked_fields",
+            Self::UnrequestedFields => "unrequested_fields",
         }
     }
 

@@ -27,7 +27,7 @@ pub struct QueueLimits {
     /// Maximum number of those who wait in each lane for one owner.
     pub waiting_of_owner: usize,
     /// Maximum time of waiting.
-    pub patience: Duration,
+    pub timeout: Duration,
 }
 
 /// Why work was not begun.
@@ -97,10 +97,10 @@ impl FairQueue {
     pub async fn enter(&self, owner: &str, lane: Lane) -> Result<Slot, Refusal> {
         let receiver = self.join(owner, lane)?;
         self.give();
-        match tokio::time::timeout(self.limits.patience, receiver).await {
+        match tokio::time::timeout(self.limits.timeout, receiver).await {
             Ok(Ok(slot)) => Ok(slot),
             // The sender lives in the queue until it is used.
-            Ok(Err(_)) | Err(_) => Err(Refusal::TooLong { waited: self.limits.patience }),
+            Ok(Err(_)) | Err(_) => Err(Refusal::TooLong { waited: self.limits.timeout }),
         }
     }
 
@@ -205,8 +205,8 @@ mod tests {
     use super::*;
 
     fn queue(patience_ms: u64) -> FairQueue {
-        let patience = Duration::from_millis(patience_ms);
-        FairQueue::new(QueueLimits { at_once: 2, waiting: 6, waiting_of_owner: 4, patience })
+        let timeout = Duration::from_millis(patience_ms);
+        FairQueue::new(QueueLimits { at_once: 2, waiting: 6, waiting_of_owner: 4, timeout })
     }
 
     /// Joins the queue in the order of the calls, and reports its name when it has a slot, for a moment.

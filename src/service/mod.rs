@@ -140,7 +140,7 @@ fn validations(config: &ServiceConfig) -> QueueLimits {
         waiting,
         // Without tokens, everyone is one owner.
         waiting_of_owner: if config.tokens.is_open() { waiting } else { waiting.div_ceil(OWNERS_PER_QUEUE) },
-        patience: config.validation_patience,
+        timeout: config.validation_patience,
     }
 }
 

@@ -6,7 +6,7 @@
 use super::config::ServiceConfig;
 use super::http::Peer;
 use super::permits::Permits;
-use super::stall::Impatient;
+use super::stall::StallTimeout;
 use axum::Router;
 use hyper::Request;
 use hyper::body::Incoming;
@@ -66,7 +66,7 @@ pub async fn serve(
             .max_headers(MAX_HEADERS)
             .max_buf_size(MAX_HEAD_BYTES)
             .serve_connection(
-                TokioIo::new(Impatient::new(stream, config.request_timeout, config.least_rate)),
+                TokioIo::new(StallTimeout::new(stream, config.request_timeout, config.least_rate)),
                 service,
             );
         let connection = graceful.watch(connection);

@@ -8,10 +8,10 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep};
 
 /// A stream whose writes fail if the other side accepts too little: while writes have to wait, at least `least_rate` bytes per second
-/// in every interval of `patience`.
-pub struct Impatient<S> {
+/// in every interval of `timeout`.
+pub struct StallTimeout<S> {
     stream: S,
-    patience: Duration,
+    timeout: Duration,
     least_bytes: u64,
     /// End of the interval in which writes have to wait.
     limit: Pin<Box<Sleep>>,
@@ -23,14 +23,14 @@ pub struct Impatient<S> {
     waited: Instant,
 }
 
-impl<S> Impatient<S> {
-    /// Limits the waiting time of writes to `stream` to `patience`, and their rate in that time to `least_rate` [bytes/s].
-    pub fn new(stream: S, patience: Duration, least_rate: u64) -> Self {
-        let least_bytes = (least_rate as f64 * patience.as_secs_f64()) as u64;
-        let limit = Box::pin(sleep(patience));
+impl<S> StallTimeout<S> {
+    /// Limits the waiting time of writes to `stream` to `timeout`, and their rate in that time to `least_rate` [bytes/s].
+    pub fn new(stream: S, timeout: Duration, least_rate: u64) -> Self {
+        let least_bytes = (least_rate as f64 * timeout.as_secs_f64()) as u64;
+        let limit = Box::pin(sleep(timeout));
         Self {
             stream,
-            patience,
+            timeout,
             least_bytes: least_bytes.max(1),
             limit,
             accepted: None,
@@ -58,7 +58,7 @@ impl<S> Impatient<S> {
         let now = Instant::now();
         let was_waiting = std::mem::replace(&mut self.is_waiting, true);
         // What waited long ago says nothing of the client now.
-        let is_long_ago = !was_waiting && now.duration_since(self.waited) >= self.patience;
+        let is_long_ago = !was_waiting && now.duration_since(self.waited) >= self.timeout;
         if self.accepted.is_none() || is_long_ago {
             self.begin(now);
         }
@@ -75,11 +75,11 @@ impl<S> Impatient<S> {
     /// Begins an interval.
     fn begin(&mut self, now: Instant) {
         self.accepted = Some(0);
-        self.limit.as_mut().reset(now + self.patience);
+        self.limit.as_mut().reset(now + self.timeout);
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Impatient<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for StallTimeout<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -89,7 +89,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Impatient<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Impatient<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for StallTimeout<S> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
         let outcome = Pin::new(&mut self.stream).poll_write(cx, buf);
         self.limited(cx, outcome, |n| *n as u64)
@@ -127,7 +127,7 @@ mod tests {
     #[tokio::test]
     async fn writes_to_a_client_that_does_not_read_fail() {
         let (stream, _client) = duplex(16);
-        let mut stream = Impatient::new(stream, Duration::from_millis(50), 0);
+        let mut stream = StallTimeout::new(stream, Duration::from_millis(50), 0);
         stream.write_all(&[0; 16]).await.unwrap();
         assert_eq!(stream.write_all(&[0; 1]).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
     }
@@ -135,7 +135,7 @@ mod tests {
     #[tokio::test]
     async fn slow_clients_that_read_are_served() {
         let (stream, mut client) = duplex(16);
-        let mut stream = Impatient::new(stream, Duration::from_millis(200), 100);
+        let mut stream = StallTimeout::new(stream, Duration::from_millis(200), 100);
         let reader = tokio::spawn(async move {
             let mut bytes = [0; 160];
             for piece in bytes.chunks_mut(16) {
@@ -150,7 +150,7 @@ mod tests {
     #[tokio::test]
     async fn clients_that_read_a_byte_now_and_then_are_not_served_for_ever() {
         let (stream, mut client) = duplex(16);
-        let mut stream = Impatient::new(stream, Duration::from_millis(200), 1000);
+        let mut stream = StallTimeout::new(stream, Duration::from_millis(200), 1000);
         let reader = tokio::spawn(async move {
             let mut byte = [0];
             while client.read_exact(&mut byte).await.is_ok() {
@@ -166,7 +166,7 @@ mod tests {
     #[tokio::test]
     async fn pauses_of_the_service_are_not_those_of_the_client() {
         let (stream, mut client) = duplex(16);
-        let mut stream = Impatient::new(stream, Duration::from_millis(60), 1000);
+        let mut stream = StallTimeout::new(stream, Duration::from_millis(60), 1000);
         let reader = tokio::spawn(async move {
             let mut bytes = [0; 96];
             client.read_exact(&mut bytes).await.unwrap();

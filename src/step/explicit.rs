@@ -92,7 +92,7 @@ impl<'p> ExplicitStepper<'p> {
         let nodes = plan.node_count();
         let mut forces = ElementForces::new(&plan.blocks);
         if plan.may_subcycle() {
-            forces.allow_subcycles();
+            forces.allow_subcycles(plan.node_count());
         }
         Self {
             plan,

@@ -1,6 +1,6 @@
 //! Requests to end a run early.
 
-/// Why a run is requested to stop before its end.
+/// Why a run is to stop before its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupt {
     /// Cancelled by the user.

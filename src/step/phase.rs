@@ -1,15 +1,15 @@
 //! Phases of a run.
 
-use crate::plan::{LoadTime, Settle};
+use crate::plan::{DynamicRelaxation, LoadTime};
 
 /// Phase of a run, before or after the start of the clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
     /// Dynamic relaxation: gravity and damping, full stick, no flight.
-    DynamicRelaxation(Settle),
+    DynamicRelaxation(DynamicRelaxation),
     /// End of dynamic relaxation, with the friction of the scene: contacts beyond the friction limit slip before the
     /// clock starts, and do not excite vibrations when it does.
-    FrictionalRelaxation(Settle),
+    FrictionalRelaxation(DynamicRelaxation),
     /// Quasi-static loading over a pseudo-time of 1 s, no flight.
     Preloading,
     /// The transient analysis itself.
@@ -30,7 +30,9 @@ impl Phase {
     /// Mass-proportional damping of the phase [1/s].
     pub fn damping(self) -> f64 {
         match self {
-            Self::DynamicRelaxation(settle) | Self::FrictionalRelaxation(settle) => settle.damping,
+            Self::DynamicRelaxation(relaxation) | Self::FrictionalRelaxation(relaxation) => {
+                relaxation.damping
+            }
             Self::Preloading | Self::Running => 0.0,
         }
     }

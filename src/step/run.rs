@@ -10,7 +10,7 @@ use super::state::State;
 use super::stepper::Stepper;
 use crate::mechanics::force::Threads;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Integrator, Plan, Settle};
+use crate::plan::{DynamicRelaxation, Integrator, Plan};
 
 /// Largest negative numerical contact dissipation over the energy scale: beyond it contact creates energy.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
@@ -98,8 +98,8 @@ fn drive(
     warnings: &mut Vec<String>,
 ) -> Result<Ending, Failure> {
     // Dynamic relaxation and preload precede the first step.
-    if let (Some(settle), 0) = (plan.settle, state.step)
-        && let Some(interrupt) = relax(plan, stepper, state, settle, options)?
+    if let (Some(relaxation), 0) = (plan.dynamic_relaxation, state.step)
+        && let Some(interrupt) = relax(plan, stepper, state, relaxation, options)?
     {
         return interrupted(interrupt, plan, state);
     }
@@ -186,12 +186,12 @@ fn relax(
     plan: &Plan,
     stepper: &mut dyn Stepper,
     state: &mut State,
-    settle: Settle,
+    relaxation: DynamicRelaxation,
     options: &RunOptions,
 ) -> Result<Option<Interrupt>, Failure> {
     // Bodies in flight are held in their initial positions.
     let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
-    state.time = -settle.duration;
+    state.time = -relaxation.duration;
     let flying = plan.bodies.iter().filter(|body| body.flight_velocity != Vec3::zeros());
     let waiting: Vec<(usize, Vec3)> =
         flying.flat_map(|body| body.nodes.clone()).map(|n| (n as usize, state.u[n as usize])).collect();
@@ -199,9 +199,12 @@ fn relax(
         if let Some(interrupt) = (options.interrupt)() {
             return Ok(Some(interrupt));
         }
-        let sticks = state.time < -RELEASING * settle.duration;
-        let phase =
-            if sticks { Phase::DynamicRelaxation(settle) } else { Phase::FrictionalRelaxation(settle) };
+        let sticks = state.time < -RELEASING * relaxation.duration;
+        let phase = if sticks {
+            Phase::DynamicRelaxation(relaxation)
+        } else {
+            Phase::FrictionalRelaxation(relaxation)
+        };
         if let Some(interrupt) = solve(stepper, state, phase, -state.time, options.interrupt)? {
             return Ok(Some(interrupt));
         }

@@ -15,8 +15,8 @@ use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_w
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{
-    AskedAccuracy, Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame,
-    Sink,
+    Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame,
+    RequestedAccuracy, Sink,
 };
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
@@ -73,9 +73,9 @@ struct Done {
 ///
 /// # Errors
 /// As for a single run.
-pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<RunResult, RunError> {
+pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Result<RunResult, RunError> {
     let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
-    let mut clock = Clock::new(asked);
+    let mut clock = Clock::new(requested);
     let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
     let mut was_withheld = false;
     let mut done: Vec<Done> = Vec::new();
@@ -86,8 +86,9 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
     let scene = &in_single_precision(scene);
     let own = Meshes::of(scene, threads, &stop);
-    let lowered =
-        asked.lower_bulk_modulus.then(|| lower((scene, &own.first().1), asked, &own.variants, &mut clock));
+    let lowered = requested
+        .lower_bulk_modulus
+        .then(|| lower((scene, &own.first().1), requested, &own.variants, &mut clock));
     let meshes = match &lowered {
         Some(Ok((lowered, scene))) => Meshes { lowered: Some(lowered), ..Meshes::of(scene, threads, &stop) },
         _ => own,
@@ -105,9 +106,9 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             continue;
         }
         let bars = meshes.bars(&done, &mesh, level, is_only);
-        let accuracy = AskedAccuracy {
-            relative: asked.relative,
-            of: asked.of.clone(),
+        let accuracy = RequestedAccuracy {
+            relative: requested.relative,
+            of: requested.of.clone(),
             mesh_factor: meshes.factor(level),
             next_s: expected.map(|seconds| growth * seconds).filter(|seconds| seconds.is_finite()),
         };

@@ -9,7 +9,7 @@ use super::setting::Setting;
 use super::variant::Variants;
 use crate::measure::{Compared, LoweredBulkModulus};
 use crate::scene::Scene;
-use crate::scene::document::{AccuracyDocument, AskedNumber};
+use crate::scene::document::{AccuracyDocument, RequestedNumber};
 
 /// Factors that are tried, in this order [-].
 const FACTORS: [f64; 4] = [1.0 / 256.0, 1.0 / 64.0, 1.0 / 16.0, 0.25];
@@ -23,11 +23,11 @@ const FRACTION: f64 = 1.0 / 3.0;
 /// Why there is no choice: the run with the scene's own moduli did not finish.
 pub(super) fn lower(
     (own, coarsest): (&Scene, &Scene),
-    asked: &AccuracyDocument,
+    requested: &AccuracyDocument,
     resources: &Variants,
     clock: &mut Clock,
 ) -> Result<(LoweredBulkModulus, Scene), String> {
-    let lowered = choose(coarsest, asked, resources, clock)?;
+    let lowered = choose(coarsest, requested, resources, clock)?;
     let scene = match lowered.factor {
         1.0 => own.clone(),
         factor => scaled(&Variants { document: &own.document, ..*resources }, own, factor)?,
@@ -38,7 +38,7 @@ pub(super) fn lower(
 /// The first factor whose change is small enough, with the runs that show it; without one the factor is 1.
 fn choose(
     coarsest: &Scene,
-    asked: &AccuracyDocument,
+    requested: &AccuracyDocument,
     resources: &Variants,
     clock: &mut Clock,
 ) -> Result<LoweredBulkModulus, String> {
@@ -50,9 +50,9 @@ fn choose(
         // Moduli below what the laws admit are refused, and runs with them may fail: the next ones may not.
         let Ok(scene) = scaled(&variants, coarsest, factor) else { continue };
         let Ok((lowered, _)) = run(&scene) else { continue };
-        let changes = changes(&lowered, &as_given, &asked.of);
-        let is_small = |(_, change): &(AskedNumber, Option<f64>)| {
-            change.is_some_and(|change| change <= FRACTION * asked.relative)
+        let changes = changes(&lowered, &as_given, &requested.of);
+        let is_small = |(_, change): &(RequestedNumber, Option<f64>)| {
+            change.is_some_and(|change| change <= FRACTION * requested.relative)
         };
         let words = words(factor, &changes);
         if changes.iter().all(is_small) {
@@ -76,13 +76,17 @@ fn scaled(variants: &Variants, scene: &Scene, factor: f64) -> Result<Scene, Stri
 }
 
 /// Changes of the required results [-], `None` where one of them is unknown; results that the scene has not are omitted.
-fn changes(lowered: &Compared, as_given: &Compared, of: &[AskedNumber]) -> Vec<(AskedNumber, Option<f64>)> {
-    let has = |number: &&AskedNumber| as_given.has(**number);
+fn changes(
+    lowered: &Compared,
+    as_given: &Compared,
+    of: &[RequestedNumber],
+) -> Vec<(RequestedNumber, Option<f64>)> {
+    let has = |number: &&RequestedNumber| as_given.has(**number);
     of.iter().filter(has).map(|number| (*number, lowered.change(as_given, *number))).collect()
 }
 
 /// "× 0.0625 on the coarsest mesh change peak force by 0.3 %, impulse by 0.1 %".
-fn words(factor: f64, changes: &[(AskedNumber, Option<f64>)]) -> String {
+fn words(factor: f64, changes: &[(RequestedNumber, Option<f64>)]) -> String {
     let each = changes.iter().map(|(number, change)| match change {
         Some(change) => format!("{} by {:.1} %", number.name(), 100.0 * change),
         None => format!("{} by an unknown amount", number.name()),

@@ -15,10 +15,10 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// Starts with what was asked for.
-    pub fn new(asked: &AccuracyDocument) -> Self {
-        let (begin, limit_s) = (Instant::now(), asked.time_budget_s);
-        Self { wall: Wall { begin, limit_s }, estimated_s: asked.reproducible.then_some(0.0) }
+    /// Starts with what was requested.
+    pub fn new(requested: &AccuracyDocument) -> Self {
+        let (begin, limit_s) = (Instant::now(), requested.time_budget_s);
+        Self { wall: Wall { begin, limit_s }, estimated_s: requested.reproducible.then_some(0.0) }
     }
 
     /// What may stop a run: nothing where the estimates count.
@@ -63,14 +63,14 @@ impl Wall {
     /// What stops a run: what the caller asks for, and the limit, once there is a result to fall back on; then the run is discarded.
     pub fn interrupt(
         &self,
-        asked: Option<Interrupt>,
+        requested: Option<Interrupt>,
         has_result: bool,
         discards: &AtomicBool,
     ) -> Option<Interrupt> {
-        let is_over =
-            asked == Some(Interrupt::Deadline) || (asked.is_none() && self.elapsed_s() > self.limit_s);
+        let is_over = requested == Some(Interrupt::Deadline)
+            || (requested.is_none() && self.elapsed_s() > self.limit_s);
         if !(is_over && has_result) {
-            return asked;
+            return requested;
         }
         discards.store(true, Ordering::Relaxed);
         Some(Interrupt::Deadline)

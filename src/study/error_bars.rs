@@ -35,7 +35,7 @@ pub(super) fn error_bars(
 ) -> ErrorBars {
     let document = &scene.document;
     if document.solver.error_bars == ErrorBarsDocument::None {
-        return ErrorBars::NotAsked;
+        return ErrorBars::NotRequested;
     }
     if !document.has_mesh() {
         return ErrorBars::Unknown(NotRun::NoMesh.to_string());
@@ -229,7 +229,7 @@ mod tests {
             |end_time_s: f64| affordable_split(&plate(end_time_s)).map(|split| split.element_count());
         assert_eq!(elements(1e-3), Ok(8 * 594));
         let own_s = compile(&plate(1.0)).unwrap().report.expected_run_time_s;
-        // Between the two limits the split mesh is made to be asked, beyond the second it is not.
+        // Between the two limits the split mesh is made and its cost queried, beyond the second it is not.
         for (times, words) in [(12.0, "would take about"), (4.0, "would take more than")] {
             let why = elements(MOST_S / (times * own_s)).unwrap_err();
             for words in [words, " s on one core", "`--accuracy 10% --within TIME`"] {

@@ -13,7 +13,7 @@ pub enum Phase {
     Loading,
     /// Other runs of the scene, for the error bars.
     EstimatingErrors,
-    /// Dynamic relaxation before the clock starts (`settle` of the scene).
+    /// Dynamic relaxation before the clock starts (`dynamic_relaxation` of the scene).
     DynamicRelaxation,
     /// Quasi-static load steps before the clock starts (`preload` of the scene).
     Preload,

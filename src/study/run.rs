@@ -11,8 +11,8 @@ use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
 pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let scene = request.scene;
     let has_mesh = scene.document.bodies.iter().any(|body| body.mesh.is_some());
-    if let Some(asked) = scene.document.accuracy.as_ref().filter(|_| has_mesh) {
-        return run_to(request, asked);
+    if let Some(requested) = scene.document.accuracy.as_ref().filter(|_| has_mesh) {
+        return run_to(request, requested);
     }
     run_with_error_bars(request, None, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
 }

@@ -3,7 +3,7 @@
 use super::progress::{Phase, Progress};
 use crate::measure::artificial_end::ArtificialEnds;
 use crate::measure::{
-    AskedAccuracy, ErrorBars, MeasuredEnd, MeasuredFrame, Measures, MeasuringRecorder, Sink, Summary,
+    ErrorBars, MeasuredEnd, MeasuredFrame, Measures, MeasuringRecorder, RequestedAccuracy, Sink, Summary,
 };
 use crate::plan::{CompileError, Plan, PlanReport, compile};
 use crate::record::on_own_thread;
@@ -65,7 +65,7 @@ pub enum RunError {
 /// If the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
 pub(super) fn run_with_error_bars(
     request: RunRequest,
-    accuracy: Option<AskedAccuracy>,
+    accuracy: Option<RequestedAccuracy>,
     error_bars: impl FnOnce(&RunRequest) -> ErrorBars,
 ) -> Result<RunResult, RunError> {
     let (wall, cpu) = (Instant::now(), process_cpu_s());
@@ -74,7 +74,7 @@ pub(super) fn run_with_error_bars(
     let plan = compile(request.scene)?;
     (request.progress)(Progress::beginning(Phase::EstimatingErrors));
     let error_bars = error_bars(&request);
-    let phase = match (&plan.settle, &plan.preload) {
+    let phase = match (&plan.dynamic_relaxation, &plan.preload) {
         (Some(_), _) => Phase::DynamicRelaxation,
         (None, Some(_)) => Phase::Preload,
         (None, None) => Phase::Stepping,

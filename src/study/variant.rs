@@ -91,7 +91,7 @@ impl Variants<'_> {
             also: also.map(|recorder| recorder as &mut dyn Recorder),
         };
         // Settings have no error bars of their own: error bars are estimated from them.
-        Ok(run_with_error_bars(request, None, |_| ErrorBars::NotAsked)?)
+        Ok(run_with_error_bars(request, None, |_| ErrorBars::NotRequested)?)
     }
 }
 

@@ -72,8 +72,8 @@ fn pages_of_other_origins_read_nothing() {
     let answer = server.client().get_with("/v1/jobs", &foreign);
     problem(&answer, 403, "cross-origin");
     assert_eq!(answer.header("access-control-allow-origin"), None);
-    let asked = [foreign[0], ("Access-Control-Request-Method", "GET")];
-    let preflight = server.client().send("OPTIONS", "/v1/jobs", &asked, b"");
+    let requested = [foreign[0], ("Access-Control-Request-Method", "GET")];
+    let preflight = server.client().send("OPTIONS", "/v1/jobs", &requested, b"");
     assert_eq!(preflight.header("access-control-allow-origin"), None);
     let own = format!("http://{}", server.address);
     let answer = server.client().get_with("/v1/jobs", &[("Origin", &own)]);

@@ -151,10 +151,10 @@ fn a_run_that_does_not_listen_is_killed() {
     let client = server.client();
     let job = submit(&client, &short());
     wait_for(&client, &job, "running");
-    let asked = Instant::now();
+    let requested = Instant::now();
     client.post(&format!("{job}/cancel"));
     wait_for(&client, &job, "cancelled");
-    assert!(asked.elapsed() < Duration::from_secs(60));
+    assert!(requested.elapsed() < Duration::from_secs(60));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Whatever is asked of a material, the answer is a question that means something, or problems.
+//! Whatever is requested of a material, the answer is a question that means something, or problems.
 
 use crate::changes::{changed, changes};
 use contuse::scene::material_question::MaterialQuestions;

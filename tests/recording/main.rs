@@ -40,14 +40,14 @@ fn small_plan() -> Plan {
 
 const NOT_INTERRUPTED: RunOptions = RunOptions { threads: 1, interrupt: &|| None };
 
-/// Runs a scene into a file; `interrupt` is asked with the number of times that it has been asked.
+/// Runs a scene into a file; `interrupt` is requested with the number of times that it has been requested.
 fn record(
     (document, loaded): &(String, Loaded),
     path: &Path,
     threads: usize,
     interrupt: &(dyn Fn(u64) -> Option<Interrupt> + Sync),
 ) -> (RunResult, Vec<Progress>) {
-    let (asked, mut reported) = (AtomicU64::new(0), Vec::new());
+    let (requested, mut reported) = (AtomicU64::new(0), Vec::new());
     let info = RecordingInfo::of(&loaded.scene, document.as_bytes());
     let mut recorder = McapRecorder::new(path, info);
     let result = run_scene(RunRequest {
@@ -55,7 +55,7 @@ fn record(
         sinks: vec![&mut recorder],
         also: None,
         threads,
-        interrupt: &|| interrupt(asked.fetch_add(1, Ordering::Relaxed)),
+        interrupt: &|| interrupt(requested.fetch_add(1, Ordering::Relaxed)),
         progress: &mut |progress| reported.push(progress),
     });
     (result.expect("the scene compiles"), reported)

@@ -27,7 +27,7 @@ fn the_file_is_the_same_as_beside_the_steps() {
     assert!(bytes[0] == bytes[1], "the thread makes a difference");
 }
 
-/// Notes what it sees, slowly, and fails or panics when asked to.
+/// Notes what it sees, slowly, and fails or panics on request.
 #[derive(Default)]
 struct Slow {
     steps: Vec<u64>,
@@ -39,7 +39,7 @@ struct Slow {
 
 impl Recorder for Slow {
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        assert_ne!(self.panics_at, Some(frame.step), "asked for");
+        assert_ne!(self.panics_at, Some(frame.step), "requested");
         if frame.step.is_multiple_of(7) {
             std::thread::sleep(Duration::from_millis(3));
         }
@@ -104,7 +104,7 @@ fn a_failure_in_the_last_frame_is_reported_at_the_end() {
 }
 
 #[test]
-#[should_panic(expected = "asked for")]
+#[should_panic(expected = "requested")]
 fn a_panic_is_passed_on() {
     let plan = small_plan();
     let mut slow = Slow { panics_at: Some(5), ..Slow::default() };

@@ -10,8 +10,8 @@ use std::sync::Mutex;
 fn partial_bytes(folder: &Path, at: u64) -> Vec<u8> {
     let path = folder.join("run.mcap");
     let bytes = Mutex::new(Vec::new());
-    record(&scene(&[]), &path, 1, &|asked| {
-        if asked == at {
+    record(&scene(&[]), &path, 1, &|requested| {
+        if requested == at {
             *bytes.lock().unwrap() = std::fs::read(partial_path(&path)).unwrap();
         }
         None
@@ -128,8 +128,8 @@ fn a_running_recording_can_be_looked_at() {
     let folder = tempfile::tempdir().unwrap();
     let (path, target) = (folder.path().join("run.mcap"), folder.path().join("look.mcap"));
     let seen = Mutex::new(None);
-    record(&scene(&[]), &path, 1, &|asked| {
-        if asked == 20 {
+    record(&scene(&[]), &path, 1, &|requested| {
+        if requested == 20 {
             *seen.lock().unwrap() = Some(snapshot(&path, &target).unwrap());
         }
         None

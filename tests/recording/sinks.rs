@@ -25,7 +25,7 @@ fn two_files_and_a_memory_hold_the_same_run() {
     assert!(memory.samples.iter().any(|sample| sample.forces[0].norm() > 0.0));
 }
 
-/// Notes the steps that it sees, and fails at one of them when asked to.
+/// Notes the steps that it sees, and fails at one of them on request.
 #[derive(Default)]
 struct Noting {
     steps: Vec<u64>,

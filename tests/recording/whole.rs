@@ -43,7 +43,7 @@ fn finished() {
 fn cancelled() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let stop = |asked| (asked == 11).then_some(Interrupt::Cancel);
+    let stop = |requested| (requested == 11).then_some(Interrupt::Cancel);
     let (result, _) = record(&scene(&[]), &path, 1, &stop);
     assert_eq!(result.outcome.ending, Ending::Cancelled);
     assert_eq!(result.summary.state, RunState::Cancelled);
@@ -57,7 +57,7 @@ fn cancelled() {
 fn failed_with_a_diagnosis() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let late = |asked| (asked == 20).then_some(Interrupt::Deadline);
+    let late = |requested| (requested == 20).then_some(Interrupt::Deadline);
     let (result, _) = record(&scene(&[]), &path, 1, &late);
     let Ending::Failed { failure } = &result.outcome.ending else { panic!("{:?}", result.outcome.ending) };
     assert_eq!(failure.cause, FailureCause::Deadline);
@@ -160,7 +160,7 @@ fn a_run_that_spends_its_budget_leaves_what_it_has() {
         ("bytes.mcap", Interrupt::RecordingBytes { most: 1000 }),
     ] {
         let path = folder.path().join(name);
-        let (result, _) = record(&scene(&[]), &path, 1, &|asked| (asked > 25).then_some(interrupt));
+        let (result, _) = record(&scene(&[]), &path, 1, &|requested| (requested > 25).then_some(interrupt));
         let Ending::Failed { failure } = &result.outcome.ending else {
             panic!("{:?}", result.outcome.ending)
         };

@@ -19,7 +19,7 @@ pub struct Row {
     pub center: Vec<Vec3>,
     /// Mean velocity of each body at the half step after t_n [m/s].
     pub velocity: Vec<Vec3>,
-    /// Places of the nodes of each set that was asked for [m].
+    /// Places of the nodes of each set that was requested [m].
     pub sets: Vec<Vec<Vec3>>,
 }
 
@@ -31,7 +31,7 @@ pub struct Seen {
     bodies: Vec<String>,
     /// Masses of the bodies [kg].
     pub mass: Vec<f64>,
-    /// Sets asked for: (body, name) to the place in [`Row::sets`].
+    /// Sets requested: (body, name) to the place in [`Row::sets`].
     places: BTreeMap<(String, String), usize>,
     /// Global nodes of the sets.
     nodes: Vec<Vec<u32>>,

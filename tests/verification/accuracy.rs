@@ -1,4 +1,4 @@
-//! A scene that is run to an accuracy: finer and finer meshes, until the error bars are as small as asked, and hold.
+//! A scene that is run to an accuracy: finer and finer meshes, until the error bars are as small as requested, and hold.
 
 use crate::record::{assert_at_most, assert_close};
 use contuse::measure::Summary;

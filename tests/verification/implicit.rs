@@ -214,7 +214,7 @@ fn a_block_on_a_gentle_incline_does_not_creep() {
     // 15°, μ = 0.3, steps a thousand times those of explicit ones.
     let mut scene = crate::incline::scene(15.0, 0.3, 0.0, 1.0, 1e6);
     scene["integrator"] = json!({"kind": "implicit", "step_s": 0.01, "theta": 1.0});
-    scene["settle"] = json!({"duration_s": 0.3, "damping_per_s": 200.0});
+    scene["dynamic_relaxation"] = json!({"duration_s": 0.3, "damping_per_s": 200.0});
     let plan = plan(&scene);
     let bottom: Vec<usize> = (0..plan.node_count()).filter(|a| plan.X[*a].z == 0.0).collect();
     let (mut first, mut most, mut sticking) = (None, 0.0_f64, usize::MAX);

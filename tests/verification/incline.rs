@@ -31,7 +31,7 @@ pub fn scene(degrees: f64, mu: f64, speed: f64, end: f64, shear: f64) -> Value {
         "planes": [{"name": "incline", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
         "contact": {"friction": mu},
         "gravity_m_per_s2": [G * sin, 0, -G * cos],
-        "settle": {"duration_s": 0.3, "damping_per_s": 200.0},
+        "dynamic_relaxation": {"duration_s": 0.3, "damping_per_s": 200.0},
         "record": {"fields": [], "field_times_s": []}
     })
 }
@@ -105,7 +105,7 @@ fn at_98_percent_of_the_critical_angle_it_sticks_whatever_its_stiffness() {
     ];
     for (mut scene, what) in scenes {
         // The soft block swings for long.
-        scene["settle"]["duration_s"] = json!(1.0);
+        scene["dynamic_relaxation"]["duration_s"] = json!(1.0);
         let rows = look_at(&scene);
         let last = rows.last().unwrap();
         let moved =

@@ -161,8 +161,8 @@ fn a_run_that_is_stopped_says_so_and_its_state_goes_on() {
     for (interrupt, expected) in
         [(Interrupt::Cancel, None), (Interrupt::Deadline, Some(FailureCause::Deadline))]
     {
-        let asked = AtomicUsize::new(0);
-        let after_ten = || (asked.fetch_add(1, Ordering::Relaxed) >= 10).then_some(interrupt);
+        let requested = AtomicUsize::new(0);
+        let after_ten = || (requested.fetch_add(1, Ordering::Relaxed) >= 10).then_some(interrupt);
         let mut last = Last::default();
         let options = RunOptions { threads: 1, interrupt: &after_ten };
         let (outcome, state) = run_from(&plan, State::new(&plan), &options, &mut [&mut last]);

@@ -126,7 +126,7 @@ fn fibres_that_do_not_pull() {
 
 #[test]
 fn fields_that_are_not_requested() {
-    let (plan, ..) = assert_same(&oblique(0.3), &[Keep::UnaskedFields]);
+    let (plan, ..) = assert_same(&oblique(0.3), &[Keep::UnrequestedFields]);
     assert_eq!(plan.fields.len(), 3);
 }
 

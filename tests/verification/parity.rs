@@ -48,8 +48,8 @@ fn a_copy_of_the_state_goes_on_as_if_never_stopped() {
     assert!(finish(&whole, copy, 1) == uninterrupted, "a restarted run differs");
 
     // That of a run stopped on the way is as good.
-    let asked = AtomicUsize::new(0);
-    let after_seven = || (asked.fetch_add(1, Ordering::Relaxed) >= 7).then_some(Interrupt::Cancel);
+    let requested = AtomicUsize::new(0);
+    let after_seven = || (requested.fetch_add(1, Ordering::Relaxed) >= 7).then_some(Interrupt::Cancel);
     let options = RunOptions { threads: 1, interrupt: &after_seven };
     let (_, on_the_way) = run_from(&whole, State::new(&whole), &options, &mut []);
     assert_eq!(on_the_way.step, 7);

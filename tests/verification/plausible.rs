@@ -187,7 +187,7 @@ fn a_body_with_a_velocity_waits_while_others_relax() {
     };
     let at_once = touched(&scene);
     scene["gravity_m_per_s2"] = json!([0, 0, -9.81]);
-    scene["settle"] = json!({"duration_s": 0.02, "damping_per_s": 100});
+    scene["dynamic_relaxation"] = json!({"duration_s": 0.02, "damping_per_s": 100});
     // The tissue sinks by some micrometres; the ball would have fallen on it.
     assert!((touched(&scene) - at_once).abs() < 0.1e-3, "{} for {at_once}", touched(&scene));
 }
@@ -300,9 +300,9 @@ fn the_force_is_averaged_over_a_fraction_of_the_contact_and_a_short_window_is_re
     assert!(impact.peak_force_n.value < impact.peak_step_force_n.value);
     // A wider window flattens the peak, the same window gives the same force.
     let same = summary_of(json!({"skin_set": "z_max", "force_window_s": window}));
-    let asked = &same.values().impacts[0];
-    assert!((asked.peak_force_n.value / impact.peak_force_n.value - 1.0).abs() < 1e-9);
-    assert!((asked.patch_area_mm2.value / impact.patch_area_mm2.value - 1.0).abs() < 1e-9);
+    let requested = &same.values().impacts[0];
+    assert!((requested.peak_force_n.value / impact.peak_force_n.value - 1.0).abs() < 1e-9);
+    assert!((requested.patch_area_mm2.value / impact.patch_area_mm2.value - 1.0).abs() < 1e-9);
     let short = summary_of(json!({"skin_set": "z_max", "force_window_s": 1e-6}));
     assert!(short.warnings.iter().any(|w| w.contains("less than two steps")), "{:?}", short.warnings);
     // A class far above what the contact has in it changes little, and is named.

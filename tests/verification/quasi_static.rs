@@ -136,7 +136,7 @@ fn loads_act_in_all_integrators_and_their_work_closes_the_balance() {
 fn what_nothing_holds_is_reported() {
     // A block on an incline without friction.
     let mut scene = crate::incline::scene(15.0, 0.0, 0.0, 1.0, 1e6);
-    scene.as_object_mut().unwrap().remove("settle");
+    scene.as_object_mut().unwrap().remove("dynamic_relaxation");
     scene["integrator"] = quasi_static(0.5);
     let plan = plan(&scene);
     let (outcome, _) = run_on(&plan, State::new(&plan), 1, |_| {});
@@ -148,7 +148,7 @@ fn what_nothing_holds_is_reported() {
 /// The incline of 15° with friction 0.3, loaded quasi-statically before the clock starts.
 fn incline(integrator: Value) -> Value {
     let mut scene = crate::incline::scene(15.0, 0.3, 0.0, 1.0, 1e6);
-    scene.as_object_mut().unwrap().remove("settle");
+    scene.as_object_mut().unwrap().remove("dynamic_relaxation");
     scene["preload"] = json!({"steps": 4});
     scene["integrator"] = integrator;
     scene

@@ -106,8 +106,8 @@ fn a_copy_of_the_state_and_more_threads_give_the_same_branches() {
     let straight = branches(1);
     assert!(straight == branches(2) && straight.iter().all(|b| b.dissipated_j > 0.0), "{straight:?}");
     // Stopped after a hundred steps, and resumed.
-    let asked = AtomicUsize::new(0);
-    let after_hundred = || (asked.fetch_add(1, Ordering::Relaxed) >= 100).then_some(Interrupt::Cancel);
+    let requested = AtomicUsize::new(0);
+    let after_hundred = || (requested.fetch_add(1, Ordering::Relaxed) >= 100).then_some(Interrupt::Cancel);
     let options = RunOptions { threads: 1, interrupt: &after_hundred };
     let (_, middle) = run_from(&whole, State::new(&whole), &options, &mut []);
     assert!(middle.step == 100 && middle.time < 0.04);

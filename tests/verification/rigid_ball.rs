@@ -145,10 +145,10 @@ fn restarts(integrator: &Value) {
     scene["gravity_m_per_s2"] = json!([0, 0, -9.81]);
     let plan = plan(&scene);
     let (_, whole) = run(&plan, |_| ());
-    let asked = AtomicU32::new(0);
-    let interrupt = || (asked.fetch_add(1, Ordering::Relaxed) >= 77).then_some(Interrupt::Cancel);
+    let requested = AtomicU32::new(0);
+    let interrupt = || (requested.fetch_add(1, Ordering::Relaxed) >= 77).then_some(Interrupt::Cancel);
     let (_, half) = contuse::step::run(&plan, &RunOptions { threads: 1, interrupt: &interrupt }, &mut []);
-    // Explicit steps are asked once each, implicit ones in every iteration too.
+    // Explicit steps query it once each, implicit ones in every iteration too.
     assert!(half.step > 20 && half.step <= 77, "{}", half.step);
     let (_, end) = run_on(&plan, half, 2, |_| ());
     assert_eq!(end, whole);

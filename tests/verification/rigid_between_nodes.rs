@@ -141,7 +141,7 @@ fn nothing_small_tunnels_at_a_thousand_metres_a_second() {
                 &gel(plate.clone(), json!([{"set": "x_min"}, {"set": "x_max"}])),
                 1e-5,
             );
-            // Shocks of this strength are beyond gel: all that is asked is that it is met.
+            // Shocks of this strength are beyond gel: all that is requested is that it is met.
             scene["integrator"] = json!({"kind": "explicit", "energy_gate": 1.0});
             let plan = plan(&scene);
             let mut impulse = 0.0_f64;

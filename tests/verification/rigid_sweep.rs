@@ -30,7 +30,7 @@ fn first_impulse(shape: &Value, integrator: &Value) -> f64 {
 
 #[test]
 fn a_spinning_bar_meets_a_ball_in_long_steps() {
-    // Without rebound the ball leaves with the velocity of the bar at the lever r, where its centre is R from the axis of the bar:
+    // Without rebound the ball leaves with the velocity of the bar at the moment_arm r, where its centre is R from the axis of the bar:
     // p (1/m + 1/M + r²/I) = ω r.
     let bars = [
         (json!({"kind": "capsule", "radius_m": 0.01, "half_length_m": 0.5, "axis": [1, 0, 0]}), {
@@ -42,8 +42,8 @@ fn a_spinning_bar_meets_a_ball_in_long_steps() {
         (json!({"kind": "box", "half_extents_m": [0.5, 0.01, 0.01]}), (1.0 + 0.02 * 0.02) / 12.0),
     ];
     for (shape, inertia) in bars {
-        let lever2: f64 = 0.18 - 0.03 * 0.03;
-        let exact = SPIN * lever2.sqrt() / (1.0 / 0.1 + 1.0 + lever2 / inertia);
+        let moment_arm: f64 = 0.18 - 0.03 * 0.03;
+        let exact = SPIN * moment_arm.sqrt() / (1.0 / 0.1 + 1.0 + moment_arm / inertia);
         for step in [5e-4, 2e-3, 5e-3] {
             for integrator in both_integrators(step) {
                 let p = first_impulse(&shape, &integrator);

@@ -104,8 +104,8 @@ fn a_run_goes_on_within_a_cycle_with_the_same_bits_on_any_number_of_threads() {
     let plan = plan(&bars(true, &extras));
     let (_, uninterrupted) = finish(&plan, State::new(&plan), 1);
     for stop in [150, 151, 152, 153] {
-        let asked = AtomicUsize::new(0);
-        let interrupt = || (asked.fetch_add(1, Ordering::Relaxed) >= stop).then_some(Interrupt::Cancel);
+        let requested = AtomicUsize::new(0);
+        let interrupt = || (requested.fetch_add(1, Ordering::Relaxed) >= stop).then_some(Interrupt::Cancel);
         let options = RunOptions { threads: 1, interrupt: &interrupt };
         let (_, on_the_way) = run_from(&plan, State::new(&plan), &options, &mut []);
         assert_eq!(on_the_way.step, stop as u64);

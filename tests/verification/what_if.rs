@@ -70,8 +70,8 @@ fn ask(
     })
 }
 
-pub fn answer(base: &Loaded, asked: &WhatIfDocument) -> Answer {
-    ask(base, asked, &Cache::default(), 2, true)
+pub fn answer(base: &Loaded, requested: &WhatIfDocument) -> Answer {
+    ask(base, requested, &Cache::default(), 2, true)
 }
 
 fn value(case: &CaseAnswer, quantity: Quantity) -> f64 {
@@ -81,7 +81,7 @@ fn value(case: &CaseAnswer, quantity: Quantity) -> f64 {
 #[test]
 fn sharing_remembering_and_threads_change_no_bit() {
     let base = loaded(&limb());
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [
             {"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 50, "high": 70},
             {"name": "tilt", "change": {"kind": "angle_deg", "about": [0, 1, 0]}, "low": -10, "high": 10},
@@ -93,9 +93,9 @@ fn sharing_remembering_and_threads_change_no_bit() {
         "limits": [{"parameter": "speed", "measure": {"von_mises_pa_below_depth_m": 0.004}, "at_most": 2e4, "tolerance": 0.1}]
     }));
     let folder = tempfile::tempdir().unwrap();
-    let plain = ask(&base, &asked, &Cache::default(), 1, false);
-    let shared = ask(&base, &asked, &Cache::in_folder(folder.path()).unwrap(), 3, true);
-    let again = ask(&base, &asked, &Cache::in_folder(folder.path()).unwrap(), 2, true);
+    let plain = ask(&base, &requested, &Cache::default(), 1, false);
+    let shared = ask(&base, &requested, &Cache::in_folder(folder.path()).unwrap(), 3, true);
+    let again = ask(&base, &requested, &Cache::in_folder(folder.path()).unwrap(), 2, true);
     for other in [&shared, &again] {
         assert_eq!(plain.cases, other.cases);
         assert_eq!(plain.limits, other.limits);
@@ -113,7 +113,7 @@ fn sharing_remembering_and_threads_change_no_bit() {
 fn a_case_is_the_run_of_the_scene_with_its_edits() {
     let scene = limb();
     let base = loaded(&scene);
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [
             {"name": "speed", "change": {"kind": "speed_m_per_s"}},
             {"name": "mass", "change": {"kind": "mass_kg"}},
@@ -126,7 +126,7 @@ fn a_case_is_the_run_of_the_scene_with_its_edits() {
         "cases": [{"set": {"speed": 65, "mass": 0.012, "around": 30, "along": 0.01, "muscle": 90, "window": 1.5e-4}}],
         "error_bars": "none"
     }));
-    let answer = answer(&base, &asked);
+    let answer = answer(&base, &requested);
     let case = &answer.cases[1];
     assert_eq!(case.ending, "finished", "{:?}", case.reason);
     let mut edited = serde_json::to_value(&base.scene.document).unwrap();
@@ -151,12 +151,12 @@ fn around_a_round_limb_nothing_changes_but_the_place() {
     // Turned, so that no node lies on the edge between two faces, of which rounding would choose one.
     scene["bodies"][0]["placement"]["rotation"] = json!({"axis": [1, 2, 3], "angle_deg": 7});
     let base = loaded(&scene);
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [{"name": "around", "change": {"kind": "impact_around_deg"}}],
         "cases": [{"set": {"around": 0}}, {"set": {"around": 75}}, {"set": {"around": 180}}],
         "error_bars": "none"
     }));
-    let answer = answer(&base, &asked);
+    let answer = answer(&base, &requested);
     for quantity in [Quantity::PeakForceN, Quantity::AbsorbedEnergyJ, Quantity::ImpulseNS] {
         let [base, same, turned, opposite] = [0, 1, 2, 3].map(|index| value(&answer.cases[index], quantity));
         assert_eq!(base, same);
@@ -167,7 +167,7 @@ fn around_a_round_limb_nothing_changes_but_the_place() {
 #[test]
 fn faster_means_more_energy_and_limits_lie_between() {
     let base = loaded(&limb());
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 30, "high": 90}],
         "cases": [{"set": {"speed": 30}}, {"set": {"speed": 45}}, {"set": {"speed": 60}}, {"set": {"speed": 75}}],
         "one_at_a_time": true,
@@ -180,7 +180,7 @@ fn faster_means_more_energy_and_limits_lie_between() {
         }
     };
     let answer = study_what_if(&mut WhatIfRequest {
-        question: &asked,
+        question: &requested,
         base: &base,
         source: &NoFiles,
         budget: &Budget::COMMAND_LINE,
@@ -203,7 +203,7 @@ fn faster_means_more_energy_and_limits_lie_between() {
 
     // A limit between the energies of two cases is reached between their speeds.
     let limit = 0.5 * (energies[1] + energies[2]);
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 30, "high": 90}],
         "limits": [
             {"parameter": "speed", "measure": {"quantity": "absorbed_energy_j"}, "at_most": limit, "tolerance": 0.01},
@@ -212,7 +212,7 @@ fn faster_means_more_energy_and_limits_lie_between() {
         ],
         "error_bars": "none"
     }));
-    let limits = self::answer(&base, &asked).limits;
+    let limits = self::answer(&base, &requested).limits;
     let Verdict::KeptUpTo { kept_at, value, broken_at, value_broken } = limits[0].verdict else {
         panic!("{:?}", limits[0])
     };
@@ -225,7 +225,7 @@ fn faster_means_more_energy_and_limits_lie_between() {
 #[test]
 fn all_that_is_wrong_is_reported_at_once() {
     let base = loaded(&limb());
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [
             {"name": "speed", "change": {"kind": "speed_m_per_s", "body": "bal"}, "low": 2, "high": 1},
             {"name": "speed", "change": {"kind": "angle_deg", "about": [0, 0, 0]}, "low": 0, "high": 1},
@@ -237,7 +237,7 @@ fn all_that_is_wrong_is_reported_at_once() {
         "sample": {"count": 1},
         "limits": [{"parameter": "x", "measure": {"von_mises_pa_below_depth_m": -1}, "at_most": 1, "tolerance": 9}]
     }));
-    let problems = check(&asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    let problems = check(&requested, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
     let mut pointers: Vec<&str> = problems.iter().map(|problem| problem.pointer.as_str()).collect();
     pointers.sort_unstable();
     let expected = [
@@ -258,11 +258,11 @@ fn all_that_is_wrong_is_reported_at_once() {
     assert!(problems.iter().all(|problem| !problem.remedy.is_empty()), "{problems:#?}");
 
     // What only the scene shows, at the end of the range that it is about.
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [{"name": "fat", "change": {"kind": "layer_thickness_m", "layer": "fat"}, "low": 0.004, "high": 0.05}],
         "one_at_a_time": true
     }));
-    let problems = check(&asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    let problems = check(&requested, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
     assert!(problems.iter().all(|problem| problem.pointer == "/parameters/0/high"), "{problems:#?}");
 }
 
@@ -271,8 +271,8 @@ fn speeds_that_no_body_has_are_reported_where_they_stand() {
     let mut scene = limb();
     scene["end_time_s"] = json!(2e-5);
     let base = loaded(&scene);
-    let pointers = |asked: Value| {
-        let problems = check(&question(asked), &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    let pointers = |requested: Value| {
+        let problems = check(&question(requested), &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
         let of = |problem: &contuse::scene::Problem| (problem.pointer.clone(), problem.message.clone());
         problems.iter().map(of).unzip::<String, String, Vec<_>, Vec<_>>()
     };
@@ -292,12 +292,12 @@ fn speeds_that_no_body_has_are_reported_where_they_stand() {
     assert_eq!(found, ["/parameters/0/distribution"]);
 
     // Of a sample they are cases that cannot run.
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [{"name": "speed", "change": speed, "low": 1, "high": 60, "distribution": normal}],
         "sample": {"count": 4},
         "error_bars": "none"
     }));
-    let cases = answer(&base, &asked).cases;
+    let cases = answer(&base, &requested).cases;
     assert!(cases.iter().any(|case| case.ending == "invalid"));
     for case in &cases {
         assert_eq!(case.ending == "invalid", case.parameters["speed"] < 0.0, "{case:?}");
@@ -332,12 +332,12 @@ fn below_the_deepest_point_there_is_no_stress() {
 #[test]
 fn what_the_summary_does_not_resolve_no_answer_resolves() {
     let mut scene = limb();
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 50, "high": 70}],
         "cases": [{"set": {"speed": 60.5}}],
         "limits": [{"parameter": "speed", "measure": {"quantity": "principal_strain"}, "at_most": 0.2, "tolerance": 0.5}]
     }));
-    let answer = answer(&loaded(&scene), &asked);
+    let answer = answer(&loaded(&scene), &requested);
     scene["solver"] = json!({"error_bars": "two_levels"});
     let summary = rig::summary(&loaded(&scene));
     for (quantity, number) in &answer.cases[0].numbers {
@@ -358,12 +358,12 @@ fn what_was_stopped_says_what_is_missing() {
     let mut scene = limb();
     scene["end_time_s"] = json!(2e-5);
     let base = loaded(&scene);
-    // Stopped when it has asked so many times whether to stop; how often it has asked. One thread always asks as often.
-    let stopped_after = |asked: &WhatIfDocument, most: usize| {
+    // Stopped when it has requested so many times whether to stop; how often it has requested. One thread always asks as often.
+    let stopped_after = |requested: &WhatIfDocument, most: usize| {
         let asking = AtomicUsize::new(0);
-        check(asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap();
+        check(requested, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap();
         let answer = study_what_if(&mut WhatIfRequest {
-            question: asked,
+            question: requested,
             base: &base,
             source: &NoFiles,
             budget: &Budget::COMMAND_LINE,
@@ -376,24 +376,24 @@ fn what_was_stopped_says_what_is_missing() {
         (answer, asking.into_inner())
     };
     let parameters = json!([{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 50, "high": 70}]);
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": parameters,
         "sample": {"count": 4, "indices": true},
         "limits": [{"parameter": "speed", "measure": {"quantity": "peak_force_n"}, "at_most": 0}],
         "error_bars": "none"
     }));
-    let (all, count) = stopped_after(&asked, usize::MAX);
+    let (all, count) = stopped_after(&requested, usize::MAX);
     assert_eq!((all.stopped, all.cases.len(), all.limits.len()), (None, 13, 1));
     assert!(!all.sobol_indices.is_empty());
-    let (answer, _) = stopped_after(&asked, count / 3);
-    assert_eq!((answer.stopped, answer.cases_asked, answer.limits_asked), (Some("deadline"), 13, 1));
+    let (answer, _) = stopped_after(&requested, count / 3);
+    assert_eq!((answer.stopped, answer.requested_cases, answer.requested_limits), (Some("deadline"), 13, 1));
     assert!((1..13).contains(&answer.cases.len()) && answer.limits.is_empty());
     assert_eq!(answer.sobol_indices, [], "they take all points");
 
     // Nothing is missing of what was stopped after its end.
-    let asked =
+    let requested =
         question(json!({"parameters": parameters, "cases": [{"set": {"speed": 50}}], "error_bars": "none"}));
-    let (_, count) = stopped_after(&asked, usize::MAX);
-    let (answer, _) = stopped_after(&asked, count - 1);
+    let (_, count) = stopped_after(&requested, usize::MAX);
+    let (answer, _) = stopped_after(&requested, count - 1);
     assert_eq!((answer.stopped, answer.cases.len()), (None, 2));
 }

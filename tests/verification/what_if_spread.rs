@@ -26,11 +26,11 @@ fn ends_and_samples_lie_between_the_sources() {
     let base = loaded(&library_limb());
     let viscosity = json!({"name": "viscosity", "distribution": {"kind": "library", "set": "muscle/kang_2007_voigt_100hz"},
         "change": {"kind": "number", "pointer": "/bodies/1/parts/0/shear_viscosity_pa_s"}});
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [fat_stiffness("fat/engelbrektsson_2011_ogden"), viscosity],
         "one_at_a_time": true, "sample": {"count": 4, "seed": 3}, "error_bars": "none"
     }));
-    let answer = answer(&base, &asked);
+    let answer = answer(&base, &requested);
     // Factors of the 300 Pa of the set, and Pa s.
     let [fat, viscosity] = ["fat/engelbrektsson_2011_ogden", "muscle/kang_2007_voigt_100hz"]
         .map(|name| find(name).unwrap().spread.last().unwrap().clone());
@@ -51,7 +51,7 @@ fn ends_and_samples_lie_between_the_sources() {
 #[test]
 fn what_no_source_states_is_refused() {
     let base = loaded(&library_limb());
-    let asked = question(json!({
+    let requested = question(json!({
         "parameters": [
             fat_stiffness("fat/engelbrecht"),
             {"name": "other", "change": {"kind": "stiffness_factor", "body": "arm", "part": "fat"},
@@ -63,7 +63,7 @@ fn what_no_source_states_is_refused() {
         ],
         "one_at_a_time": true
     }));
-    let problems = check(&asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    let problems = check(&requested, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
     let found: Vec<(&str, &str)> = problems.iter().map(|p| (p.pointer.as_str(), p.code.as_ref())).collect();
     let place = |i: u32| format!("/parameters/{i}/distribution/set");
     let expected = [

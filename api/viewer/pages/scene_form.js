@@ -7,7 +7,7 @@ import { meant, shown, words } from "./scene_units.js";
 const OF_IMPACT = ["velocity_m_per_s", "spin_rad_per_s", "placement"];
 /** Members of a scene by the section that they belong to; all others are in the last. */
 const OF_SCENE = new Map([
-  ...["contact", "planes", "gravity_m_per_s2", "preload", "settle"].map((key) => [key, "Impact"]),
+  ...["contact", "planes", "gravity_m_per_s2", "preload", "dynamic_relaxation"].map((key) => [key, "Impact"]),
   ...["accuracy", "solver", "integrator", "end_time_s"].map((key) => [key, "Accuracy and time"]),
   ...["record", "measures"].map((key) => [key, "What is recorded"]),
 ]);

@@ -2,16 +2,16 @@
 
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::Results;
-use crate::scene::document::AskedNumber;
+use crate::scene::document::RequestedNumber;
 use serde::Serialize;
 
 /// Requested accuracy, and the mesh of the run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AskedAccuracy {
+pub struct RequestedAccuracy {
     /// Largest admissible error bar, as a fraction of the number [-].
     pub relative: f64,
     /// Numbers to which it applies.
-    pub of: Vec<AskedNumber>,
+    pub of: Vec<RequestedNumber>,
     /// Number of elements in each direction relative to the scene's own mesh [-].
     pub mesh_factor: f64,
     /// Expected run time on the next finer mesh [s].
@@ -24,7 +24,7 @@ pub struct Accuracy {
     /// Whether every number is accurate enough.
     pub reached: bool,
     /// Largest admissible error bar, as a fraction of the number [-].
-    pub asked: f64,
+    pub requested: f64,
     /// Accuracy of each requested number that the scene has.
     pub numbers: Vec<AccuracyOf>,
     /// Number of elements in each direction relative to the scene's own mesh [-].
@@ -38,7 +38,7 @@ pub struct Accuracy {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AccuracyOf {
     /// The number in question.
-    pub number: AskedNumber,
+    pub number: RequestedNumber,
     /// Error bar as a fraction of the number [-]; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
@@ -46,9 +46,9 @@ pub struct AccuracyOf {
 
 impl Accuracy {
     /// Compares the error bars of the results with the request.
-    pub(super) fn of(asked: &AskedAccuracy, results: &Results) -> Self {
-        let of = |number: AskedNumber| {
-            let quantity = asked_quantity(results, number)?;
+    pub(super) fn of(requested: &RequestedAccuracy, results: &Results) -> Self {
+        let of = |number: RequestedNumber| {
+            let quantity = requested_quantity(results, number)?;
             let relative = match &quantity.error {
                 ErrorEstimate::Estimated(error) if error.total == 0.0 => Some(0.0),
                 ErrorEstimate::Estimated(error) => {
@@ -58,14 +58,14 @@ impl Accuracy {
             };
             Some(AccuracyOf { number, relative })
         };
-        let numbers: Vec<AccuracyOf> = asked.of.iter().filter_map(|number| of(*number)).collect();
-        let is_within = |of: &AccuracyOf| of.relative.is_some_and(|relative| relative <= asked.relative);
+        let numbers: Vec<AccuracyOf> = requested.of.iter().filter_map(|number| of(*number)).collect();
+        let is_within = |of: &AccuracyOf| of.relative.is_some_and(|relative| relative <= requested.relative);
         Self {
             reached: numbers.iter().all(is_within),
-            asked: asked.relative,
+            requested: requested.relative,
             numbers,
-            mesh_factor: asked.mesh_factor,
-            next_mesh_s: asked.next_s,
+            mesh_factor: requested.mesh_factor,
+            next_mesh_s: requested.next_s,
         }
     }
 
@@ -83,7 +83,7 @@ impl Accuracy {
         };
         format!(
             "accuracy of {:.3} % {verdict} with {:.2} times the numbers of elements: {}{next}",
-            100.0 * self.asked,
+            100.0 * self.requested,
             self.mesh_factor,
             numbers.join(", ")
         )
@@ -91,18 +91,18 @@ impl Accuracy {
 }
 
 /// The requested number in the results; `None` if the scene has none.
-pub(super) fn asked_quantity(results: &Results, number: AskedNumber) -> Option<&Quantity> {
+pub(super) fn requested_quantity(results: &Results, number: RequestedNumber) -> Option<&Quantity> {
     let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
     let tissue = results.tissue.as_ref();
     match number {
-        AskedNumber::PeakForce => impact.map(|impact| &impact.peak_force_n),
-        AskedNumber::Impulse => impact.map(|impact| &impact.impulse_n_s),
-        AskedNumber::ContactPatch => impact.map(|impact| &impact.largest_patch_area_mm2),
-        AskedNumber::StressDepth => {
+        RequestedNumber::PeakForce => impact.map(|impact| &impact.peak_force_n),
+        RequestedNumber::Impulse => impact.map(|impact| &impact.impulse_n_s),
+        RequestedNumber::ContactPatch => impact.map(|impact| &impact.largest_patch_area_mm2),
+        RequestedNumber::StressDepth => {
             let (index, tissue) = results.headline.significant_stress.zip(tissue)?;
             tissue.significant_stress.get(index)?.depth_mm.as_ref()
         }
-        AskedNumber::EnergyGiven => tissue.map(|tissue| &tissue.energy_given_j),
-        AskedNumber::Deflection => tissue.map(|tissue| &tissue.deflection_mm.quantity),
+        RequestedNumber::EnergyGiven => tissue.map(|tissue| &tissue.energy_given_j),
+        RequestedNumber::Deflection => tissue.map(|tissue| &tissue.deflection_mm.quantity),
     }
 }

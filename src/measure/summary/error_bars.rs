@@ -6,11 +6,11 @@
 //! is assumed: with two meshes a factor of safety is applied; with more, a curve is fitted, whose scatter widens the bar.
 
 use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
-use super::accuracy::asked_quantity;
+use super::accuracy::requested_quantity;
 use super::listed::Listed;
 use super::quantity::{ErrorEstimate, Estimate};
 use super::results::{Impact, Results};
-use crate::scene::document::AskedNumber;
+use crate::scene::document::RequestedNumber;
 
 /// Relative rounding error of sums of many numbers [-].
 const ROUNDING: f64 = 1e-12;
@@ -24,7 +24,7 @@ const LEAST_FRACTION: f64 = 0.05;
 pub enum ErrorBars {
     /// Error bars were not requested.
     #[default]
-    NotAsked,
+    NotRequested,
     /// No error bars, with the reason.
     Unknown(String),
     /// Other runs of the same scene.
@@ -34,7 +34,7 @@ pub enum ErrorBars {
 impl std::fmt::Display for ErrorBars {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NotAsked => f.write_str("not estimated: error bars were not requested"),
+            Self::NotRequested => f.write_str("not estimated: error bars were not requested"),
             Self::Unknown(why) => write!(f, "not estimated: {why}"),
             Self::From(runs) => f.write_str(&runs.in_words()),
         }
@@ -59,15 +59,15 @@ impl Compared {
     }
 
     /// Relative difference of a number from that of another run [-]; `None` where one of them has none.
-    pub fn change(&self, from: &Self, number: AskedNumber) -> Option<f64> {
+    pub fn change(&self, from: &Self, number: RequestedNumber) -> Option<f64> {
         let results = self.over_windows_of(&from.results);
-        let [value, from] = [&results, &from.results].map(|r| asked_quantity(r, number).map(|q| q.value));
+        let [value, from] = [&results, &from.results].map(|r| requested_quantity(r, number).map(|q| q.value));
         Some((value? / from? - 1.0).abs()).filter(|change| change.is_finite())
     }
 
     /// Whether the run has a number.
-    pub fn has(&self, number: AskedNumber) -> bool {
-        asked_quantity(&self.results, number).is_some()
+    pub fn has(&self, number: RequestedNumber) -> bool {
+        requested_quantity(&self.results, number).is_some()
     }
 
     /// The results, with forces over the windows of the `own` ones.
@@ -375,9 +375,9 @@ mod tests {
             lowered: with_headline(8.8, 100),
             words: "bulk moduli × 0.25".into(),
         };
-        let change = lowered.lowered.change(&lowered.as_given, AskedNumber::Impulse).unwrap();
+        let change = lowered.lowered.change(&lowered.as_given, RequestedNumber::Impulse).unwrap();
         assert!((change - 0.2 / 9.0).abs() < 1e-12, "{change}");
-        assert_eq!(lowered.lowered.change(&lowered.as_given, AskedNumber::Deflection), None);
+        assert_eq!(lowered.lowered.change(&lowered.as_given, RequestedNumber::Deflection), None);
         runs.bulk_modulus = Some(lowered);
         let mut own = results(10.0);
         own.estimate_errors(&runs, 200, 1.0);

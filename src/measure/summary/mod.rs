@@ -21,7 +21,7 @@ mod table;
 mod words;
 mod written;
 
-pub use accuracy::{Accuracy, AccuracyOf, AskedAccuracy};
+pub use accuracy::{Accuracy, AccuracyOf, RequestedAccuracy};
 pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
@@ -145,7 +145,7 @@ impl Summary {
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),
         );
-        let accuracy = measures.accuracy.as_ref().map(|asked| Accuracy::of(asked, &values));
+        let accuracy = measures.accuracy.as_ref().map(|requested| Accuracy::of(requested, &values));
         let law_ranges = left_laws(&measures.laws);
         let erosion = erosion(&measures.eroded, plan);
         let softening = softening(&measures.laws);

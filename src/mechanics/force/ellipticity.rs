@@ -1,4 +1,4 @@
-//! Whether the material of elements is elliptic: asked where a run has failed, never in a step.
+//! Whether the material of elements is elliptic: evaluated where a run has failed, never in a step.
 
 use super::block::ElementBlock;
 use super::parameters::Formulation;

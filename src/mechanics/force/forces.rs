@@ -21,6 +21,8 @@ pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,
     /// Averaged pressure at the nodes of each block.
     pub(super) nodal: Vec<NodalState>,
+    /// Smallest critical time step of the elements of each node [s]; empty without subcycling.
+    pub(super) stable_steps: Vec<f64>,
 }
 
 impl ElementForces {
@@ -33,6 +35,7 @@ impl ElementForces {
         Self {
             chunks: blocks.iter().enumerate().flat_map(of_block).collect(),
             nodal: blocks.iter().map(|block| NodalState::of(block.nodal_volumes.as_ref())).collect(),
+            stable_steps: Vec::new(),
         }
     }
 

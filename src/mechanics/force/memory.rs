@@ -140,7 +140,7 @@ impl<S: Simd> History<Lane<S>> for LaneHistory<'_, S> {
     }
 }
 
-/// The history of a point at a time of which the stress is asked: it stays as it is.
+/// The history of a point at a time of which the stress is requested: it stays as it is.
 pub(super) struct Past<'a, S> {
     pub simd: S,
     pub part: usize,

@@ -99,7 +99,7 @@ pub struct PointInput<'a> {
     pub history: &'a [Vec<Row>],
     /// Elements that are gone: without stress or deformation.
     pub erosion: &'a Erosion,
-    /// Whether stress is asked for; otherwise F, σ, von Mises stress and pressure of a [`PointBatch`] mean nothing.
+    /// Whether stress is requested; otherwise F, σ, von Mises stress and pressure of a [`PointBatch`] mean nothing.
     pub with_stress: bool,
 }
 

@@ -9,7 +9,7 @@
 //! of the cycle.
 
 use super::block::ElementBlock;
-use super::chunk::Chunk;
+use super::chunk::{Chunk, ChunkForces};
 use super::cycle::{Interval, LONGEST, SAME_TIME, Subcycles, power_of_two};
 use super::{Assembly, ElementForces, Threads};
 use crate::lanes::Row;
@@ -81,21 +81,12 @@ impl Subcycles {
         touched: impl Iterator<Item = u32>,
         limits: &CycleLimits,
     ) {
-        // By their critical time steps alone, and if that is worthwhile by strain and contact.
+        // By the critical time steps of their neighbourhoods, and if that is worthwhile by strain.
         let stable = self.note_stable_steps(forces);
         let longest = (ROOM * limits.safety * stable).min(limits.longest);
-        for (chunk, intervals) in forces.chunks.iter().zip(&mut self.intervals) {
-            let block = &blocks[chunk.block as usize];
-            let every_step = block.nodal_volumes.is_some() || block.parameters.memory.softens();
-            for interval in intervals {
-                // In shorter steps than the critical one all intervals are shorter.
-                let ratio = SLOW * interval.stable / stable;
-                interval.every = if every_step { 1 } else { power_of_two(ratio, LONGEST) };
-            }
-        }
+        self.limit_by_neighbours(forces, (blocks, assembly), touched, stable);
         if self.work() <= WORTHWHILE {
             self.limit_strains(threads, forces, blocks, (SLOW_STRAIN * limits.strain, longest));
-            self.evaluate_at(forces, (blocks, assembly), touched);
         }
         (self.length, self.longest) = (0, 0.0);
         if self.work() <= WORTHWHILE {
@@ -150,35 +141,54 @@ impl Subcycles {
         }
     }
 
-    /// Evaluates the elements of these nodes in every step.
-    fn evaluate_at(
+    /// Limits intervals by the shortest critical time step of an element and of those it shares nodes with: kicks at intervals resonate with
+    /// the motion of nodes that stiff elements hold. Elements of `touched` nodes are evaluated in every step.
+    fn limit_by_neighbours(
         &mut self,
-        forces: &ElementForces,
+        forces: &mut ElementForces,
         (blocks, assembly): (&[ElementBlock], &Assembly),
-        nodes: impl Iterator<Item = u32>,
+        touched: impl Iterator<Item = u32>,
+        stable: f64,
     ) {
-        let mut places: Vec<(u32, u32)> = Vec::new();
-        for node in nodes {
-            places.extend_from_slice(assembly.places(node as usize));
-            for (master, _) in assembly.followers().masters(node as usize) {
-                places.extend_from_slice(assembly.places(*master as usize));
-            }
-        }
-        places.sort_unstable();
-        places.dedup();
-        for of_chunk in places.chunk_by(|a, b| a.0 == b.0) {
-            let number = of_chunk[0].0;
-            let chunk = &forces.chunks[number as usize];
-            let block = &blocks[chunk.block as usize];
-            let first = block.chunks[chunk.chunk as usize].batches.start as usize;
-            for (i, interval) in self.intervals[number as usize].iter_mut().enumerate() {
-                let nodes = block.nodes_of_batch(first + i).as_flattened();
-                if nodes.iter().any(|node| of_chunk.binary_search(&(number, u32::from(*node))).is_ok()) {
-                    interval.every = 1;
+        let of_nodes = &mut forces.stable_steps;
+        of_nodes.fill(f64::INFINITY);
+        for (chunk, intervals) in forces.chunks.iter().zip(&self.intervals) {
+            for (i, interval) in intervals.iter().enumerate() {
+                for node in nodes_of_batch(blocks, chunk, i) {
+                    of_nodes[node] = of_nodes[node].min(interval.stable);
                 }
             }
         }
+        touched.for_each(|node| of_nodes[node as usize] = 0.0);
+        // The elements of a node that follows others act on these.
+        for (node, masters) in assembly.followers().each() {
+            for (master, _) in masters {
+                of_nodes[*master as usize] = of_nodes[*master as usize].min(of_nodes[node as usize]);
+            }
+        }
+        for (chunk, intervals) in forces.chunks.iter().zip(&mut self.intervals) {
+            let block = &blocks[chunk.block as usize];
+            let every_step = block.nodal_volumes.is_some() || block.parameters.memory.softens();
+            for (i, interval) in intervals.iter_mut().enumerate() {
+                let near = nodes_of_batch(blocks, chunk, i)
+                    .fold(f64::INFINITY, |least, node| least.min(of_nodes[node]));
+                // In shorter steps than the critical one all intervals are shorter.
+                interval.every = if every_step { 1 } else { power_of_two(SLOW * near / stable, LONGEST) };
+            }
+        }
     }
+}
+
+/// Nodes of batch `i` of a chunk, in the numbering of the plan.
+fn nodes_of_batch<'a>(
+    blocks: &'a [ElementBlock],
+    chunk: &ChunkForces,
+    i: usize,
+) -> impl Iterator<Item = usize> + 'a {
+    let (block, number) = (&blocks[chunk.block as usize], chunk.chunk as usize);
+    let nodes = block.nodes_of_chunk(number);
+    let batch = block.chunks[number].batches.start as usize + i;
+    block.nodes_of_batch(batch).as_flattened().iter().map(|node| nodes[usize::from(*node)] as usize)
 }
 
 fn least(row: &Row) -> f64 {
@@ -187,12 +197,13 @@ fn least(row: &Row) -> f64 {
 
 impl ElementForces {
     /// Makes room for the impulses of elements that are not evaluated in every step.
-    pub fn allow_subcycles(&mut self) {
+    pub fn allow_subcycles(&mut self, node_count: usize) {
         for chunk in &mut self.chunks {
             chunk.impulse = vec![Vec3::zeros(); chunk.force.len()];
             chunk.viscous_impulse = vec![Vec3::zeros(); chunk.viscous.len()];
             chunk.change = vec![Vec3::zeros(); chunk.force.len()];
         }
+        self.stable_steps = vec![f64::INFINITY; node_count];
     }
 
     /// Sum of the impulses of elements that are not evaluated in every step, at a node [N s].

@@ -57,7 +57,7 @@ impl Pose {
     }
     /// Moment arm of the point `x`: the matrix of its velocity in space [m/s] due to an angular velocity in the axes
     /// of the body [rad/s], `J ω = (R ω) × (x − x_c)`, `J = −[x − x_c]ₓ R`.
-    pub fn lever(&self, x: &Vec3) -> Mat3 {
+    pub fn moment_arm(&self, x: &Vec3) -> Mat3 {
         -(x - self.centre).cross_matrix() * self.orientation.to_rotation_matrix().into_inner()
     }
     /// Whether position and orientation are finite.

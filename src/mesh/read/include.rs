@@ -1,4 +1,4 @@
-//! What a reader is asked for beside the mesh: files that it includes, and arrays of the elements.
+//! What a reader may need beside the file of the mesh: files that it includes, and arrays of the elements.
 
 use std::collections::BTreeSet;
 

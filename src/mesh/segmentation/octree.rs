@@ -99,7 +99,7 @@ impl Octree {
         })
     }
 
-    /// Splits leaves until `asks` asks for no more, and balances them; each leaf is asked once.
+    /// Splits leaves until `asks` asks for no more, and balances them; each leaf is queried once.
     ///
     /// # Errors
     /// The number of leaves, as soon as there are more than `most`.

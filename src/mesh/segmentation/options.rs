@@ -1,4 +1,4 @@
-//! What is asked of a mesh of a label volume.
+//! What is requested of a mesh of a label volume.
 
 use crate::mechanics::tensor::Vec3;
 

@@ -30,7 +30,7 @@ pub fn within(elements: u64, options: &Options) -> Result<(), MeshError> {
     Err(refused(what, "enlarge the sizes, or crop the scan around the impact"))
 }
 
-/// The octree, fine where it is asked to be and at thin layers.
+/// The octree, fine where that is requested and at thin layers.
 ///
 /// # Errors
 /// `Unsupported` for too many elements.

@@ -81,8 +81,9 @@ mod tests {
             let fields = BTreeMap::from([("s".to_owned(), scalars), ("v".to_owned(), vectors)]);
             let mut bytes = Vec::new();
             write_vtu(&mesh, &fields, &mut bytes).unwrap();
-            let asked: FieldNames = ["s", "v", "absent"].map(String::from).into();
-            let read = read_mesh_with(&bytes, MeshFormat::Vtu, &asked, &mut |_| Err(String::new())).unwrap();
+            let requested: FieldNames = ["s", "v", "absent"].map(String::from).into();
+            let read =
+                read_mesh_with(&bytes, MeshFormat::Vtu, &requested, &mut |_| Err(String::new())).unwrap();
             assert_eq!((&read.nodes, &read.cells, &read.part_of), (&mesh.nodes, &mesh.cells, &mesh.part_of));
             assert_eq!(
                 (&read.node_sets, &read.parts[..]),

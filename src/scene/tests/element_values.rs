@@ -155,8 +155,8 @@ fn a_table_adds_arrays_and_is_part_of_the_problem() {
 #[test]
 fn many_factors_are_rounded_as_asked_by_at_most_half_a_step() {
     let array = format!("{PART}/stiffness_factor");
-    let asked = |ratio: f64| with(&[(&array, json!({"array": "stiffness", "rounded_to_ratio": ratio}))]);
-    let loaded = load_arrays(&asked(1.05)).unwrap();
+    let requested = |ratio: f64| with(&[(&array, json!({"array": "stiffness", "rounded_to_ratio": ratio}))]);
+    let loaded = load_arrays(&requested(1.05)).unwrap();
     let body = &loaded.scene.bodies[0];
     assert!(body.materials.len() <= 1 + 7, "{}", body.materials.len());
     for e in 0..ELEMENTS {

@@ -79,7 +79,7 @@ fn sound() -> Value {
         "contact": {"pairs": [{"between": ["ball", "limb"], "friction": 0.3}, {"between": ["floor", "limb"]}],
                     "friction": 0.1},
         "gravity_m_per_s2": [0, 0, -9.81],
-        "settle": {"duration_s": 1e-5, "damping_per_s": 100},
+        "dynamic_relaxation": {"duration_s": 1e-5, "damping_per_s": 100},
         "integrator": {"kind": "explicit", "safety_factor": 0.9},
         "record": {"field_times_s": [0, 2.5e-5, 1e-4], "fields": ["von_mises"]},
         "measures": {"skin_set": "skin_outer", "stress_thresholds_pa": [1e4, 1e5]}
@@ -251,8 +251,8 @@ fn an_unknown_thing_to_keep_is_answered_with_all_that_there_are() {
 #[test]
 fn what_is_kept_is_restored_once() {
     let mut scene = load_value(&with("/solver", json!({"keep": ["idle_fibres"]}))).unwrap().scene;
-    scene.restore(&[Keep::UnaskedFields, Keep::IdleFibres]);
-    assert_eq!(scene.document.solver.keep, [Keep::IdleFibres, Keep::UnaskedFields]);
+    scene.restore(&[Keep::UnrequestedFields, Keep::IdleFibres]);
+    assert_eq!(scene.document.solver.keep, [Keep::IdleFibres, Keep::UnrequestedFields]);
     assert_eq!(scene.document.recorded_fields(), document::FieldName::ALL);
     assert_eq!(
         load_value(&sound()).unwrap().scene.document.recorded_fields(),

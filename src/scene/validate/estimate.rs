@@ -79,7 +79,7 @@ pub fn check(
     let crossings = crossings(document, bodies);
     let shortest = crossings.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min);
     let step = integrator.step(shortest);
-    let relaxation = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+    let relaxation = document.dynamic_relaxation.as_ref().map_or(0.0, |s| s.duration_s);
 
     // Counts.
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();

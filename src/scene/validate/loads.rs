@@ -167,13 +167,13 @@ fn check_preload(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
             .limit("gravity, face loads or prescribed displacements")
             .remedy("add a load, or omit \"preload\"")
     });
-    out.require(document.settle.is_none(), || {
+    out.require(document.dynamic_relaxation.is_none(), || {
         Problem::error(
-            "preload_and_settle",
-            &root.key("settle"),
+            "preload_and_dynamic_relaxation",
+            &root.key("dynamic_relaxation"),
             "the scene has both a preload and a dynamic relaxation",
         )
-        .limit("one of preload and settle")
+        .limit("one of preload and dynamic_relaxation")
         .remedy("keep \"preload\": it finds the equilibrium, with friction")
     });
     out.require(!document.integrator.is_quasi_static(), || {
@@ -201,11 +201,11 @@ fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findin
     });
     check_newton_tolerance(*newton_tolerance, "the forces", &here, out);
     check_smallest_step(*smallest_step_s, *step_s, &here, out);
-    out.require(document.settle.is_none(), || {
+    out.require(document.dynamic_relaxation.is_none(), || {
         let message = "a quasi-static run needs no dynamic relaxation";
-        Problem::error("settle_and_quasi_static", &root.key("settle"), message)
+        Problem::error("dynamic_relaxation_and_quasi_static", &root.key("dynamic_relaxation"), message)
             .limit("absent beside a quasi-static integrator")
-            .remedy("omit \"settle\": gravity grows from 0 by default")
+            .remedy("omit \"dynamic_relaxation\": gravity grows from 0 by default")
     });
     // Without mass, velocities have no meaning.
     for (i, body) in document.bodies.iter().enumerate() {

@@ -24,26 +24,26 @@ enum Sides {
 /// Checks every pair that may touch; pairs with disjoint bounding boxes cost nothing.
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
-    let (rigid, asked): (Vec<Sides>, Vec<Sides>) = sides(document, &start.boxes)
+    let (rigid, requested): (Vec<Sides>, Vec<Sides>) = sides(document, &start.boxes)
         .into_iter()
         .filter(|sides| start.may_overlap(document, *sides))
         .partition(|sides| start.has_rigid_side(*sides));
     check_rigid(document, &start, &rigid, out);
-    if asked.is_empty() {
+    if requested.is_empty() {
         return;
     }
     // Both ways round: a coarse surface can enclose a node of a fine one, and vice versa.
     let mut pairs = Vec::new();
-    let mut asked_of = Vec::new();
-    for (i, sides) in asked.iter().enumerate() {
+    let mut requested_of = Vec::new();
+    for (i, sides) in requested.iter().enumerate() {
         let found = contact_pairs(document, *sides);
-        asked_of.extend(std::iter::repeat_n(i, found.len()));
+        requested_of.extend(std::iter::repeat_n(i, found.len()));
         pairs.extend(found);
     }
     let mut detector = Detector::new(&start.surfaces, &pairs.into_iter().collect(), &start.x);
     let overlaps = initial_overlaps(&mut detector, &start.x);
-    for (i, sides) in asked.iter().enumerate() {
-        let of_pair: Vec<&Overlap> = overlaps.iter().filter(|o| asked_of[o.pair] == i).collect();
+    for (i, sides) in requested.iter().enumerate() {
+        let of_pair: Vec<&Overlap> = overlaps.iter().filter(|o| requested_of[o.pair] == i).collect();
         if let Some(deepest) = of_pair.iter().max_by(|a, b| a.depth.total_cmp(&b.depth)) {
             out.push(problem(document, *sides, of_pair.len(), (deepest.depth, deepest.place)));
         }
@@ -51,11 +51,11 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
 }
 
 /// Pairs with a rigid side: by the contacts detected in the initial configuration.
-fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &mut Findings) {
-    if asked.is_empty() {
+fn check_rigid(document: &SceneDocument, start: &Start, requested: &[Sides], out: &mut Findings) {
+    if requested.is_empty() {
         return;
     }
-    let pairs: Vec<ContactPair> = asked.iter().map(|sides| start.rigid_pair(document, *sides)).collect();
+    let pairs: Vec<ContactPair> = requested.iter().map(|sides| start.rigid_pair(document, *sides)).collect();
     let mut detector = RigidDetector::new(&start.surfaces, (&pairs, 0), &start.rigid, &start.x);
     let motion = RigidMotion { x: &start.x, x_end: &start.x, poses: &start.poses, poses_end: &start.poses };
     let mut contacts = Vec::new();
@@ -63,10 +63,10 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     if detector.detect(&motion, &mut contacts).is_err() {
         return;
     }
-    let mut is_reported = vec![false; asked.len()];
+    let mut is_reported = vec![false; requested.len()];
     for of_pair in contacts.chunk_by(|a, b| a.pair == b.pair) {
         let pair = of_pair[0].pair as usize;
-        let sides = asked[pair];
+        let sides = requested[pair];
         let size = start.rigid_size(sides);
         let inside: Vec<&Contact> = of_pair.iter().filter(|c| -c.gap > TOLERANCE * size).collect();
         if let Some(deepest) = inside.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)) {
@@ -75,7 +75,7 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
         }
     }
     // Even with no node nearby, a body may lie wholly inside a mesh.
-    for (sides, _) in asked.iter().zip(is_reported).filter(|(_, is_reported)| !is_reported) {
+    for (sides, _) in requested.iter().zip(is_reported).filter(|(_, is_reported)| !is_reported) {
         if let Some((depth, place)) = start.depth_inside(*sides) {
             out.push(problem(document, *sides, 1, (depth, place)));
         }

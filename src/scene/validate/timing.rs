@@ -228,15 +228,20 @@ fn check_relaxation(document: &SceneDocument, root: &Pointer, out: &mut Findings
             .limit("usually 9.81 m/s²")
             .remedy("give it in m/s²")
     });
-    let Some(settle) = &document.settle else { return };
-    let here = root.key("settle");
-    out.positive(&here.key("duration_s"), "the duration", settle.duration_s, "omit \"settle\" for none");
+    let Some(relaxation) = &document.dynamic_relaxation else { return };
+    let here = root.key("dynamic_relaxation");
+    out.positive(
+        &here.key("duration_s"),
+        "the duration",
+        relaxation.duration_s,
+        "omit \"dynamic_relaxation\" for none",
+    );
     let remedy = "about twice the lowest frequency of the body [rad/s] converges fastest";
-    out.positive(&here.key("damping_per_s"), "the damping", settle.damping_per_s, remedy);
+    out.positive(&here.key("damping_per_s"), "the damping", relaxation.damping_per_s, remedy);
     out.require(strength > 0.0, || {
-        Problem::error("nothing_to_settle", &here, "dynamic relaxation needs gravity")
+        Problem::error("relaxation_without_gravity", &here, "dynamic relaxation needs gravity")
             .limit("a scene with gravity")
-            .remedy("add gravity_m_per_s2, or omit \"settle\"")
+            .remedy("add gravity_m_per_s2, or omit \"dynamic_relaxation\"")
     });
 }
 

@@ -52,7 +52,7 @@ pub async fn follow(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     // Subscribed before the first query, so that nothing is missed in between.
-    let bell = app.queue.listen();
+    let notifications = app.queue.listen();
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
     let last = last_event_id(&headers)?;
     let (events, ended) = app.queue.store.events_after(row.seq, last, BATCH).await?;
@@ -70,7 +70,7 @@ pub async fn follow(
         unsent: events.into(),
         has_more,
         ended,
-        bell,
+        notifications,
         closing,
         _permit: permit,
     };
@@ -90,7 +90,7 @@ struct Listener {
     /// Whether the store may have unread events.
     has_more: bool,
     ended: bool,
-    bell: Receiver<i64>,
+    notifications: Receiver<i64>,
     closing: watch::Receiver<bool>,
     _permit: Permit,
 }
@@ -135,7 +135,7 @@ impl Listener {
         }
         loop {
             tokio::select! {
-                rung = self.bell.recv() => match rung {
+                received = self.notifications.recv() => match received {
                     Ok(seq) if seq == self.seq => return true,
                     Ok(_) => {}
                     // Some announcements were missed: one may have been for this job.

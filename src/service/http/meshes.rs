@@ -194,15 +194,15 @@ async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
     let begin = move |queue: &Queue| Ok(Draft::new(queue.blobs.unnamed()?, limit));
     let mut draft = app.queue.with_files(begin).await?;
     let mut stream = body.into_data_stream();
-    let (began, patience) = (Instant::now(), app.config.request_timeout);
+    let (began, timeout) = (Instant::now(), app.config.request_timeout);
     let mut bytes = 0_u64;
     loop {
-        let next = tokio::time::timeout(patience, stream.next()).await;
+        let next = tokio::time::timeout(timeout, stream.next()).await;
         let Some(piece) = next.map_err(|_| Problem::too_slow())? else { break };
         let piece = piece.map_err(|_| Problem::broken_body())?;
         bytes += piece.len() as u64;
         let in_time = Duration::from_secs_f64(bytes as f64 / app.config.least_rate.max(1) as f64);
-        if began.elapsed() > patience + in_time {
+        if began.elapsed() > timeout + in_time {
             return Err(Problem::too_slow());
         }
         let append = move |_: &Queue| draft.append(&piece).map(|()| draft).map_err(JobsError::from);

@@ -281,7 +281,7 @@ impl Problem {
 
     /// The recording of the job has no fields.
     pub fn no_fields() -> Self {
-        let detail = "The recording of the job has no fields: its scene asked for none.";
+        let detail = "The recording of the job has no fields: its scene requested none.";
         Self::new(StatusCode::NOT_FOUND, "no-fields", "No fields", detail)
             .remedy("Name some in `record.fields` of the scene, and submit it again.")
     }

@@ -155,15 +155,15 @@ mod tests {
     #[test]
     fn conditions() {
         let part = Wanted::Part { first: 0, last: 1 };
-        let asked = |name: HeaderName, value: &str| ask(&[(header::RANGE, "bytes=0-1"), (name, value)]);
-        assert_eq!(asked(header::IF_RANGE, "\"abc\""), part);
-        assert_eq!(asked(header::IF_RANGE, "\"old\""), Wanted::Whole);
-        assert_eq!(asked(header::IF_RANGE, "W/\"abc\""), Wanted::Whole);
-        assert_eq!(asked(header::IF_RANGE, "Wed, 21 Oct 2015 07:28:00 GMT"), Wanted::Whole);
-        assert_eq!(asked(header::IF_NONE_MATCH, "\"x\", W/\"abc\""), Wanted::NotModified);
-        assert_eq!(asked(header::IF_NONE_MATCH, "*"), Wanted::NotModified);
-        assert_eq!(asked(header::IF_NONE_MATCH, "\"x\""), part);
-        assert_eq!(asked(header::IF_MATCH, "\"x\""), Wanted::PreconditionFailed);
-        assert_eq!(asked(header::IF_MATCH, "\"abc\""), part);
+        let requested = |name: HeaderName, value: &str| ask(&[(header::RANGE, "bytes=0-1"), (name, value)]);
+        assert_eq!(requested(header::IF_RANGE, "\"abc\""), part);
+        assert_eq!(requested(header::IF_RANGE, "\"old\""), Wanted::Whole);
+        assert_eq!(requested(header::IF_RANGE, "W/\"abc\""), Wanted::Whole);
+        assert_eq!(requested(header::IF_RANGE, "Wed, 21 Oct 2015 07:28:00 GMT"), Wanted::Whole);
+        assert_eq!(requested(header::IF_NONE_MATCH, "\"x\", W/\"abc\""), Wanted::NotModified);
+        assert_eq!(requested(header::IF_NONE_MATCH, "*"), Wanted::NotModified);
+        assert_eq!(requested(header::IF_NONE_MATCH, "\"x\""), part);
+        assert_eq!(requested(header::IF_MATCH, "\"x\""), Wanted::PreconditionFailed);
+        assert_eq!(requested(header::IF_MATCH, "\"abc\""), part);
     }
 }

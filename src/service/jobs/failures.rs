@@ -89,7 +89,7 @@ pub(super) fn recording_failed(error: &JobsError) -> Failure {
 }
 
 /// Removes from the failure of a run what must not be disclosed: the system's message contains the path of a file.
-pub(super) fn for_the_world(failure: Failure) -> Failure {
+pub(super) fn without_paths(failure: Failure) -> Failure {
     if failure.cause != FailureCause::RecordingFailed {
         return failure;
     }

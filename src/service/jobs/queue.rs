@@ -8,7 +8,7 @@ use super::failures::worker_lost;
 use super::found::Found;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, MeshDeletion, NewJob, Orphan, OwnerWish,
+    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, MeshDeletion, NewJob, Orphan, OwnerRequest,
     Requeued, Submitted,
 };
 use super::{FinalRecording, JobId, JobsError};
@@ -69,7 +69,7 @@ pub struct Queue {
     memory: tokio::sync::Mutex<BTreeMap<i64, u64>>,
     snapshots: Snapshots,
     arrivals: Notify,
-    bell: broadcast::Sender<i64>,
+    notifications: broadcast::Sender<i64>,
     closing: watch::Sender<bool>,
 }
 
@@ -98,7 +98,7 @@ impl Queue {
             memory: tokio::sync::Mutex::default(),
             snapshots,
             arrivals: Notify::new(),
-            bell: broadcast::channel(256).0,
+            notifications: broadcast::channel(256).0,
             closing: watch::channel(false).0,
         });
         queue.recover().await?;
@@ -108,21 +108,21 @@ impl Queue {
 
     /// Recovers the jobs of the previous process.
     async fn recover(self: &Arc<Self>) -> Result<(), JobsError> {
-        for Orphan { seq, id, attempt, wish } in self.store.orphans().await? {
-            let fate = Fate::of(wish, attempt, self.config.max_attempts);
-            tracing::warn!(job = %id, attempt, ?fate, "found a job without its worker");
-            let ending = match fate {
-                Fate::Requeue => {
+        for Orphan { seq, id, attempt, request } in self.store.orphans().await? {
+            let ending = OrphanEnding::of(request, attempt, self.config.max_attempts);
+            tracing::warn!(job = %id, attempt, ?ending, "found a job without its worker");
+            let ending = match ending {
+                OrphanEnding::Requeue => {
                     self.with_files(move |queue| queue.remove_files(id)).await?;
                     self.store.requeue(seq, attempt, Requeued::WorkerLost).await?;
                     continue;
                 }
-                Fate::Erase => {
+                OrphanEnding::Erase => {
                     self.erase(seq, id).await?;
                     continue;
                 }
-                Fate::Cancel => Ending::Cancelled,
-                Fate::GiveUp => worker_lost(attempt).into(),
+                OrphanEnding::Cancel => Ending::Cancelled,
+                OrphanEnding::GiveUp => worker_lost(attempt).into(),
             };
             let recording = self.with_files(move |queue| queue.keep_recording(id, false)).await?;
             let end = JobEnd { ending, summary: None, recording, progress: None };
@@ -316,7 +316,7 @@ impl Queue {
         self.store.erase(seq).await
     }
 
-    /// Deletes a mesh of an owner, unless one of her jobs waits for it or runs on it. Its file goes with its last owner.
+    /// Deletes a mesh of an owner, unless a job of that owner waits for it or runs on it. Its file goes with its last owner.
     ///
     /// # Errors
     /// If the store or the files fail.
@@ -410,9 +410,9 @@ impl Queue {
     async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
         let control = Arc::new(RunControl::new(self.config.deadline));
         self.controls().insert(job.id, Arc::clone(&control));
-        match self.store.wish(job.seq).await {
-            Ok(OwnerWish::Stop | OwnerWish::Deletion) => control.stop(StopReason::Cancel),
-            Ok(OwnerWish::Result) => {}
+        match self.store.request(job.seq).await {
+            Ok(OwnerRequest::Stop | OwnerRequest::Deletion) => control.stop(StopReason::Cancel),
+            Ok(OwnerRequest::Result) => {}
             // The job is claimed and must run: a cancellation missed here is only delayed.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not see whether it is still wanted"),
         }
@@ -448,7 +448,7 @@ impl Queue {
 
     /// Channel that announces the jobs with new events.
     pub fn listen(&self) -> broadcast::Receiver<i64> {
-        self.bell.subscribe()
+        self.notifications.subscribe()
     }
 
     /// Becomes true when the service shuts down.
@@ -475,7 +475,7 @@ impl Queue {
 
     /// Announces an event of a job, whether or not anyone is listening.
     pub(super) fn ring(&self, seq: i64) {
-        let _ = self.bell.send(seq);
+        let _ = self.notifications.send(seq);
     }
 
     fn stop(&self, id: JobId, reason: StopReason) {
@@ -489,9 +489,9 @@ impl Queue {
     }
 }
 
-/// Fate of a job whose worker was lost.
+/// What becomes of a job whose worker was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+enum OrphanEnding {
     /// The job waits again.
     Requeue,
     /// The job had been cancelled by its owner.
@@ -502,13 +502,13 @@ enum Fate {
     Erase,
 }
 
-impl Fate {
-    fn of(wish: OwnerWish, attempt: u32, max_attempts: u32) -> Self {
-        match wish {
-            OwnerWish::Deletion => Self::Erase,
-            OwnerWish::Stop => Self::Cancel,
-            OwnerWish::Result if attempt >= max_attempts => Self::GiveUp,
-            OwnerWish::Result => Self::Requeue,
+impl OrphanEnding {
+    fn of(request: OwnerRequest, attempt: u32, max_attempts: u32) -> Self {
+        match request {
+            OwnerRequest::Deletion => Self::Erase,
+            OwnerRequest::Stop => Self::Cancel,
+            OwnerRequest::Result if attempt >= max_attempts => Self::GiveUp,
+            OwnerRequest::Result => Self::Requeue,
         }
     }
 }
@@ -519,11 +519,11 @@ mod tests {
 
     #[test]
     fn orphans_have_the_fate_that_they_deserve() {
-        let fates = |max_attempts| {
-            let wishes = [OwnerWish::Result, OwnerWish::Stop, OwnerWish::Deletion];
-            wishes.map(|wish| Fate::of(wish, 1, max_attempts))
+        let endings = |max_attempts| {
+            let requests = [OwnerRequest::Result, OwnerRequest::Stop, OwnerRequest::Deletion];
+            requests.map(|request| OrphanEnding::of(request, 1, max_attempts))
         };
-        assert_eq!(fates(2), [Fate::Requeue, Fate::Cancel, Fate::Erase]);
-        assert_eq!(fates(1), [Fate::GiveUp, Fate::Cancel, Fate::Erase]);
+        assert_eq!(endings(2), [OrphanEnding::Requeue, OrphanEnding::Cancel, OrphanEnding::Erase]);
+        assert_eq!(endings(1), [OrphanEnding::GiveUp, OrphanEnding::Cancel, OrphanEnding::Erase]);
     }
 }

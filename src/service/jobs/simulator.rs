@@ -1,7 +1,7 @@
 //! The production engine: loads, compiles and runs scenes as the command line does.
 
 use super::engine::{CheckedScene, Engine, JsonDocument, Meshes, RunOrder, RunReport, ScenePreview};
-use super::failures::{for_the_world, internal, invalid_scene};
+use super::failures::{internal, invalid_scene, without_paths};
 use super::scene_loader::{SceneLoader, checked};
 use super::scene_size;
 use super::spending::Spending;
@@ -88,7 +88,7 @@ impl Simulator {
         });
         let result = result.map_err(|error| invalid_scene(&not_compilable(&error).alone()))?;
         let ending = match result.outcome.ending {
-            Ending::Failed { failure } => for_the_world(failure).into(),
+            Ending::Failed { failure } => without_paths(failure).into(),
             other => other,
         };
         // The same text as attached to the recording.

@@ -7,7 +7,7 @@ use super::control::{RunControl, StopReason};
 use super::engine::{RunOrder, RunReport};
 use super::failures::{internal, panicked, recording_failed};
 use super::queue::Queue;
-use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
+use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
 use super::{JobState, JobsError, Phase, Progress};
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::what_if::Note;
@@ -220,8 +220,8 @@ impl Worker {
     }
 
     fn is_hidden(&self, job: &ClaimedJob) -> bool {
-        match self.runtime.block_on(self.queue.store.wish(job.seq)) {
-            Ok(wish) => wish == OwnerWish::Deletion,
+        match self.runtime.block_on(self.queue.store.request(job.seq)) {
+            Ok(request) => request == OwnerRequest::Deletion,
             Err(error) => {
                 tracing::warn!(job = %job.id, %error, "could not see whether it was deleted");
                 false

@@ -378,8 +378,9 @@ impl Iterate {
             }
             sum
         };
-        let unheld = step.options.statics.iter().flat_map(|statics| &statics.unheld);
-        let mut pushed = unheld.map(|unheld| (unheld.body, resultant(unheld.body)));
+        let under_constrained = step.options.statics.iter().flat_map(|statics| &statics.under_constrained);
+        let mut pushed = under_constrained
+            .map(|under_constrained| (under_constrained.body, resultant(under_constrained.body)));
         // In √J like the residual: the resultant distributed over the body.
         let is_most = |(body, sum): &(usize, Vec3)| {
             sum.norm_squared() / step.plan.bodies[*body].mass > MOST * self.residual * self.residual

@@ -292,7 +292,7 @@ impl Stepper for ImplicitStepper<'_> {
         let aimed = state.implicit.target_step;
         let mut target = if aimed > 0.0 { aimed } else { self.options.step };
         let mut was_cut = false;
-        let mut unheld = None;
+        let mut under_constrained = None;
         loop {
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
@@ -311,11 +311,11 @@ impl Stepper for ImplicitStepper<'_> {
                     let is_unheld = failure.cause == FailureCause::NothingHolds;
                     if target < self.options.smallest_step {
                         // The diagnosis of the whole step is more informative than that of its last part.
-                        let cause = if is_unheld { unheld.unwrap_or(failure) } else { failure };
+                        let cause = if is_unheld { under_constrained.unwrap_or(failure) } else { failure };
                         return Err(cause.into());
                     }
                     if is_unheld {
-                        unheld.get_or_insert(failure);
+                        under_constrained.get_or_insert(failure);
                     }
                 }
             }

@@ -363,12 +363,12 @@ fn blend(to: &mut [Vec3], from: &[Vec3], goal: &[Vec3], fraction: f64) {
 /// Velocities `v` with those of unsupported bodies limited to the range of detection.
 fn within_reach(step: &Step, v: &[Vec3], to: &mut [Vec3]) {
     to.copy_from_slice(v);
-    for unheld in step.options.statics.iter().flat_map(|statics| &statics.unheld) {
-        let nodes = &step.plan.bodies[unheld.body].nodes;
+    for under_constrained in step.options.statics.iter().flat_map(|statics| &statics.under_constrained) {
+        let nodes = &step.plan.bodies[under_constrained.body].nodes;
         for v in &mut to[nodes.start as usize..nodes.end as usize] {
             let way = v.norm() * step.h;
-            if way > unheld.reach {
-                *v *= unheld.reach / way;
+            if way > under_constrained.reach {
+                *v *= under_constrained.reach / way;
             }
         }
     }

@@ -111,11 +111,12 @@ impl<'p> System<'p> {
         damping: f64,
         pressures: Vec<f64>,
     ) -> Result<Definiteness, SparseError> {
-        let raises = if self.options.statics.as_ref().is_some_and(|statics| !statics.unheld.is_empty()) {
-            MOST_RAISES
-        } else {
-            0
-        };
+        let raises =
+            if self.options.statics.as_ref().is_some_and(|statics| !statics.under_constrained.is_empty()) {
+                MOST_RAISES
+            } else {
+                0
+            };
         for raise in 0..=raises {
             self.fill(at, (damping, 10.0_f64.powi(raise)), &pressures);
             self.factored += 1;
@@ -175,11 +176,11 @@ impl<'p> System<'p> {
             return;
         };
         diagonal.fill(0.0);
-        for unheld in &statics.unheld {
-            let nodes = &plan.bodies[unheld.body].nodes;
+        for under_constrained in &statics.under_constrained {
+            let nodes = &plan.bodies[under_constrained.body].nodes;
             for node in nodes.start as usize..nodes.end as usize {
                 for unknown in (0..3).filter_map(|axis| options.unknowns.of(node, axis)) {
-                    diagonal[unknown] = plan.mass[node] * raised * unheld.steadying * h * h;
+                    diagonal[unknown] = plan.mass[node] * raised * under_constrained.steadying * h * h;
                 }
             }
         }

@@ -254,7 +254,7 @@ fn incline(n: u32, angle_deg: f64, stepping: Stepping) -> Case {
             "planes": [{"name": "incline", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
             "contact": {"pairs": "all", "friction": friction},
             "gravity_m_per_s2": [g * sin, 0, -g * cos],
-            "settle": {"duration_s": 0.1, "damping_per_s": 2000},
+            "dynamic_relaxation": {"duration_s": 0.1, "damping_per_s": 2000},
             "integrator": stepping.document(1e-4),
             "measures": {"force_window_s": 0.02}, "record": nothing_recorded()
         }),

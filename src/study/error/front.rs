@@ -32,8 +32,8 @@ pub(super) fn advice(rows: &[Row], references: &BTreeMap<Quantity, Reference>) -
     let each = quantities.iter().map(|q| (Some(*q), vec![*q]));
     let all = std::iter::once((None, quantities.clone()));
     each.chain(all)
-        .flat_map(|(quantity, asked)| {
-            TARGETS.map(|target| choose(rows, references, quantity, &asked, target))
+        .flat_map(|(quantity, requested)| {
+            TARGETS.map(|target| choose(rows, references, quantity, &requested, target))
         })
         .collect()
 }
@@ -42,12 +42,12 @@ fn choose(
     rows: &[Row],
     references: &BTreeMap<Quantity, Reference>,
     quantity: Option<Quantity>,
-    asked: &[Quantity],
+    requested: &[Quantity],
     target: f64,
 ) -> Advice {
     let reaches = |row: &&Row| {
         row.is_finished()
-            && asked.iter().all(|q| certain_error(row, references, *q).is_some_and(|e| e <= target))
+            && requested.iter().all(|q| certain_error(row, references, *q).is_some_and(|e| e <= target))
     };
     let best = rows.iter().filter(reaches).min_by(|a, b| a.cost_s().total_cmp(&b.cost_s()));
     Advice { quantity, target, setting: best.map(|row| row.name.clone()), cost_s: best.map(Row::cost_s) }

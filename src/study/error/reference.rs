@@ -44,7 +44,8 @@ impl Levels {
     fn of(rows: &[Row], quantity: Quantity) -> Option<Self> {
         let of_meshes =
             |row: &&Row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN };
-        let asked: BTreeSet<i32> = rows.iter().filter(of_meshes).map(|row| row.setting.mesh_level).collect();
+        let requested: BTreeSet<i32> =
+            rows.iter().filter(of_meshes).map(|row| row.setting.mesh_level).collect();
         let value = |row: &Row| Some((row.setting.mesh_level, *row.values.get(&quantity)?));
         let known: BTreeMap<i32, f64> = rows.iter().filter(of_meshes).filter_map(value).collect();
         let finest = *known.last_key_value()?.0;
@@ -53,7 +54,7 @@ impl Levels {
         in_a_row.reverse();
         let coarsest = in_a_row.first()?.0;
         let values = in_a_row.into_iter().map(|(_, value)| value).collect();
-        let (first, last) = (asked.first().copied()?, asked.last().copied()?);
+        let (first, last) = (requested.first().copied()?, requested.last().copied()?);
         let missing = (first..=last).filter(|level| !known.contains_key(level)).collect();
         Some(Self { coarsest, values, missing })
     }

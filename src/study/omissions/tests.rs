@@ -67,7 +67,7 @@ fn everything_that_is_omitted_can_be_restored_and_changes_no_bit() {
     assert!(study.holds);
     // The fields of the last row take space in the recording.
     let bytes = |row: &OmissionsRow| row.recording_bytes.unwrap();
-    let fields = study.rows.iter().find(|row| row.restored == [Keep::UnaskedFields]).unwrap();
+    let fields = study.rows.iter().find(|row| row.restored == [Keep::UnrequestedFields]).unwrap();
     assert!(bytes(fields) > bytes(&study.rows[0]) && fields.memory_bytes > study.rows[0].memory_bytes);
 }
 

@@ -27,7 +27,7 @@ pub struct Answer {
     /// Completed cases in order; the first is the base.
     pub cases: Vec<CaseAnswer>,
     /// Number of cases requested; more than `cases` only if the question was stopped.
-    pub cases_asked: usize,
+    pub requested_cases: usize,
     /// Effect of each parameter by itself.
     pub sensitivities: Vec<Sensitivity>,
     /// Distribution of the numbers over the sample.
@@ -41,7 +41,7 @@ pub struct Answer {
     /// Parameter values up to which limits are met.
     pub limits: Vec<LimitAnswer>,
     /// Number of limits requested; more than `limits` only if the question was stopped.
-    pub limits_asked: usize,
+    pub requested_limits: usize,
     /// Why it was stopped early: `cancelled` or `deadline`; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<&'static str>,

@@ -80,7 +80,7 @@ fn amounts(question: &WhatIfDocument, out: &mut Findings) {
         || !question.limits.is_empty();
     out.require(asks, || {
         Problem::error(
-            "nothing_asked",
+            "nothing_requested",
             &root,
             "the question has no case, no sensitivity, no sample and no limit",
         )

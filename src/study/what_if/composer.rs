@@ -245,9 +245,9 @@ impl<'a> Composer<'a> {
             surrogates: surrogates(&self.cases),
             parameters: self.parameters,
             cases: self.cases,
-            cases_asked: self.count,
+            requested_cases: self.count,
             limits: self.limits,
-            limits_asked: self.question.limits.len(),
+            requested_limits: self.question.limits.len(),
             stopped: interrupt.map(|interrupt| match interrupt {
                 Interrupt::Cancel => "cancelled",
                 Interrupt::Deadline => "deadline",
@@ -326,8 +326,8 @@ impl<'a> Composer<'a> {
     }
 
     fn sobol_indices(&self) -> Vec<SobolIndex> {
-        let asked = self.question.sample.filter(|sample| sample.indices && self.has_all_cases());
-        let Some(sample) = asked else { return Vec::new() };
+        let requested = self.question.sample.filter(|sample| sample.indices && self.has_all_cases());
+        let Some(sample) = requested else { return Vec::new() };
         let mut all = Vec::new();
         for quantity in Quantity::ALL {
             let rows: Vec<SobolRow> =

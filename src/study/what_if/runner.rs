@@ -142,7 +142,7 @@ impl Runner<'_> {
             Ok(plan) => plan,
             Err(error) => return Some(invalid(error.to_string())),
         };
-        let bars = if with_errors { self.error_bars(scene, threads) } else { ErrorBars::NotAsked };
+        let bars = if with_errors { self.error_bars(scene, threads) } else { ErrorBars::NotRequested };
         let mut measuring =
             MeasuringRecorder::new(measures_of(scene, &plan).with_error_bars(bars.clone(), None));
         let mut profile = DepthProfile::new(self.depths.clone());

@@ -75,11 +75,11 @@ fn a_job_is_a_base() {
     let client = server.client();
     let (job, _) = finished(&client, &scene());
     let id = job.rsplit('/').next().unwrap();
-    let mut asked = question();
-    asked.as_object_mut().unwrap().remove("scene");
-    asked["job"] = json!(id);
+    let mut requested = question();
+    requested.as_object_mut().unwrap().remove("scene");
+    requested["job"] = json!(id);
     let headers = [("content-type", "application/json"), ("idempotency-key", "what-if-1")];
-    let body = asked.to_string();
+    let body = requested.to_string();
     let first = client.send("POST", "/v1/what-if", &headers, body.as_bytes());
     assert_eq!(first.status, 202, "{}", first.text());
     // The question does not need the job any more.
@@ -89,7 +89,7 @@ fn a_job_is_a_base() {
     assert_eq!(replay.json()["id"], first.json()["id"]);
     let address = first.json()["links"]["self"].as_str().unwrap().to_owned();
     wait_for(&client, &address, "succeeded");
-    let answer = problem(&client.post_json("/v1/what-if", &asked), 422, "invalid-scene");
+    let answer = problem(&client.post_json("/v1/what-if", &requested), 422, "invalid-scene");
     assert_eq!(answer["errors"][0]["pointer"], "/job");
 }
 
@@ -125,8 +125,8 @@ fn what_has_no_scene_is_no_base_and_has_no_plan() {
     let server = Server::simulating();
     let client = server.client();
     let study = client.post_json("/v1/studies", &json!({"kind": "error", "scene": scene()})).json();
-    let asked = client.post_json("/v1/what-if", &question()).json();
-    for (job, purpose) in [(study, "is a study"), (asked, "answers a what-if question")] {
+    let requested = client.post_json("/v1/what-if", &question()).json();
+    for (job, purpose) in [(study, "is a study"), (requested, "answers a what-if question")] {
         let mut of_it = question();
         of_it.as_object_mut().unwrap().remove("scene");
         of_it["job"] = job["id"].clone();

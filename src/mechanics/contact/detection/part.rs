@@ -43,11 +43,11 @@ pub(super) fn parts_for(nodes: usize) -> Vec<Part> {
 
 /// Divides a list of so many nodes among the parts.
 pub(super) fn divide(parts: &mut [Part], count: usize) {
-    parts.iter_mut().enumerate().for_each(|(i, part)| part.range = share(i, count));
+    parts.iter_mut().enumerate().for_each(|(i, part)| part.range = range_of(i, count));
 }
 
 /// The `i`-th part of so many places.
-pub(super) fn share(i: usize, count: usize) -> Range<usize> {
+pub(super) fn range_of(i: usize, count: usize) -> Range<usize> {
     let of_each = count.div_ceil(PARTS).max(LEAST);
     (i * of_each).min(count)..((i + 1) * of_each).min(count)
 }

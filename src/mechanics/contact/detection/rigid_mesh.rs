@@ -1,7 +1,7 @@
-//! The mesh of a pair with a rigid body, in parts that threads share.
+//! The mesh of a pair with a rigid body, in parts that threads range_of.
 
 use super::boundary::Boundary;
-use super::part::share;
+use super::part::range_of;
 use crate::contact::{Contact, Surface};
 use crate::tensor::Vec3;
 use std::ops::Range;
@@ -59,7 +59,7 @@ impl MeshPart {
 
     /// Begins with the `i`-th part of a mesh.
     pub fn begin(&mut self, i: usize, mesh: &MeshSide) {
-        self.nodes = share(i, mesh.boundary.nodes.len());
-        self.faces = share(i, mesh.owns.len());
+        self.nodes = range_of(i, mesh.boundary.nodes.len());
+        self.faces = range_of(i, mesh.owns.len());
     }
 }

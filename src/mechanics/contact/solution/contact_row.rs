@@ -39,18 +39,18 @@ impl Turning for () {
 }
 
 /// Moment arms of the rigid sides of a contact: the node of the spin, and `±J` of
-/// [`crate::rigid::Pose::lever`].
+/// [`crate::rigid::Pose::moment_arm`].
 #[derive(Clone, Debug)]
 pub(super) struct MomentArms([Option<(u32, Mat3)>; 2]);
 
 impl MomentArms {
     /// `sides`: the rigid bodies of the slave and the master.
     pub fn new(contact: &Contact, sides: [Option<u32>; 2], rigid: &RigidSides) -> Self {
-        let lever = |side: usize, sign: f64| {
+        let moment_arm = |side: usize, sign: f64| {
             let body = sides[side]? as usize;
-            Some((rigid.bodies[body].spin, rigid.poses[body].lever(&contact.point) * sign))
+            Some((rigid.bodies[body].spin, rigid.poses[body].moment_arm(&contact.point) * sign))
         };
-        Self([lever(0, 1.0), lever(1, -1.0)])
+        Self([moment_arm(0, 1.0), moment_arm(1, -1.0)])
     }
 
     /// Spin node and moment arm of each rigid side.

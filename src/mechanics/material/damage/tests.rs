@@ -158,7 +158,10 @@ fn a_step_of_no_duration_gives_the_state_that_the_history_has() {
     point.shear(1.0, 1e-4);
     let then = point.shear(1.9, 3e-4);
     let history = point.history.clone();
-    let asked = point.shear(1.9, 0.0);
-    assert_eq!([asked.stress, asked.stored, asked.damage], [then.stress, then.stored, then.damage]);
+    let requested = point.shear(1.9, 0.0);
+    assert_eq!(
+        [requested.stress, requested.stored, requested.damage],
+        [then.stress, then.stored, then.damage]
+    );
     assert_eq!(point.history, history);
 }

@@ -27,8 +27,8 @@ pub(super) struct Grid<'a> {
     parts: Option<(usize, Labels)>,
     /// Name and marks of each node set.
     sets: Vec<(String, Vec<i64>)>,
-    /// Names of the arrays of cells that are asked for.
-    asked: Option<&'a FieldNames>,
+    /// Names of the arrays of cells that are requested.
+    requested: Option<&'a FieldNames>,
     /// Those of them that were read, of all cells.
     fields: ElementFields,
     /// Arrays that are not used.
@@ -37,18 +37,18 @@ pub(super) struct Grid<'a> {
 
 impl<'a> Grid<'a> {
     /// A grid of which the named arrays of cells are kept.
-    pub(super) fn new(asked: &'a FieldNames) -> Self {
-        Self { asked: Some(asked), ..Self::default() }
+    pub(super) fn new(requested: &'a FieldNames) -> Self {
+        Self { requested: Some(requested), ..Self::default() }
     }
 
-    /// Whether an array is a field that was asked for.
+    /// Whether an array is a field that was requested.
     fn is_field(&self, owner: Owner, name: &str, components: u64) -> bool {
         owner == Owner::Cells
             && matches!(components, 1 | 3)
-            && self.asked.is_some_and(|asked| asked.contains(name))
+            && self.requested.is_some_and(|requested| requested.contains(name))
     }
 
-    /// Whether an array, of integers, or of texts, could name parts or a set, or is asked for, so that its values are to be read.
+    /// Whether an array, of integers, or of texts, could name parts or a set, or is requested, so that its values are to be read.
     pub(super) fn wants(
         &mut self,
         owner: Owner,

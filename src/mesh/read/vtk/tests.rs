@@ -41,7 +41,7 @@ fn old_list() -> Vec<u32> {
     starts.zip(ENDS).flat_map(cell).collect()
 }
 
-/// A legacy file; binary if asked.
+/// A legacy file; binary if requested.
 fn legacy(version: &str, binary: bool) -> Vec<u8> {
     let mut out = Vec::new();
     let text = |out: &mut Vec<u8>, text: &str| out.extend(text.as_bytes());

@@ -222,7 +222,7 @@ impl Lost {
 /// The exchange with the process of a run.
 struct Conversation {
     reached: Progress,
-    /// When the process was asked to stop.
+    /// When the process was told to stop.
     stopping: Option<Instant>,
     most_memory: u64,
 }
@@ -283,14 +283,14 @@ impl Conversation {
                 }
                 child.send(&ToChild::Result(kept.is_ok()), (0, &mut io::empty()))
             }
-            _ => Err(io::Error::other("an answer that was not asked for")),
+            _ => Err(io::Error::other("an answer that was not requested")),
         }
     }
 
-    /// Asks the process to stop; false if it was asked long ago.
+    /// Asks the process to stop; false if it was told long ago.
     fn stop(&mut self, child: &mut Child, control: &RunControl) -> bool {
-        if let Some(asked) = self.stopping {
-            return asked.elapsed() < STOP_TIME;
+        if let Some(requested) = self.stopping {
+            return requested.elapsed() < STOP_TIME;
         }
         self.stopping = Some(Instant::now());
         let Some(reason) = control.reason() else { return true };

@@ -76,7 +76,7 @@ impl HostResults {
 }
 
 fn unexpected() -> io::Error {
-    io::Error::other("an answer that was not asked for")
+    io::Error::other("an answer that was not requested")
 }
 
 impl BlobStore for HostResults {
@@ -85,8 +85,8 @@ impl BlobStore for HostResults {
     }
 
     fn open(&self, name: &str) -> Result<Option<Box<dyn Blob>>, BlobError> {
-        let asked = Self::key(name).and_then(|key| self.0.ask(&FromChild::Result { key }, &[]));
-        match asked.map_err(BlobError::of(name))? {
+        let requested = Self::key(name).and_then(|key| self.0.ask(&FromChild::Result { key }, &[]));
+        match requested.map_err(BlobError::of(name))? {
             (ToChild::Result(true), bytes) => Ok(Some(Box::new(Cursor::new(bytes)))),
             (ToChild::Result(false), _) => Ok(None),
             _ => Err(BlobError::of(name)(unexpected())),

@@ -56,9 +56,9 @@ pub(super) enum Work {
 pub(super) enum ToChild {
     /// The run has to stop.
     Stop(StopReason),
-    /// The mesh that it asked for: its file name, and its content as bytes.
+    /// The mesh that it requested: its file name, and its content as bytes.
     Mesh(Result<String, MeshSourceError>),
-    /// The result that it asked for, as bytes; or the result was kept. False if there is none.
+    /// The result that it requested, as bytes; or the result was kept. False if there is none.
     Result(bool),
 }
 

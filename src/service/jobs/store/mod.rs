@@ -12,7 +12,7 @@ mod tests;
 
 pub use records::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, KnownBlobs, MeshDeletion,
-    NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
+    NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 pub use sqlite::SqliteStore;
 
@@ -76,7 +76,7 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>>;
 
     /// Latest request of the owner of a job.
-    fn wish(&self, seq: i64) -> Answer<'_, OwnerWish>;
+    fn request(&self, seq: i64) -> Answer<'_, OwnerRequest>;
 
     /// Jobs whose worker was lost, and those hidden but not erased, in the order of arrival. Valid only at the start,
     /// before any worker of this process has begun.
@@ -116,7 +116,7 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Meshes of an owner, by id, after the mesh with id `after`.
     fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>>;
 
-    /// Deletes a mesh of an owner, unless one of her jobs waits for it or runs on it.
+    /// Deletes a mesh of an owner, unless a job of that owner waits for it or runs on it.
     fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion>;
 
     /// Blobs that its jobs and meshes have or may have.

@@ -110,7 +110,7 @@ impl Requeued {
 
 /// What the owner of a job has requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OwnerWish {
+pub enum OwnerRequest {
     /// Completion of the job.
     Result,
     /// Cancellation of the job.
@@ -129,7 +129,7 @@ pub struct Orphan {
     /// Attempt that lost its worker.
     pub attempt: u32,
     /// Latest request of its owner.
-    pub wish: OwnerWish,
+    pub request: OwnerRequest,
 }
 
 /// Outcome of a cancellation.

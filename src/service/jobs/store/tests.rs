@@ -92,11 +92,14 @@ async fn orphans_are_those_without_a_worker_and_those_that_were_hidden(store: &d
     assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
     let deleted = store.hide("anna", jobs[2].id).await.unwrap();
     assert_eq!(deleted, DeleteAnswer::Running { seq: jobs[2].seq });
-    let wishes: Vec<OwnerWish> =
-        store.orphans().await.unwrap().into_iter().map(|orphan| orphan.wish).collect();
-    assert_eq!(wishes, [OwnerWish::Result, OwnerWish::Stop, OwnerWish::Deletion, OwnerWish::Result]);
-    assert_eq!(store.wish(jobs[1].seq).await.unwrap(), OwnerWish::Stop);
-    assert_eq!(store.wish(99).await.unwrap(), OwnerWish::Deletion);
+    let requests: Vec<OwnerRequest> =
+        store.orphans().await.unwrap().into_iter().map(|orphan| orphan.request).collect();
+    assert_eq!(
+        requests,
+        [OwnerRequest::Result, OwnerRequest::Stop, OwnerRequest::Deletion, OwnerRequest::Result]
+    );
+    assert_eq!(store.request(jobs[1].seq).await.unwrap(), OwnerRequest::Stop);
+    assert_eq!(store.request(99).await.unwrap(), OwnerRequest::Deletion);
 
     assert!(store.finish(jobs[3].seq, 1, &end(worker_lost(1).into())).await.unwrap());
     let row = store.job("anna", jobs[3].id).await.unwrap().unwrap();

@@ -104,12 +104,12 @@ fn pages_of_listed_origins_may_read_it() {
     for name in ["content-length", "content-range", "accept-ranges", "etag", "repr-digest"] {
         assert!(exposed.contains(name), "{name} is not in {exposed}");
     }
-    let asked = [
+    let requested = [
         ("Origin", "https://viewer.example"),
         ("Access-Control-Request-Method", "GET"),
         ("Access-Control-Request-Headers", "range,if-range"),
     ];
-    let preflight = server.client().send("OPTIONS", &address, &asked, b"");
+    let preflight = server.client().send("OPTIONS", &address, &requested, b"");
     assert_eq!(preflight.status, 200);
     assert!(preflight.header("access-control-allow-headers").unwrap().contains("range"));
 }

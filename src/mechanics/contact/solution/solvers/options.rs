@@ -34,7 +34,7 @@ pub(super) struct Limits<'a> {
 
 impl Limits<'_> {
     pub fn interrupted(&self) -> bool {
-        self.interrupt.is_some_and(|asked| asked())
+        self.interrupt.is_some_and(|requested| requested())
     }
 }
 

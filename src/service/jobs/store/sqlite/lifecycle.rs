@@ -3,7 +3,7 @@
 use super::read::{job_id, kind_of_name};
 use super::{SqliteStore, Write, add_event};
 use crate::service::jobs::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerWish, Requeued,
+    CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerRequest, Requeued,
 };
 use crate::service::jobs::{JobId, JobState, JobsError, Progress};
 use crate::step::Ending;
@@ -176,13 +176,13 @@ impl SqliteStore {
         })
     }
 
-    pub(super) async fn wish(&self, seq: i64) -> Result<OwnerWish, JobsError> {
+    pub(super) async fn request(&self, seq: i64) -> Result<OwnerRequest, JobsError> {
         let row: Option<(bool, bool)> =
             sqlx::query_as("SELECT deleted, cancel_requested FROM jobs WHERE seq = ?1")
                 .bind(seq)
                 .fetch_optional(&self.pool)
                 .await?;
-        Ok(row.map_or(OwnerWish::Deletion, |(deleted, cancelled)| wish_of(deleted, cancelled)))
+        Ok(row.map_or(OwnerRequest::Deletion, |(deleted, cancelled)| request_of(deleted, cancelled)))
     }
 
     pub(super) async fn orphans(&self) -> Result<Vec<Orphan>, JobsError> {
@@ -195,7 +195,9 @@ impl SqliteStore {
         let mut orphans = Vec::new();
         for (seq, id, attempt, deleted, cancel_requested) in rows {
             match job_id(id) {
-                Ok(id) => orphans.push(Orphan { seq, id, attempt, wish: wish_of(deleted, cancel_requested) }),
+                Ok(id) => {
+                    orphans.push(Orphan { seq, id, attempt, request: request_of(deleted, cancel_requested) })
+                }
                 // The others are recovered, and this one is found by `contuse doctor`.
                 Err(error) => tracing::error!(seq, %error, "a job cannot be read"),
             }
@@ -209,11 +211,11 @@ impl SqliteStore {
     }
 }
 
-fn wish_of(deleted: bool, cancel_requested: bool) -> OwnerWish {
+fn request_of(deleted: bool, cancel_requested: bool) -> OwnerRequest {
     match (deleted, cancel_requested) {
-        (true, _) => OwnerWish::Deletion,
-        (false, true) => OwnerWish::Stop,
-        (false, false) => OwnerWish::Result,
+        (true, _) => OwnerRequest::Deletion,
+        (false, true) => OwnerRequest::Stop,
+        (false, false) => OwnerRequest::Result,
     }
 }
 

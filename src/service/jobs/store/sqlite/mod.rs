@@ -8,7 +8,7 @@ mod submit;
 
 use super::{
     Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, KnownBlobs,
-    MeshDeletion, NewJob, Orphan, OwnerWish, Page, Requeued, Submitted,
+    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
@@ -149,8 +149,8 @@ impl JobStore for SqliteStore {
     fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
         Box::pin(self.expired_meshes(older_than_days))
     }
-    fn wish(&self, seq: i64) -> Answer<'_, OwnerWish> {
-        Box::pin(self.wish(seq))
+    fn request(&self, seq: i64) -> Answer<'_, OwnerRequest> {
+        Box::pin(self.request(seq))
     }
     fn orphans(&self) -> Answer<'_, Vec<Orphan>> {
         Box::pin(self.orphans())

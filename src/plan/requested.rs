@@ -125,6 +125,6 @@ fn is_moved_by_contact_alone(document: &SceneDocument) -> bool {
     };
     let is_loaded = document.gravity_m_per_s2.is_some_and(|g| !is_zero(g))
         || document.preload.is_some()
-        || document.settle.is_some();
+        || document.dynamic_relaxation.is_some();
     !is_loaded && document.bodies.iter().filter(|body| body.role == Role::Tissue).all(is_still)
 }
