@@ -1,6 +1,8 @@
 //! `/log`: messages for the user, as `foxglove.Log`.
 
-use super::proto::foxglove::{Level, Log, timestamp};
+use super::proto::foxglove::Log;
+use super::proto::foxglove::log::Level;
+use super::proto::timestamp;
 
 /// Topic of the log.
 pub const TOPIC: &str = "/log";
@@ -14,5 +16,6 @@ pub fn message(time: f64, level: Level, text: &str) -> Log {
         level: level.into(),
         message: text.into(),
         name: "contuse".into(),
+        ..Log::default()
     }
 }

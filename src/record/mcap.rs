@@ -10,7 +10,7 @@
 //! The numbers are those of the measured frames, as in the summary.
 
 use super::metadata::{ENDING_METADATA, RUN_METADATA, RecordingInfo, ending_metadata, run_metadata};
-use super::proto::foxglove::Level;
+use super::proto::foxglove::log::Level;
 use super::writer::{RecordingWriter, TimeScale};
 use super::{
     RecordError, colour, contact, energy, log, point_cloud, pose, reference, scene_update, stress, summary,

@@ -1,6 +1,8 @@
 //! `/points/{body}`: the nodes with unscaled field values in a `foxglove.PointCloud`.
 
-use super::proto::foxglove::{NumericType, PackedElementField, PointCloud, Pose, timestamp};
+use super::proto::foxglove::packed_element_field::NumericType;
+use super::proto::foxglove::{PackedElementField, PointCloud, Pose};
+use super::proto::timestamp;
 use super::scene_update::FRAME_ID;
 use super::stress::{nodal_scalars, nodal_vectors};
 use crate::measure::fields::Fields;

@@ -3,8 +3,9 @@
 use super::colour::viridis;
 use super::pose::on_the_wire;
 use super::proto::foxglove::{
-    Color, KeyValuePair, Point3, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive, timestamp,
+    Color, KeyValuePair, Point3, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive,
 };
+use super::proto::timestamp;
 use crate::measure::fields::Fields;
 use crate::mechanics::contact::Surface;
 use crate::mechanics::rigid::{Shape, triangulated};
@@ -101,8 +102,9 @@ fn update(
         id: frame.plan.bodies[body].name.clone(),
         metadata,
         triangles: vec![mesh],
+        ..SceneEntity::default()
     };
-    SceneUpdate { entities: vec![entity] }
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
 }
 
 fn pair(key: &str, value: String) -> KeyValuePair {

@@ -1,13 +1,28 @@
 //! Messages of a recording: the Rust side of `api/recording.proto` and of the Foxglove schemas.
 //!
-//! The structs are written by hand, so that the build needs no protoc. `api/recording.fds` contains the compiled
-//! descriptors that are written to every file (`tests/python/compile_schemas.py` generates and checks them); the tests
-//! compare the structs with them.
+//! `build.rs` generates the structs from `api/recording.fds`, the compiled descriptors that are written to every file
+//! (`tests/python/compile_schemas.py` generates and checks them). The `.proto` files document messages and fields.
 
-pub mod contuse;
-pub mod foxglove;
+mod conversion;
 #[cfg(test)]
 mod tests;
+
+/// Packages as their files refer to each other.
+#[allow(missing_docs, clippy::pedantic)]
+mod generated {
+    pub mod foxglove {
+        include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+    }
+    pub mod contuse {
+        pub mod v1 {
+            include!(concat!(env!("OUT_DIR"), "/contuse.v1.rs"));
+        }
+    }
+}
+
+pub use conversion::timestamp;
+pub use generated::contuse::v1 as contuse;
+pub use generated::foxglove;
 
 use super::RecordError;
 use prost::Message;

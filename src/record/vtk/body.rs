@@ -6,7 +6,8 @@ use super::packed_data::{Reason, array_of, arrays, checked, rows, triples, u32s}
 use crate::mesh::cell::MOST_NODES;
 use crate::mesh::{Cell, CellKind, Cells};
 use crate::record::proto::contuse::{ReferenceMesh, Stress};
-use crate::record::proto::foxglove::{NumericType, PointCloud};
+use crate::record::proto::foxglove::PointCloud;
+use crate::record::proto::foxglove::packed_element_field::NumericType;
 use crate::record::stress::ERODED;
 use std::sync::Arc;
 

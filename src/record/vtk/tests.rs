@@ -1,8 +1,9 @@
 use super::*;
 use crate::record::proto::contuse::{ContactForces, PackedArray, PairForces, ReferenceMesh, Stress};
+use crate::record::proto::foxglove::packed_element_field::NumericType;
 use crate::record::proto::foxglove::{
-    KeyValuePair, NumericType, PackedElementField, Point3, PointCloud, Pose, Quaternion, SceneEntity,
-    SceneUpdate, TriangleListPrimitive, Vector3,
+    KeyValuePair, PackedElementField, Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneUpdate,
+    TriangleListPrimitive, Vector3,
 };
 use crate::record::{RecordError, packed};
 use miniz_oxide::inflate::decompress_to_vec_zlib;
@@ -138,7 +139,7 @@ fn rigid(time_s: f64) -> SceneUpdate {
         triangles: vec![surface],
         ..SceneEntity::default()
     };
-    SceneUpdate { entities: vec![entity] }
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
 }
 
 fn forces(time_s: f64, contacts: u32) -> ContactForces {
