@@ -172,14 +172,12 @@ impl Measures {
         for (index, pair) in self.pairs.each_mut() {
             pair.accumulate(frame, index);
         }
-        if frame.is_balanced {
-            if let Some(absorbed) = &mut self.absorbed {
-                absorbed.take_up_pairs(frame.plan, frame.energy);
-                let held = absorbed.holder.velocity(&frame.plan.loads, time);
-                absorbed.accumulate(time, frame.energy, held);
-            }
-            self.hourglass.accumulate(frame.energy, frame.plan.rounding_energy);
+        if let Some(absorbed) = &mut self.absorbed {
+            absorbed.take_up_pairs(frame.plan, frame.energy);
+            let held = absorbed.holder.velocity(&frame.plan.loads, time);
+            absorbed.accumulate(time, frame.energy, held);
         }
+        self.hourglass.accumulate(frame.energy, frame.plan.rounding_energy);
         self.deflection.accumulate(frame);
         self.eroded.accumulate(frame);
         self.energy.copy_from(frame.energy);

@@ -224,8 +224,6 @@ pub struct Explicit {
     pub max_step: f64,
     /// Largest change of length of an edge or diagonal in a step, `h max|D|` [-].
     pub largest_strain_increment: f64,
-    /// Whether elements may be evaluated less often than in every step.
-    pub subcycling: bool,
 }
 
 /// Options of the implicit integrator, and the unknowns of its systems.
@@ -438,10 +436,6 @@ impl Plan {
     /// Whether elements may be eroded.
     pub fn erodes(&self) -> bool {
         self.bodies.iter().any(|body| body.erodes)
-    }
-    /// Whether elements with a long critical time step may be evaluated less often than in every step. Erosion looks at all of them.
-    pub fn may_subcycle(&self) -> bool {
-        matches!(&self.integrator, Integrator::Explicit(options) if options.subcycling) && !self.erodes()
     }
     /// Whether the stress of a part depends on rate or history, apart from bulk viscosity.
     pub fn is_viscous(&self) -> bool {

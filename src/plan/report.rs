@@ -229,13 +229,6 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
                 .into(),
         );
     }
-    if plan.may_subcycle() && !plan.blocks.is_empty() {
-        kept.push(
-            "subcycling: an element whose critical time step is two or four times the step is evaluated every second or fourth step, \
-             where that saves a quarter of the evaluations"
-                .into(),
-        );
-    }
     PlanReport {
         nodes: plan.mesh_node_count(),
         elements: plan.element_count(),

@@ -14,18 +14,13 @@ const SMALLEST_STEP: f64 = 1e-4;
 pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
     Ok(match document {
         IntegratorDocument::Auto { .. } => return Err(CompileError::NoIntegrator),
-        IntegratorDocument::Explicit {
-            safety_factor,
-            max_step_s,
-            largest_strain_increment,
-            subcycling,
-            ..
-        } => Integrator::Explicit(Explicit {
-            safety: *safety_factor,
-            max_step: max_step_s.unwrap_or(f64::INFINITY),
-            largest_strain_increment: *largest_strain_increment,
-            subcycling: *subcycling,
-        }),
+        IntegratorDocument::Explicit { safety_factor, max_step_s, largest_strain_increment, .. } => {
+            Integrator::Explicit(Explicit {
+                safety: *safety_factor,
+                max_step: max_step_s.unwrap_or(f64::INFINITY),
+                largest_strain_increment: *largest_strain_increment,
+            })
+        }
         IntegratorDocument::Implicit {
             step_s,
             theta,

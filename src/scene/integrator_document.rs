@@ -19,10 +19,6 @@ pub enum IntegratorDocument {
         /// elements are crushed.
         #[serde(default = "default_strain_increment")]
         largest_strain_increment: f64,
-        /// Whether elements whose critical time step is two or four times the step are evaluated every second or fourth step only,
-        /// where that saves a quarter of the evaluations. Not for very thin elements.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        subcycling: bool,
         /// Linear bulk viscosity b1 [-].
         #[serde(default = "default_linear_viscosity")]
         linear_bulk_viscosity: f64,
@@ -156,7 +152,6 @@ impl IntegratorDocument {
             safety_factor: Self::SAFETY,
             max_step_s,
             largest_strain_increment: default_strain_increment(),
-            subcycling: false,
             linear_bulk_viscosity: default_linear_viscosity(),
             quadratic_bulk_viscosity: default_quadratic_viscosity(),
             energy_gate,

@@ -27,16 +27,20 @@ use super::rigid::{LARGEST_TURN, RigidStep};
 use super::state::State;
 use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
-use super::subcycling::Subcycling;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, BlockTotals, ElementForces, Threads};
+use crate::mechanics::force::{Activity, ElementForces, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
 
+/// Largest ratio of successive steps: the half-step scheme is accurate for slowly varying steps.
+const LARGEST_GROWTH: f64 = 1.1;
 /// Reduction of the largest strain increment in the step in which a pair first touches: bulk viscosity, and its bound
 /// on the step, respond to the strain rate only afterwards.
 const FIRST_TOUCH: f64 = 0.2;
+
+/// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
+const ROUNDING: f64 = 1e-9;
 
 /// Advances a plan explicitly. Holds the work arrays of a step, so that a step allocates nothing; they carry nothing
 /// between steps.
@@ -66,7 +70,6 @@ pub(super) struct ExplicitStepper<'p> {
     /// The balance at t_n, after [`Stepper::balance`].
     energy: Energy,
     motion: Motion,
-    subcycling: Subcycling<'p>,
     f_int: Vec<Vec3>,
     /// Viscous part of it [N]; empty if no part is viscous.
     f_viscous: Vec<Vec3>,
@@ -90,10 +93,7 @@ pub(super) struct ExplicitStepper<'p> {
 impl<'p> ExplicitStepper<'p> {
     pub fn new(plan: &'p Plan, options: Explicit, threads: Threads) -> Self {
         let nodes = plan.node_count();
-        let mut forces = ElementForces::new(&plan.blocks);
-        if plan.may_subcycle() {
-            forces.allow_subcycles(plan.node_count());
-        }
+        let forces = ElementForces::new(&plan.blocks);
         Self {
             plan,
             options,
@@ -113,7 +113,6 @@ impl<'p> ExplicitStepper<'p> {
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
             motion: Motion::new(plan),
-            subcycling: Subcycling::new(plan, options),
             f_int: vec![Vec3::zeros(); nodes],
             f_viscous: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { nodes } else { 0 }],
@@ -138,7 +137,6 @@ impl Stepper for ExplicitStepper<'_> {
 
     /// Balances the ledger at t_n, after [`Stepper::solve`].
     fn balance(&mut self, state: &State) {
-        self.subcycling.note_change(&self.forces, &self.activity, [state.last_step, self.step]);
         let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         let mut motion = std::mem::take(&mut self.motion);
         ledger.copy_from(&state.ledger);
@@ -155,10 +153,6 @@ impl Stepper for ExplicitStepper<'_> {
             ledger.balance(&start, &motion, &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
-        } else if !self.is_synchronised() {
-            // The strain energy at t_n is not known.
-            ledger.add_work(&work, Half::Before);
-            energy.pairs.copy_from(&ledger.pairs);
         } else {
             ledger.add_work(&work, Half::Before);
             motion.eval(&self.threads, &work);
@@ -190,8 +184,6 @@ impl Stepper for ExplicitStepper<'_> {
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
         self.forces.swap_history(&mut state.history);
         self.assembled.advance(state);
-        let contacts = self.contact.as_ref().map_or(&[][..], |contact| contact.results().0);
-        self.subcycling.advance((state, phase), (&self.threads, &mut self.forces), contacts, self.step);
         // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
             self.extremes.evaluated_elements += self.evaluated;
@@ -251,10 +243,6 @@ impl Stepper for ExplicitStepper<'_> {
         &self.v_after
     }
 
-    fn is_synchronised(&self) -> bool {
-        self.subcycling.cycle().are_synchronised()
-    }
-
     fn energy(&self) -> &Energy {
         &self.energy
     }
@@ -274,7 +262,6 @@ impl ExplicitStepper<'_> {
             mean_step: self.mean_step(state),
             step_change: self.step - state.last_step,
             f_int: &self.f_int,
-            change: self.subcycling.change(),
             contacts,
             reactions,
             is_static: false,
@@ -292,25 +279,31 @@ impl ExplicitStepper<'_> {
     fn solve_step(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Stop> {
         // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
-        let longest = self.subcycling.take(state, longest);
         let (stable, stiffest) = self.evaluate(state)?;
         self.assembled.evaluate(&self.threads, &self.forces, state);
         self.deactivate_at_rest(state);
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
         // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
-        check_collapse(self.plan, state, self.subcycling.longest_stable(stable), || stiffest)?;
-        let mut target = self.subcycling.choose_step(state, stable);
+        check_collapse(self.plan, state, self.longest_stable(stable), || stiffest)?;
+        let mut target = self.choose_step(state, stable);
         loop {
-            self.step = self.subcycling.divide(longest, target);
+            // Equal steps to the time that must be met; at that time itself, the last step again.
+            let count = (longest / target - ROUNDING).ceil().max(1.0);
+            self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
             self.activate_reached();
             // Shorten the step if the strain increment or a rotation would be too large.
             let fraction = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
             let strain_limit = fraction * self.options.largest_strain_increment;
-            let (blocks, v) = (&self.plan.blocks, &self.v_after);
-            let rate = self.forces.largest_stretch_rate(&self.threads, blocks, v, self.step, strain_limit);
+            let rate = self.forces.largest_stretch_rate(
+                &self.threads,
+                &self.plan.blocks,
+                &self.v_after,
+                self.step,
+                strain_limit,
+            );
             if !rate.is_finite() {
                 let message = "A velocity became infinite or not a number.".into();
                 return Err(Failure::new(state, FailureCause::NotFinite, message).into());
@@ -340,11 +333,7 @@ impl ExplicitStepper<'_> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.viscous.fill(0.0);
-        let input = self.subcycling.force_input(state);
-        if !(self.has_been_inactive || self.is_synchronised()) {
-            // A run that goes on within a cycle: of elements at rest the sums are needed, too.
-            self.forces.evaluate(&self.threads, &self.plan.blocks, &state.force_input());
-        }
+        let input = state.force_input();
         self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
         self.branches.evaluate(self.plan, &self.forces);
@@ -352,9 +341,6 @@ impl ExplicitStepper<'_> {
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);
-            if totals == BlockTotals::NONE {
-                continue; // none of its elements is evaluated in this step
-            }
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain + totals.branches;
@@ -397,6 +383,19 @@ impl ExplicitStepper<'_> {
         }
     }
 
+    /// Admissible fraction of the critical time step, within the maximum of the scene [s].
+    fn longest_stable(&self, stable: f64) -> f64 {
+        (self.options.safety * stable).min(self.options.max_step)
+    }
+
+    fn choose_step(&self, state: &State, stable: f64) -> f64 {
+        let mut step = self.longest_stable(stable);
+        if state.last_step > 0.0 {
+            step = step.min(LARGEST_GROWTH * state.last_step);
+        }
+        step
+    }
+
     /// Evaluates f_int, the sum of the elastic and viscous element forces, and v* = v₋ + h̄ M⁻¹ f; during dynamic
     /// relaxation with the damping −α M v at the mean velocity.
     fn accelerate(&mut self, state: &State, phase: Phase) {
@@ -405,12 +404,8 @@ impl ExplicitStepper<'_> {
         // Viscous forces at the moving nodes.
         let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = 0.5 * phase.damping() * mean_step;
-        let subcycles = self.subcycling.cycle().are_active();
         for node in activity.stepped(0..f_viscous.len() as u32) {
             f_viscous[node] = forces.viscous_at_node(&plan.assembly, node);
-            if subcycles {
-                f_viscous[node] += forces.viscous_impulse_at_node(&plan.assembly, node) / mean_step;
-            }
         }
         // Contact-free velocity of the active nodes.
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
@@ -421,9 +416,6 @@ impl ExplicitStepper<'_> {
             for (i, (f_int, v_after)) in f_int.iter_mut().zip(v_after).enumerate() {
                 let node = run * Activity::NODES + i;
                 *f_int = forces.at_node(&plan.assembly, node);
-                if subcycles {
-                    *f_int += forces.impulse_at_node(&plan.assembly, node) / mean_step;
-                }
                 if let Some(viscous) = f_viscous.get(node) {
                     *f_int += viscous;
                 }

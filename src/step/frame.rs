@@ -40,10 +40,8 @@ pub struct Frame<'a> {
     pub reactions: &'a [Reaction],
     /// h̄ = ½(h₋ + h₊), the time over which the reactions of this step act [s].
     pub mean_step: f64,
-    /// Energy ledger at t_n; between balanced frames only its pairs, and the rest as it was in the last one.
+    /// Energy ledger at t_n.
     pub energy: &'a Energy,
-    /// Whether the ledger is balanced at t_n: not within a cycle of subcycling, where the strain energy of some elements is not known.
-    pub is_balanced: bool,
     /// Whether t_n is one of the plan's field times (or the end of a run that failed or was cancelled).
     pub is_field_time: bool,
     /// Whether measures evaluate the whole bodies: at field times, and at fifty look times in between; only then are

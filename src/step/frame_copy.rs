@@ -22,7 +22,6 @@ pub struct FrameCopy {
     /// time.
     boundary_u: Vec<Vec3>,
     is_field_time: bool,
-    is_balanced: bool,
     field: Option<Box<FieldCopy>>,
     erosion: Arc<Erosion>,
     orientations: Vec<Rotation>,
@@ -62,7 +61,7 @@ impl FrameCopy {
     /// then.
     pub fn take(&mut self, frame: &Frame, mut field: Option<Box<FieldCopy>>) {
         (self.time, self.step, self.mean_step) = (frame.time, frame.step, frame.mean_step);
-        (self.is_field_time, self.is_balanced) = (frame.is_field_time, frame.is_balanced);
+        self.is_field_time = frame.is_field_time;
         self.boundary_u.clear();
         if let Some(field) = &mut field {
             field.take(frame);
@@ -111,7 +110,6 @@ impl FrameCopy {
             reactions: &self.reactions,
             mean_step: self.mean_step,
             energy: &self.energy,
-            is_balanced: self.is_balanced,
             is_field_time,
             is_look_time,
         }

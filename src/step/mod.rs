@@ -26,7 +26,6 @@ mod run;
 mod state;
 mod step_work;
 mod stepper;
-mod subcycling;
 
 pub use energy::{BodyEnergy, BranchEnergy, Energy, PairLedger};
 pub use failure::{ElementPlace, Failure, FailureCause};

@@ -79,9 +79,6 @@ fn sums(work: &StepWork, body: usize, nodes: Range<u32>) -> MotionSums {
         if quarter != 0.0 {
             sums.kinetic += quarter * work.f_int[node].dot(&(before + after));
         }
-        if let Some(change) = work.change.get(node) {
-            sums.kinetic += 0.25 * change.dot(&(before + after));
-        }
         let p = (before + after) * (0.5 * mass);
         sums.momentum += p;
         sums.shift += work.state.u[node] * mass;

@@ -125,9 +125,9 @@ fn drive(
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
         // The first step in each of the equal parts of the run.
         let look = (LOOKS * state.time / plan.end_time).floor();
-        let is_look_time = is_field_time || (look > last_look && stepper.is_synchronised());
+        let is_look_time = is_field_time || look > last_look;
+        last_look = last_look.max(look);
         if is_look_time {
-            last_look = last_look.max(look);
             stepper.note_history();
         }
         let (contacts, reactions) = stepper.contacts();
@@ -145,7 +145,6 @@ fn drive(
             reactions,
             mean_step: stepper.mean_step(state),
             energy: stepper.energy(),
-            is_balanced: stepper.is_synchronised(),
             is_field_time,
             is_look_time,
         };

@@ -2,7 +2,7 @@
 
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::{AssembledRows, ElementForces, Erosion, ForceInput, Subcycles};
+use crate::mechanics::force::{AssembledRows, ElementForces, Erosion, ForceInput};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
@@ -33,8 +33,6 @@ pub struct State {
     /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step [-], chunk by chunk; empty in
     /// implicit runs, see [`AssembledBound`](crate::mechanics::force::AssembledBound).
     pub fractions: Vec<Vec<AssembledRows>>,
-    /// Which elements are evaluated less often than others; in explicit runs.
-    pub subcycles: Subcycles,
     /// Elements eroded so far.
     pub erosion: Arc<Erosion>,
     /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty if no part is viscous.
@@ -111,7 +109,6 @@ impl State {
             last_step: 0.0,
             history: ElementForces::no_history(&plan.blocks),
             fractions: plan.fractions.clone(),
-            subcycles: Subcycles::new(if plan.may_subcycle() { &plan.blocks } else { &[] }),
             erosion: Arc::default(),
             viscous_force: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
@@ -123,13 +120,7 @@ impl State {
     /// Input of the internal force evaluation at t_n.
     pub(super) fn force_input(&self) -> ForceInput<'_> {
         let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
-        ForceInput {
-            u: &self.u,
-            inverse_step,
-            history: &self.history,
-            fractions: &self.fractions,
-            subcycles: None,
-        }
+        ForceInput { u: &self.u, inverse_step, history: &self.history, fractions: &self.fractions }
     }
 
     /// Position x of a node [m].

@@ -20,8 +20,6 @@ pub(super) struct StepWork<'a> {
     pub step_change: f64,
     /// Internal forces at t_n [N], nodes × 3; not used if the step size does not change.
     pub f_int: &'a [Vec3],
-    /// What subcycling adds to `(h₊ − h₋) f_int`: elements have intervals of their own [N s]; empty without.
-    pub change: &'a [Vec3],
     pub contacts: &'a [Contact],
     pub reactions: &'a [Reaction],
     /// Whether this is a quasi-static load step: work of the end reactions along it is no contact loss.
@@ -47,7 +45,7 @@ pub(super) struct StepWork<'a> {
 impl StepWork<'_> {
     /// The same before any work is done: the initial velocities stand on both sides.
     pub fn at_the_start(&self) -> Self {
-        Self { v_after: &self.state.v, step_change: 0.0, change: &[], ..*self }
+        Self { v_after: &self.state.v, step_change: 0.0, ..*self }
     }
 }
 

@@ -50,10 +50,6 @@ pub(super) trait Stepper {
     fn mean_step(&self, state: &State) -> f64;
     /// Velocity whose mean with that of the state is the velocity at t_n [m/s].
     fn v_after<'a>(&'a self, state: &'a State) -> &'a [Vec3];
-    /// Whether the forces of all elements are those at t_n, so that the balance is.
-    fn is_synchronised(&self) -> bool {
-        true
-    }
     /// The balance at t_n, after [`Stepper::balance`].
     fn energy(&self) -> &Energy;
     /// Extremes of the run so far.

@@ -82,7 +82,6 @@ fn a_step_beyond_stability_fails_the_energy_gate() {
         safety: 3.0,
         max_step: f64::INFINITY,
         largest_strain_increment: 0.1,
-        subcycling: false,
     });
     let mut last = 0.0;
     let (outcome, state) = run_on(&plan, State::new(&plan), 1, |frame| last = frame.energy.balance_error);

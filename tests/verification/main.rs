@@ -65,7 +65,6 @@ mod softening;
 mod solid_sphere_breathing;
 mod split_mesh;
 mod stability;
-mod subcycling;
 mod two_bars;
 mod viscosity;
 mod what_if;

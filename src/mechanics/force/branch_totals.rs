@@ -40,13 +40,6 @@ impl BranchTotals {
         sums
     }
 
-    /// Ends the step of a batch whose energies these are: there is no work until its next evaluation.
-    pub(super) fn end_step(batch: &mut [Row]) {
-        for rows in batch.chunks_exact_mut(ENERGIES) {
-            rows[1..].fill(Row::default());
-        }
-    }
-
     /// Energies of the branches of one element of a batch.
     pub(super) fn of_lane(batch: &[Row], lane: usize) -> [Self; MAX_BRANCHES] {
         let mut branches = [Self::default(); MAX_BRANCHES];

@@ -76,19 +76,10 @@ pub struct ChunkForces {
     pub(super) chunk: u32,
     /// Which batches are evaluated, a bit each. An inactive batch keeps what its last evaluation wrote.
     pub(super) active: u32,
-    /// Those of them that the last evaluation covered: all that are active, without subcycling.
-    pub(super) evaluated: u32,
     /// Internal force on each node of the chunk [N].
     pub(super) force: Vec<Vec3>,
-    /// Impulses of elements that are not evaluated in every step, and those of their viscous forces [N s]; empty without subcycling.
-    pub(super) impulse: Vec<Vec3>,
-    pub(super) viscous_impulse: Vec<Vec3>,
     /// Force of viscosity and memory on each node of the chunk [N]; empty without.
     pub(super) viscous: Vec<Vec3>,
-    /// Forces of both times the difference of the intervals ahead of and behind their elements [N s]; empty without subcycling.
-    pub(super) change: Vec<Vec3>,
-    /// Largest stretch rate before a cycle of subcycling [1/s]; 0 when it is certain not to matter.
-    pub(super) rate: f64,
     /// Displacements of the nodes of the chunk, gathered [m].
     pub(super) u: Vec<Vec3>,
     /// Velocities of the nodes of the chunk, gathered [m/s].
@@ -98,8 +89,6 @@ pub struct ChunkForces {
     pub(super) nodal: Vec<NodalResponse>,
     /// Largest stretch rate [1/s]; 0 when it is certain not to matter.
     pub(super) stretch_rate: f64,
-    /// Bound of the differences of its velocities [m/s].
-    pub(super) difference: f64,
     /// No edge or diagonal is shorter than this [m]; 0 when nothing is known.
     pub(super) shortest: f64,
     /// History at t_n, [`ElementBlock::history_rows`](super::ElementBlock::history_rows) a batch.
@@ -128,11 +117,6 @@ impl ChunkForces {
     #[inline]
     pub(super) fn eroded_lanes(&self, i: usize) -> u8 {
         self.eroded.get(i).copied().unwrap_or(0)
-    }
-
-    /// Active batches that the last evaluation passed over.
-    pub(super) fn passed_over(&self) -> u32 {
-        self.active & !self.evaluated
     }
 
     /// Whether every batch is evaluated.

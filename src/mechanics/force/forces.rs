@@ -21,8 +21,6 @@ pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,
     /// Averaged pressure at the nodes of each block.
     pub(super) nodal: Vec<NodalState>,
-    /// Smallest critical time step of the elements of each node [s]; empty without subcycling.
-    pub(super) stable_steps: Vec<f64>,
 }
 
 impl ElementForces {
@@ -35,7 +33,6 @@ impl ElementForces {
         Self {
             chunks: blocks.iter().enumerate().flat_map(of_block).collect(),
             nodal: blocks.iter().map(|block| NodalState::of(block.nodal_volumes.as_ref())).collect(),
-            stable_steps: Vec::new(),
         }
     }
 
@@ -49,8 +46,6 @@ impl ElementForces {
                 let at_nodes = &nodal[chunk.block as usize].response;
                 volumes.gather(&block.chunks[chunk.chunk as usize], at_nodes, &mut chunk.nodal);
             }
-            let cycle = input.cycle_of(block.chunk_number(chunk.chunk as usize));
-            chunk.evaluated = chunk.active & cycle.map_or(u32::MAX, |cycle| cycle.due());
             if chunk.active != 0 {
                 with_elements!(&block.packed, block.parameters.material; elements, law => {
                     evaluate_chunk(law, elements, block, input, chunk);
@@ -122,9 +117,9 @@ impl ElementForces {
         let of_chunk = |chunk: &ChunkForces| {
             let block = &blocks[chunk.block as usize];
             let batches = &block.chunks[chunk.chunk as usize].batches;
-            let all = chunk.evaluated.count_ones() as usize * BATCH;
+            let all = chunk.active.count_ones() as usize * BATCH;
             let has_padding = batches.end as usize == block.batch_count();
-            let last_is_active = chunk.evaluated & (1 << (batches.len() - 1)) != 0;
+            let last_is_active = chunk.active & (1 << (batches.len() - 1)) != 0;
             all - if has_padding && last_is_active { block.slot_count() - block.elements.len() } else { 0 }
         };
         self.chunks.iter().map(of_chunk).sum()
@@ -136,9 +131,6 @@ impl ElementForces {
             size_of::<ChunkForces>()
                 + size_of_val(&chunk.force[..])
                 + size_of_val(&chunk.viscous[..])
-                + size_of_val(&chunk.impulse[..])
-                + size_of_val(&chunk.viscous_impulse[..])
-                + size_of_val(&chunk.change[..])
                 + size_of_val(&chunk.u[..])
                 + size_of_val(&chunk.v[..])
                 + size_of_val(&chunk.history[..])
@@ -161,11 +153,6 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         block: block_index as u32,
         chunk: chunk as u32,
         active: ChunkForces::all(batches),
-        evaluated: ChunkForces::all(batches),
-        impulse: Vec::new(),
-        viscous_impulse: Vec::new(),
-        change: Vec::new(),
-        rate: 0.0,
         force: vec![Vec3::zeros(); nodes],
         viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
         u: vec![Vec3::zeros(); nodes],
@@ -173,7 +160,6 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         dilatation: vec![0.0; averaged],
         nodal: vec![[0.0; 3]; averaged],
         stretch_rate: 0.0,
-        difference: 0.0,
         shortest: 0.0,
         history: vec![Row::default(); batches * block.history_rows()],
         eroded: Vec::new(),

@@ -2,7 +2,6 @@
 
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
-use super::cycle::{ChunkCycle, Subcycles};
 use super::first_pass::FirstPass;
 use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, Packed};
@@ -11,7 +10,7 @@ use super::pressure::{
     Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
 };
 use super::rows::{
-    add_kick, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
+    add, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
 };
 use super::totals::{BatchTotals, BlockTotals};
 use crate::element::{CornerResponse, Element, eval_corner_penalty};
@@ -40,19 +39,12 @@ pub struct ForceInput<'a> {
     /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step, chunk by chunk,
     /// see [`AssembledBound`](super::AssembledBound); empty for all of it.
     pub fractions: &'a [Vec<AssembledRows>],
-    /// Which elements are evaluated; `None` for all of them.
-    pub subcycles: Option<&'a Subcycles>,
 }
 
 impl<'a> ForceInput<'a> {
     /// At these displacements [m], with no step behind the elements.
     pub fn at(u: &'a [Vec3]) -> Self {
-        Self { u, inverse_step: 0.0, history: &[], fractions: &[], subcycles: None }
-    }
-
-    /// The cycle of a chunk, by its number among those of all blocks.
-    pub(super) fn cycle_of(&self, chunk: usize) -> Option<ChunkCycle<'a>> {
-        self.subcycles?.of_chunk(chunk, 1.0 / self.inverse_step)
+        Self { u, inverse_step: 0.0, history: &[], fractions: &[] }
     }
 }
 
@@ -154,8 +146,6 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             *u = input.u[*node as usize];
         }
         forces.force.fill(Vec3::zeros());
-        forces.impulse.fill(Vec3::zeros());
-        forces.change.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
@@ -165,17 +155,8 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let number = block.chunk_number(forces.chunk as usize);
         let (before, fractions) = (input.history.get(number), input.fractions.get(number));
-        let cycle = input.cycle_of(number);
         for i in 0..forces.batches.len() {
             if forces.active & (1 << i) == 0 {
-                continue;
-            }
-            if forces.evaluated & (1 << i) == 0 {
-                // Its history is that of its last evaluation.
-                if let Some(before) = before {
-                    forces.history[i * rows..(i + 1) * rows]
-                        .copy_from_slice(&before[i * rows..(i + 1) * rows]);
-                }
                 continue;
             }
             let b = first_batch + i;
@@ -186,7 +167,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
                 one_point: elements.one_point.get(b),
                 parameters: &block.parameters,
                 fibres: &block.fibres[b * families..(b + 1) * families],
-                inverse_step: cycle.map_or(input.inverse_step, |cycle| 1.0 / cycle.since(i)),
+                inverse_step: input.inverse_step,
                 fraction,
             };
             let history = i * rows..i * rows + bulk;
@@ -207,11 +188,9 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if S::IS_SINGLE {
                 balance(&mut lanes.nodal);
             }
-            let kick = cycle.and_then(|cycle| cycle.kick(i));
-            let ChunkForces { force, impulse, change, .. } = &mut *forces;
-            add_kick(&lanes.nodal, kick, nodes, (force, impulse, change));
+            add(&lanes.nodal, nodes, &mut forces.force);
         }
-        forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches, forces.passed_over());
+        forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
     }
 }
 

@@ -8,13 +8,12 @@ pub(super) use softening::Tension;
 
 use super::ForceInput;
 use super::block::ElementBlock;
-use super::branch_totals::BranchTotals;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::packed::{InBlocks, Packed};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
-use super::rows::{add, add_kick, gather, keep_still, load_fibres, store_corners};
+use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::dual::Dual;
 use crate::lanes::{Aligned, BATCH, Lane, Row};
@@ -44,9 +43,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { elements, block, input, chunk } = self;
         let h = if input.inverse_step > 0.0 { 1.0 / input.inverse_step } else { 0.0 };
-        let (mut of_step, softens) =
-            ((h, block.parameters.memory.step(h)), block.parameters.memory.softens());
-        let cycle = input.cycle_of(block.chunk_number(chunk.chunk as usize));
+        let (steps, softens) = (block.parameters.memory.step(h), block.parameters.memory.softens());
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
@@ -55,16 +52,6 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
         for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
-            let energies = i * branch_rows..(i + 1) * branch_rows;
-            if chunk.evaluated & (1 << i) == 0 {
-                BranchTotals::end_step(&mut chunk.branches[energies]);
-                continue;
-            }
-            // Since its last evaluation.
-            let since = cycle.map_or(h, |cycle| cycle.since(i));
-            if since.to_bits() != of_step.0.to_bits() {
-                of_step = (since, block.parameters.memory.step(since));
-            }
             let nodes = &elements.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);
@@ -73,20 +60,17 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
                 elements,
                 block,
                 batch: first + i,
-                steps: &of_step.1,
+                steps: &steps,
                 // Of no interest to relaxation.
                 size: if softens { sizes(&elements.batches[first + i].volume) } else { Row([1.0; BATCH]) },
                 before: before.map(|before| &before[range.clone()]),
                 after: &mut chunk.history[range],
-                branches: &mut chunk.branches[energies],
+                branches: &mut chunk.branches[i * branch_rows..(i + 1) * branch_rows],
             };
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
             }
-            let kick = cycle.and_then(|cycle| cycle.kick(i));
-            let sums = (&mut chunk.viscous[..], &mut chunk.viscous_impulse[..], &mut chunk.change[..]);
-            add_kick(&forces.relaxing, kick, nodes, sums);
-            // A part that softens has every element evaluated in every step.
+            add(&forces.relaxing, nodes, &mut chunk.viscous);
             if softens {
                 add(&forces.lost, nodes, &mut chunk.force);
             }

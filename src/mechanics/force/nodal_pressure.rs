@@ -33,7 +33,7 @@ use pulp::{Simd, WithSimd};
 impl ElementForces {
     /// Responses at the nodes to displacements `u` [m], of the blocks that average pressure over them.
     pub(super) fn respond_at_nodes(&mut self, threads: &Threads, blocks: &[ElementBlock], u: &[Vec3]) {
-        let Self { chunks, nodal, .. } = self;
+        let Self { chunks, nodal } = self;
         if nodal.iter().all(|state| state.response.is_empty()) {
             return;
         }

@@ -43,7 +43,7 @@ impl ElementForces {
     ) -> f64 {
         threads.for_each(&mut self.chunks, |chunk| {
             if chunk.active == 0 {
-                (chunk.stretch_rate, chunk.difference) = (0.0, 0.0);
+                chunk.stretch_rate = 0.0;
                 return;
             }
             let block = &blocks[chunk.block as usize];
@@ -62,7 +62,6 @@ impl ElementForces {
                 return;
             }
             let difference = (high - low).norm();
-            chunk.difference = difference;
             chunk.stretch_rate = 0.0;
             if difference * h > limit * chunk.shortest {
                 // Divisions are most of what exact rates cost: they wait until an element is seen to need them.
@@ -87,15 +86,6 @@ impl ElementForces {
 }
 
 impl ElementBlock {
-    /// Largest [`stretch_rate`] of a chunk at the velocities of the last [`ElementForces::largest_stretch_rate`] [1/s]; 0 if it is certain
-    /// that it stretches no element by more than `limit` [-] within `duration` [s].
-    pub(super) fn rate_of_chunk(&self, chunk: &ChunkForces, limit: f64, duration: f64) -> f64 {
-        if chunk.active == 0 || chunk.difference * duration <= CERTAIN * limit * chunk.shortest {
-            return 0.0;
-        }
-        self.rate::<true>(chunk, 0.0).0
-    }
-
     /// Largest rate of a chunk, or what it exceeds `allowed` by, and its shortest length, see [`Rate`].
     fn rate<const EXACT: bool>(&self, chunk: &ChunkForces, allowed: f64) -> (f64, f64) {
         let range = &self.chunks[chunk.chunk as usize].batches;

@@ -1,6 +1,5 @@
 //! Between nodes, rows of lanes and registers.
 
-use super::cycle::Kick;
 use crate::lanes::{BATCH, Lane, Row};
 use crate::material::MAX_FAMILIES;
 use crate::registers::Registers;
@@ -46,30 +45,6 @@ pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N
             force.x += from[0][corner].0[lane];
             force.y += from[1][corner].0[lane];
             force.z += from[2][corner].0[lane];
-        }
-    }
-}
-
-/// [`add`] of forces that act in steps, or as a kick, with their impulses and changes.
-#[inline(always)]
-pub(super) fn add_kick<const N: usize>(
-    forces: &[[Row; N]; 3],
-    kick: Option<Kick>,
-    nodes: &[[u16; BATCH]; N],
-    (force, impulse, change): (&mut [Vec3], &mut [Vec3], &mut [Vec3]),
-) {
-    if kick.is_none_or(|kick| kick.in_steps) {
-        add(forces, nodes, force);
-    }
-    let Some(kick) = kick else { return };
-    for (corner, nodes) in nodes.iter().enumerate() {
-        for (lane, node) in nodes.iter().enumerate() {
-            let f =
-                Vec3::new(forces[0][corner].0[lane], forces[1][corner].0[lane], forces[2][corner].0[lane]);
-            impulse[*node as usize] += f * kick.duration;
-            if kick.change != 0.0 {
-                change[*node as usize] += f * kick.change;
-            }
         }
     }
 }

@@ -83,10 +83,10 @@ impl BlockTotals {
         fibre_exponent: (0.0, 0),
     };
 
-    /// Of batches in order, the first of which begins at the slot `first`, without those of a mask.
-    pub(super) fn of_batches(first: usize, batches: &[BatchTotals], without: u32) -> Self {
+    /// Of batches in order, the first of which begins at the slot `first`.
+    pub(super) fn of_batches(first: usize, batches: &[BatchTotals]) -> Self {
         let mut sum = Self::NONE;
-        for (b, batch) in batches.iter().enumerate().filter(|(b, _)| without & (1 << b) == 0) {
+        for (b, batch) in batches.iter().enumerate() {
             for lane in 0..BATCH {
                 let slot = first + b * BATCH + lane;
                 sum.add(&Self {

@@ -14,7 +14,7 @@ use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
-use super::rows::{add_kick, balance, gather, keep_still, load_corners, store_corners, subtract_first};
+use super::rows::{add, balance, gather, keep_still, load_corners, store_corners, subtract_first};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, ForceInput, Threads};
 use crate::element::{Element, ElementKind};
@@ -91,20 +91,20 @@ impl ElementBlock {
             return;
         }
         chunk.viscous.fill(Vec3::zeros());
-        chunk.viscous_impulse.fill(Vec3::zeros());
+        for (i, node) in block.nodes_of_chunk(chunk.chunk as usize).iter().enumerate() {
+            chunk.u[i] = input.u[*node as usize];
+            chunk.v[i] = v[*node as usize];
+        }
         let arch = pulp::Arch::new();
-        if block.parameters.shear_viscosity > 0.0 && chunk.evaluated != 0 {
-            for (local, node) in chunk.v.iter_mut().zip(block.nodes_of_chunk(chunk.chunk as usize)) {
-                *local = v[*node as usize];
-            }
-            with_elements!(&block.packed, elements => eval_viscous(Viscous { elements, block, input, chunk }));
+        if block.parameters.shear_viscosity > 0.0 {
+            with_elements!(&block.packed, elements => eval_viscous(Viscous { elements, block, chunk }));
         }
         if !block.parameters.memory.is_empty() {
             with_elements!(&block.packed, elements => arch.dispatch(Memory { elements, block, input, chunk }));
             chunk.branch_totals = BranchTotals::of_batches(block.branch_count(), &chunk.branches);
         }
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
-        chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches, chunk.passed_over());
+        chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
     }
 }
 
@@ -112,7 +112,6 @@ impl ElementBlock {
 struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
-    input: &'a ForceInput<'a>,
     chunk: &'a mut ChunkForces,
 }
 
@@ -140,12 +139,11 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_,
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithRegisters for Viscous<'_, E, N, Q> {
     #[inline(always)]
     fn with_registers<S: Registers>(self, simd: S) {
-        let Self { elements, block, input, chunk } = self;
-        let cycle = input.cycle_of(block.chunk_number(chunk.chunk as usize));
+        let Self { elements, block, chunk } = self;
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let (mut x, mut rates) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
-        for i in (0..chunk.batches.len()).filter(|i| chunk.evaluated & (1 << i) != 0) {
+        for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
             let batch = &elements.batches[first + i];
             gather(&batch.nodes, &chunk.u, &mut x);
             gather(&batch.nodes, &chunk.v, &mut rates);
@@ -164,9 +162,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithRegisters for Viscou
             if S::IS_SINGLE {
                 balance(&mut rates);
             }
-            let kick = cycle.and_then(|cycle| cycle.kick(i));
-            let sums = (&mut chunk.viscous[..], &mut chunk.viscous_impulse[..], &mut chunk.change[..]);
-            add_kick(&rates, kick, &batch.nodes, sums);
+            add(&rates, &batch.nodes, &mut chunk.viscous);
         }
     }
 }

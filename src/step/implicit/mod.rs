@@ -177,7 +177,6 @@ impl<'p> ImplicitStepper<'p> {
             v_after,
             mean_step: self.step,
             step_change: 0.0,
-            change: &[],
             f_int: &[],
             contacts,
             reactions,
