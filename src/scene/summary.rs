@@ -83,10 +83,11 @@ impl BodySummary {
     pub fn new(body: &BodyDocument, mesh: &Mesh, part_entry: &[u32], quality: &Quality) -> Self {
         let empty = |name: &String| PartSummary { name: name.clone(), elements: 0, mass_kg: 0.0 };
         let mut parts: Vec<PartSummary> = mesh.parts.iter().map(empty).collect();
+        let volumes = mesh.element_volumes_m3();
         for (element, &entry) in part_entry.iter().enumerate() {
             let part = &mut parts[mesh.part_of[element] as usize];
             part.elements += 1;
-            part.mass_kg += body.parts[entry as usize].density_kg_per_m3 * mesh.element_volume_m3(element);
+            part.mass_kg += body.parts[entry as usize].density_kg_per_m3 * volumes[element];
         }
         let corner = |x: &Vec3| [x.x, x.y, x.z];
         Self {

@@ -7,6 +7,7 @@ use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use nalgebra::Vector2;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Names of the parts, from the inside.
@@ -244,7 +245,8 @@ impl LimbSegment {
                 }
             }
         }
-        mesh.axes = mesh.cells.iter().map(|cell| material_axes(&cell.points(&mesh.nodes))).collect();
+        let axes = |element| material_axes(&mesh.cells.get(element).points(&mesh.nodes));
+        mesh.axes = (0..mesh.cells.len()).into_par_iter().map(axes).collect();
 
         let last = self.elements_along;
         let through = |k: u32| (0..=last).flat_map(move |j| (0..around).map(move |i| node(j, i, k)));
