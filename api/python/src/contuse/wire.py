@@ -54,7 +54,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Mesh:
-    """An uploaded mesh; `body` has its parts, sets, box and quality."""
+    """An uploaded mesh; `body` has its parts, sets, box and, unless it is a scan or a surface, quality."""
 
     id: str
     format: str

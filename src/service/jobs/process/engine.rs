@@ -5,6 +5,7 @@ use super::limits::{LIMITS_MEMORY, Limits};
 use super::wire::{FromChild, Settings, Task, ToChild, Work};
 use crate::blobs::{BlobError, Draft};
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::{RunControl, StopReason};
@@ -15,7 +16,7 @@ use crate::service::jobs::failures::{beyond_deadline, killed, out_of_memory, pan
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
 use crate::service::jobs::{JobKind, Phase, Progress};
-use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf, is_id};
+use crate::service::meshes::{MeshRefusal, MeshShelf, is_id};
 use crate::service::shelves::result_name;
 use crate::step::{Ending, Failure};
 use std::io::{self, Read};

@@ -2,11 +2,12 @@
 
 use super::limits::Limits;
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::scene::{Budget, MeshSourceError, Problems};
 use crate::service::jobs::control::StopReason;
 use crate::service::jobs::engine::{CheckedScene, RunReport, ScenePreview};
 use crate::service::jobs::{JobKind, Progress};
-use crate::service::meshes::{MeshRefusal, MeshReport};
+use crate::service::meshes::MeshRefusal;
 use crate::step::Failure;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
