@@ -14,7 +14,7 @@ const BINS: usize = 10;
 /// Contents of a mesh, and its elements in more detail than its report has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inspection {
-    /// Contents and quality.
+    /// Contents and quality, as of an uploaded mesh.
     #[serde(flatten)]
     pub report: MeshReport,
     /// Number of elements of each kind.
@@ -48,11 +48,11 @@ pub struct PartVolume {
 /// Elements whose smallest scaled Jacobian is above `from` and at most `to` [-].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bin {
-    /// Lower end.
+    /// Scaled Jacobian that its elements exceed [-]; −1 in the first bin, which has all that are not positive.
     pub from: f64,
-    /// Upper end.
+    /// Largest scaled Jacobian of its elements [-].
     pub to: f64,
-    /// Number of elements.
+    /// Number of elements in this bin.
     pub elements: usize,
 }
 
@@ -61,7 +61,7 @@ pub struct Bin {
 pub struct WorstElement {
     /// Index of the element, in the order of the file.
     pub element: usize,
-    /// Its kind ("hex8").
+    /// Name of its kind, as in `kinds` ("hex8").
     pub kind: &'static str,
     /// Name of its part.
     pub part: String,

@@ -36,14 +36,14 @@ pub enum NoAxes {
     NoDirection {
         /// Which of the names.
         family: usize,
-        /// The elements.
+        /// Indices of these elements in the mesh.
         elements: Vec<usize>,
     },
     /// There is no such surface, or Laplace's equation has no solution.
     Surface {
         /// Whether it is the end, rather than the beginning.
         at_end: bool,
-        /// What is wrong.
+        /// The missing surface, or why there is no solution.
         reason: String,
     },
     /// The gradient vanishes in these elements.

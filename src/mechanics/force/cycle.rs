@@ -45,7 +45,7 @@ pub struct Subcycles {
     pub(super) longest: f64,
     /// Whether elements come from intervals longer than the last step.
     pub(super) is_behind: bool,
-    /// Chunk by chunk.
+    /// Interval of each batch, chunk by chunk.
     pub(super) intervals: Vec<Vec<Interval>>,
 }
 

@@ -94,7 +94,7 @@ pub struct OpenMesh {
     pub file_name: String,
     /// Size of the content [bytes].
     pub bytes: u64,
-    /// The content.
+    /// The bytes, read from the front once.
     pub content: Box<dyn Read + Send>,
 }
 

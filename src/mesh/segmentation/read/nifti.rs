@@ -142,7 +142,7 @@ impl Header {
         }
     }
 
-    /// Numbers of voxels.
+    /// Numbers of voxels along the three axes; a file with several volumes is refused.
     fn dims(&self) -> Result<[u64; 3], MeshError> {
         let place = self.places[0];
         let count = usize::try_from(self.dim[0]).ok().filter(|n| (1..=7).contains(n));
