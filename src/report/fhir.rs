@@ -108,7 +108,7 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
             "J/m3",
             "peak_strain_energy_density_j_per_m3",
         ),
-        ("skin-deflection", "Largest deflection of the skin", "mm", "deflection_mm"),
+        ("skin-deflection", "Largest deflection of the surface", "mm", "deflection_mm"),
     ] {
         add(code, text, unit, Some(&tissue[name]));
     }

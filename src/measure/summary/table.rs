@@ -208,7 +208,7 @@ impl Table {
         self.peak("peak principal strain", tissue.peaks.peak_principal_strain.as_ref(), 1.0, "");
         let density = tissue.peaks.peak_strain_energy_density_j_per_m3.as_ref();
         self.peak("peak strain energy density", density, 1e-3, "kJ/m³");
-        self.peak("deflection of the skin", Some(&tissue.deflection_mm), 1.0, "mm");
+        self.peak("deflection of the surface", Some(&tissue.deflection_mm), 1.0, "mm");
     }
 
     fn criteria(&mut self, criteria: &[InjuryMeasure]) {

@@ -24,7 +24,7 @@ pub enum Quantity {
     PrincipalStrain,
     /// Principal Green–Lagrange strain exceeded in the volume that the scene sets [-].
     PrincipalStrainInVolume,
-    /// Largest displacement of a node of the tissue's skin [mm].
+    /// Largest displacement of a node of the tissue's surface [mm].
     DeflectionMm,
 }
 
