@@ -7,7 +7,7 @@ use super::{CliError, Exit};
 use crate::mechanics::rigid::Solid;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
-use crate::mesh::inspect::{Inspection, inspect};
+use crate::mesh::inspect::{Inspection, PartVolume, inspect};
 use crate::mesh::names::shortened;
 use crate::mesh::segmentation::ScanInspection;
 use clap::{Args, Subcommand};
@@ -65,7 +65,8 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
     } else {
         write_inspection(&name, &found, out)?;
     }
-    Ok(if found.negative_elements == 0 { Exit::Success } else { Exit::InvalidInput })
+    let is_sound = found.report.quality.is_none_or(|quality| quality.negative_elements == 0);
+    Ok(if is_sound { Exit::Success } else { Exit::InvalidInput })
 }
 
 /// What a rigid body of a surface is placed and weighed by, in the unit of the file.
@@ -139,40 +140,46 @@ fn write_scan(name: &str, found: &ScanInspection, out: &mut dyn Write) -> io::Re
 }
 
 fn write_inspection(name: &str, found: &Inspection, out: &mut dyn Write) -> io::Result<()> {
+    let report = &found.report;
     writeln!(
         out,
         "{name}: {} elements, {} nodes; lengths in the unit of the file",
-        found.elements, found.nodes
+        report.elements, report.nodes
     )?;
     let kinds: Vec<String> = found.kinds.iter().map(|k| format!("{} {}", k.elements, k.kind)).collect();
     writeln!(out, "  kinds         {}", kinds.join(", "))?;
-    let [low, high] = found.bounding_box.map(|corner| corner.map(|x| format!("{x:.6}")).join(", "));
+    let [low, high] = [report.bounding_box_min, report.bounding_box_max]
+        .map(|corner| corner.map(|x| format!("{x:.6}")).join(", "));
     writeln!(out, "  bounding box  ({low}) to ({high})")?;
-    writeln!(out, "  volume        {:.6e}", found.volume)?;
-    let aspect = found.max_aspect_ratio.map_or_else(|| "infinite".to_owned(), |ratio| format!("{ratio:.1}"));
-    writeln!(
-        out,
-        "  edges         {:.4e} to {:.4e}, aspect ratio up to {aspect}",
-        found.edges[0], found.edges[1]
-    )?;
+    if let Some(quality) = &report.quality {
+        writeln!(out, "  volume        {:.6e}", quality.volume)?;
+        let (from, to, aspect) = (quality.min_edge, quality.max_edge, ratio(quality.max_aspect_ratio));
+        writeln!(out, "  edges         {from:.4e} to {to:.4e}, aspect ratio up to {aspect}")?;
+    }
 
     writeln!(out, "\nParts")?;
-    let parts =
-        found.parts.iter().map(|p| [shortened(&p.name), p.elements.to_string(), format!("{:.6e}", p.volume)]);
+    let parts = found.part_volumes.iter().map(|PartVolume { part, volume }| {
+        [shortened(part), report.parts[part].to_string(), format!("{volume:.6e}")]
+    });
     write_table(&["part", "elements", "volume"], &parts.collect::<Vec<_>>(), out)?;
-    if !found.node_sets.is_empty() {
+    if !report.node_sets.is_empty() {
         writeln!(out, "\nNode sets")?;
-        let sets = found.node_sets.iter().map(|set| [shortened(&set.name), set.nodes.to_string()]);
+        let sets = report.node_sets.iter().map(|(name, nodes)| [shortened(name), nodes.to_string()]);
         write_table(&["set", "nodes"], &sets.collect::<Vec<_>>(), out)?;
     }
     write_quality(found, out)?;
-    found.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
+    report.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
+}
+
+/// A ratio of edges, where the shortest may have no length.
+fn ratio(aspect: Option<f64>) -> String {
+    aspect.map_or_else(|| "infinite".to_owned(), |ratio| format!("{ratio:.1}"))
 }
 
 fn write_quality(found: &Inspection, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "\nSmallest scaled Jacobian of each element (1 in the ideal element)")?;
     for bin in found.histogram.iter().filter(|bin| bin.elements > 0) {
-        let percentage = 100.0 * bin.elements as f64 / found.elements as f64;
+        let percentage = 100.0 * bin.elements as f64 / found.report.elements as f64;
         writeln!(out, "  {:4.1} to {:3.1}  {:>9}  {percentage:5.1} %", bin.from, bin.to, bin.elements)?;
     }
     writeln!(out, "\nWorst elements")?;
@@ -183,20 +190,21 @@ fn write_quality(found: &Inspection, out: &mut dyn Write) -> io::Result<()> {
             element.kind.to_owned(),
             shortened(&element.part),
             format!("{:.4}", element.scaled_jacobian),
-            element.aspect_ratio.map_or_else(|| "infinite".to_owned(), |ratio| format!("{ratio:.1}")),
+            ratio(element.aspect_ratio),
             element.centre.map(|x| format!("{x:.6}")).join(", "),
         ]
     });
     write_table(&header, &rows.collect::<Vec<_>>(), out)?;
+    let Some(quality) = &found.report.quality else { return Ok(()) };
     writeln!(out)?;
     for (count, what) in [
         (
-            found.negative_elements,
+            quality.negative_elements,
             "elements cannot be computed: a Jacobian at a quadrature point is not positive",
         ),
-        (found.folded_elements, "elements are folded at a corner: computed with poor accuracy"),
+        (quality.folded_elements, "elements are folded at a corner: computed with poor accuracy"),
         (
-            found.coincident_nodes,
+            quality.coincident_nodes,
             "nodes are at the position of another: intended where bodies touch, else a crack",
         ),
     ] {

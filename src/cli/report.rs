@@ -76,7 +76,7 @@ fn refuse_summary(path: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Reads a recording.
+/// Reads a recording; one that cannot be read is an error of usage.
 pub(super) fn read(path: &Path) -> Result<RecordedRun, CliError> {
     RecordedRun::read(path).map_err(|error| CliError::Usage(error.to_string()))
 }

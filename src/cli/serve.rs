@@ -20,7 +20,7 @@ use tokio::sync::watch;
 /// Form of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
-    /// Lines of text.
+    /// A line of text for each event.
     Text,
     /// An object of JSON on each line.
     Json,

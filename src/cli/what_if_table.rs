@@ -275,7 +275,7 @@ fn in_words(answer: &LimitAnswer) -> String {
     let what = match answer.measure {
         LimitMeasure::Quantity(quantity) => quantity.title().0.to_owned(),
         LimitMeasure::VonMisesPaBelowDepthM(depth) => {
-            format!("von Mises stress from {} mm below the skin on", number(1e3 * depth))
+            format!("von Mises stress from {} mm below the surface on", number(1e3 * depth))
         }
     };
     let (name, unit, limit) = (&answer.parameter, answer.unit, number(answer.at_most));

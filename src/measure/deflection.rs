@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 /// tissue, from the rigid motion of its skin, which is no deflection.
 #[derive(Clone, Debug, Default)]
 pub struct Deflection {
-    /// Sorted nodes of the skin.
+    /// Sorted nodes of the tissue's surface.
     nodes: Vec<u32>,
     /// Number of eroded elements when the nodes were listed: detached fragments do not count.
     gone: usize,
@@ -30,7 +30,7 @@ pub struct Deflection {
 }
 
 impl Deflection {
-    /// Deflection of the plan's tissue skin.
+    /// Deflection of the surface from which the plan measures depth.
     pub fn new(plan: &Plan) -> Self {
         let mut nodes: Vec<u32> = plan.measures.tissue_skin.iter().flatten().copied().collect();
         nodes.sort_unstable();

@@ -1,4 +1,4 @@
-//! Largest von Mises stress below each of some depths under the skin, over the field times.
+//! Largest von Mises stress below each of some depths below the surface, over the field times.
 
 use super::stress_field::StressField;
 use super::tissue_parts::TissueParts;
@@ -12,11 +12,11 @@ pub struct DepthProfile {
     from: Vec<f64>,
     /// Largest stress from each of them on so far [Pa].
     peaks: Vec<f64>,
-    /// The tissue and its field; `None` before the start and without a skin.
+    /// The tissue and its field; `None` before the start and without a surface to measure depth from.
     tissue: Option<(TissueParts, StressField)>,
 }
 
-/// Depth of the deepest node of the tissue below the skin [m]; `None` without tissue or skin.
+/// Depth of the deepest node of the tissue below the surface [m]; `None` without tissue or surface.
 pub fn deepest_node(plan: &Plan) -> Option<f64> {
     tissue(plan).ok()??.1.deepest()
 }
@@ -34,7 +34,7 @@ impl DepthProfile {
         Self { peaks: vec![0.0; from.len()], from, tissue: None }
     }
 
-    /// Largest von Mises stress from each depth on [Pa], as deep as the tissue extends; empty without tissue or skin.
+    /// Largest von Mises stress from each depth on [Pa], as deep as the tissue extends; empty without tissue or surface.
     pub fn peaks_from_each(&self) -> Vec<f64> {
         let deepest = self.tissue.as_ref().and_then(|(_, field)| field.deepest());
         let is_inside = |from: &f64| deepest.is_some_and(|deepest| *from <= deepest);

@@ -31,7 +31,7 @@ pub struct Measures {
     pub laws: LawRanges,
     /// Wave speed in the tissue; `None` if it allows no conclusion.
     wave_speed: Option<WaveSpeed>,
-    /// Deflection of the tissue's skin.
+    /// Deflection of the tissue's surface.
     pub deflection: Deflection,
     /// Eroded elements by part.
     pub eroded: Eroded,
@@ -131,7 +131,7 @@ impl Measures {
     /// Prepares all measures before the first step.
     ///
     /// # Errors
-    /// If the tissue's skin does not define a depth.
+    /// If the tissue's surface does not define a depth.
     pub fn start(&mut self, plan: &Plan) -> Result<(), MeshError> {
         *self = Self {
             pairs: pairs_of(plan),

@@ -171,7 +171,7 @@ impl Peak {
 
 /// Accumulates the stress measures over the quadrature points of the tissue.
 pub struct StressDepth {
-    /// The stress over the depth; `None` without a skin, which leaves depth undefined.
+    /// The stress over the depth; `None` without a surface, which leaves depth undefined.
     field: Option<StressField>,
     /// Parts of the tissue.
     pub parts: TissueParts,
@@ -209,7 +209,7 @@ impl StressDepth {
     /// `None` when the plan has no tissue.
     ///
     /// # Errors
-    /// When the skin is not a surface that a distance can be taken to.
+    /// When no distance can be taken to the surface.
     pub fn new(plan: &Plan) -> Result<Option<Self>, crate::mesh::MeshError> {
         let parts = TissueParts::new(plan);
         if parts.bodies.is_empty() {
@@ -256,7 +256,7 @@ impl StressDepth {
         named.filter(|(bit, _)| exceedance.reached >> bit & 1 == 1).map(|(_, name)| name.clone()).collect()
     }
 
-    /// Whether the tissue has a skin, so that depth is defined.
+    /// Whether the tissue has a surface to measure from, so that depth is defined.
     pub fn has_skin(&self) -> bool {
         self.field.is_some()
     }

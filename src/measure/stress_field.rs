@@ -1,4 +1,4 @@
-//! Von Mises stress as a field over the depth below the skin, continuous in each part of the tissue.
+//! Von Mises stress as a field over the depth below the surface, continuous in each part of the tissue.
 //!
 //! At a node the field of a part is the value of a straight line in depth, fitted by least squares to the stresses s_q at
 //! the quadrature points of the part's elements around the node, with weights w_q = V_q N². Along the edges of elements

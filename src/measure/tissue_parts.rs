@@ -46,10 +46,10 @@ impl TissueParts {
         })
     }
 
-    /// The stress field over the depth below the skin; `None` without a skin.
+    /// The stress field over the depth below the surface; `None` without one.
     ///
     /// # Errors
-    /// If no distance can be taken to the skin.
+    /// If no distance can be taken to the surface.
     pub fn stress_field(&self, plan: &Plan) -> Result<Option<StressField>, MeshError> {
         if plan.measures.tissue_skin.is_empty() {
             return Ok(None);

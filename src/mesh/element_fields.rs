@@ -60,7 +60,7 @@ impl ElementFields {
         Self(self.0.iter().map(of_field).collect())
     }
 
-    /// Turns all vectors.
+    /// Turns the vectors with the mesh; numbers have no direction and stay.
     pub fn rotate(&mut self, rotation: &Rotation3<f64>) {
         for field in self.0.values_mut() {
             if let ElementField::Vectors(values) = field {

@@ -1,7 +1,8 @@
 //! What is in a mesh: kinds, parts, sets, size, and the quality of its elements with the worst of them.
 
 use super::Mesh;
-use super::quality::{ElementQuality, element_quality, quality};
+use super::quality::{ElementQuality, element_quality};
+use super::report::{MeshReport, finite};
 use serde::Serialize;
 
 /// Number of the worst elements that are listed.
@@ -10,39 +11,20 @@ pub const WORST: usize = 10;
 /// Number of bins of the histogram between scaled Jacobians 0 and 1.
 const BINS: usize = 10;
 
-/// Contents and quality of a mesh; lengths and volumes are in the unit of the mesh.
+/// Contents of a mesh, and its elements in more detail than its report has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inspection {
-    /// Number of nodes.
-    pub nodes: usize,
-    /// Number of elements.
-    pub elements: usize,
+    /// Contents and quality, as of an uploaded mesh.
+    #[serde(flatten)]
+    pub report: MeshReport,
     /// Number of elements of each kind.
     pub kinds: Vec<KindCount>,
-    /// Parts in their order.
-    pub parts: Vec<PartInspection>,
-    /// Node sets by name.
-    pub node_sets: Vec<SetInspection>,
-    /// Lower and upper corner of the bounding box.
-    pub bounding_box: [[f64; 3]; 2],
-    /// Volume of all elements.
-    pub volume: f64,
-    /// Length of the shortest and of the longest edge.
-    pub edges: [f64; 2],
-    /// Largest ratio of longest to shortest edge in one element [-]; null if an edge has no length.
-    pub max_aspect_ratio: Option<f64>,
-    /// Elements that cannot be computed: a Jacobian is not positive at a quadrature point.
-    pub negative_elements: usize,
-    /// Elements that are valid inside but folded at a corner: computed with poor accuracy.
-    pub folded_elements: usize,
-    /// Nodes at exactly the position of an earlier one.
-    pub coincident_nodes: usize,
+    /// Volumes of the parts, in the order of the mesh.
+    pub part_volumes: Vec<PartVolume>,
     /// Numbers of elements by their smallest scaled Jacobian.
     pub histogram: Vec<Bin>,
     /// The elements with the smallest scaled Jacobians, worst first.
     pub worst: Vec<WorstElement>,
-    /// Notes of the reader.
-    pub notes: Vec<String>,
 }
 
 /// Elements of one kind.
@@ -54,34 +36,23 @@ pub struct KindCount {
     pub elements: usize,
 }
 
-/// One part.
+/// Volume of a part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PartInspection {
+pub struct PartVolume {
     /// Name of the part.
-    pub name: String,
-    /// Number of its elements.
-    pub elements: usize,
-    /// Its volume.
+    pub part: String,
+    /// Sum over its elements, in the cube of the unit of the file.
     pub volume: f64,
-}
-
-/// One node set.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SetInspection {
-    /// Name of the set.
-    pub name: String,
-    /// Number of its nodes.
-    pub nodes: usize,
 }
 
 /// Elements whose smallest scaled Jacobian is above `from` and at most `to` [-].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bin {
-    /// Lower end.
+    /// Scaled Jacobian that its elements exceed [-]; −1 in the first bin, which has all that are not positive.
     pub from: f64,
-    /// Upper end.
+    /// Largest scaled Jacobian of its elements [-].
     pub to: f64,
-    /// Number of elements.
+    /// Number of elements in this bin.
     pub elements: usize,
 }
 
@@ -90,7 +61,7 @@ pub struct Bin {
 pub struct WorstElement {
     /// Index of the element, in the order of the file.
     pub element: usize,
-    /// Its kind ("hex8").
+    /// Name of its kind, as in `kinds` ("hex8").
     pub kind: &'static str,
     /// Name of its part.
     pub part: String,
@@ -104,50 +75,26 @@ pub struct WorstElement {
 
 /// Contents and quality of a mesh; `None` without elements.
 pub fn inspect(mesh: &Mesh) -> Option<Inspection> {
-    let quality = quality(mesh)?;
+    let report = MeshReport::of(mesh)?;
     let of_element: Vec<ElementQuality> =
         mesh.cells.iter().map(|cell| element_quality(cell.kind, &cell.points(&mesh.nodes))).collect();
+    let kinds = mesh.cells.counts().into_iter();
     Some(Inspection {
-        nodes: mesh.nodes.len(),
-        elements: mesh.cells.len(),
-        kinds: mesh
-            .cells
-            .counts()
-            .into_iter()
-            .map(|(kind, elements)| KindCount { kind: kind.table().name, elements })
-            .collect(),
-        parts: parts(mesh, &of_element),
-        node_sets: mesh
-            .node_sets
-            .iter()
-            .map(|(name, set)| SetInspection { name: name.clone(), nodes: set.len() })
-            .collect(),
-        bounding_box: quality.bounding_box_m.map(Into::into),
-        volume: quality.volume_m3,
-        edges: [quality.min_edge_m, quality.max_edge_m],
-        max_aspect_ratio: finite(quality.max_aspect_ratio),
-        negative_elements: quality.negative.count,
-        folded_elements: quality.folded_corners.count,
-        coincident_nodes: quality.coincident_nodes.count,
+        report,
+        kinds: kinds.map(|(kind, elements)| KindCount { kind: kind.table().name, elements }).collect(),
+        part_volumes: part_volumes(mesh, &of_element),
         histogram: histogram(&of_element),
         worst: worst(mesh, &of_element),
-        notes: mesh.notes.clone(),
     })
 }
 
-fn finite(ratio: f64) -> Option<f64> {
-    ratio.is_finite().then_some(ratio)
-}
-
-fn parts(mesh: &Mesh, of_element: &[ElementQuality]) -> Vec<PartInspection> {
-    let empty = |name: &String| PartInspection { name: name.clone(), elements: 0, volume: 0.0 };
-    let mut parts: Vec<PartInspection> = mesh.parts.iter().map(empty).collect();
+fn part_volumes(mesh: &Mesh, of_element: &[ElementQuality]) -> Vec<PartVolume> {
+    let empty = |name: &String| PartVolume { part: name.clone(), volume: 0.0 };
+    let mut volumes: Vec<PartVolume> = mesh.parts.iter().map(empty).collect();
     for (&part, element) in mesh.part_of.iter().zip(of_element) {
-        let part = &mut parts[part as usize];
-        part.elements += 1;
-        part.volume += element.volume_m3;
+        volumes[part as usize].volume += element.volume_m3;
     }
-    parts
+    volumes
 }
 
 /// One bin for Jacobians that are not positive, and equal ones above zero. Jacobians are at most 1 up to rounding.
@@ -201,12 +148,15 @@ mod tests {
         // The uppermost element is sheared.
         mesh.nodes.iter_mut().filter(|x| x.z > 2.5).for_each(|x| x.x += 1.0);
         let found = inspect(&mesh).unwrap();
-        assert_eq!((found.nodes, found.elements), (16, 3));
+        assert_eq!((found.report.nodes, found.report.elements), (16, 3));
         assert_eq!(found.kinds, [KindCount { kind: "hex8", elements: 3 }]);
-        let parts: Vec<_> = found.parts.iter().map(|part| (part.name.as_str(), part.elements)).collect();
-        assert_eq!(parts, [("low", 2), ("high", 1)]);
-        assert!((found.parts[1].volume - 1.0).abs() < 1e-14);
-        assert_eq!(found.bounding_box, [[0.0; 3], [2.0, 1.0, 3.0]]);
+        assert_eq!(found.report.parts, [("low".into(), 2), ("high".into(), 1)].into());
+        assert_eq!(found.part_volumes[1].part, "high");
+        assert!((found.part_volumes[1].volume - 1.0).abs() < 1e-14);
+        let corners = (found.report.bounding_box_min, found.report.bounding_box_max);
+        assert_eq!(corners, ([0.0; 3], [2.0, 1.0, 3.0]));
+        let quality = found.report.quality.unwrap();
+        assert_eq!(quality.worst_element, 2);
         let worst = &found.worst[0];
         assert_eq!((worst.element, worst.part.as_str(), worst.centre), (2, "high", [1.0, 0.5, 2.5]));
         assert!((worst.scaled_jacobian - 0.5_f64.sqrt()).abs() < 1e-14);

@@ -21,6 +21,7 @@ pub mod read;
 pub mod refine;
 pub mod refinement_estimate;
 pub mod refinement_region;
+pub mod report;
 pub mod segmentation;
 pub mod split;
 pub mod surface;

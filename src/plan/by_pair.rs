@@ -14,7 +14,7 @@ pub const MOST_LISTED_BODIES: usize = 64;
 /// Values of pairs, by number: of all that are listed, and of the others that have touched.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByPair<T> {
-    /// Ascending by number.
+    /// Number and value of a pair, ascending by number.
     values: Vec<(u32, T)>,
 }
 
@@ -52,7 +52,7 @@ impl<T> ByPair<T> {
         self.values.binary_search_by_key(&pair, |(number, _)| *number as usize)
     }
 
-    /// Number of values.
+    /// Number of pairs that have a value.
     pub fn len(&self) -> usize {
         self.values.len()
     }

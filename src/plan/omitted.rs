@@ -55,6 +55,7 @@ impl List {
 
 /// Features that a switch can keep.
 fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
+    // Elements and pairs that motion has not reached.
     list.add(
         plan.skip_inactive_elements,
         Some(Keep::InactiveElements),
@@ -71,6 +72,7 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
         format!("the search for self-contact of {} in most steps", in_words(&of_itself)),
         "parts cannot touch before their relative motion exceeds their distance",
     );
+    // Contacts without friction.
     let is_frictionless = |law: ContactLaw| law == ContactLaw::Frictionless;
     let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.listed());
     let names = pairs.filter(|(_, pair)| is_frictionless(pair.law)).map(|(number, _)| plan.name_of(number));
@@ -86,6 +88,7 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
         format!("tangential reactions of {}", in_words(&smooth)),
         format!("a frictionless contact has one unknown{relaxation}"),
     );
+    // Fibres without stiffness, and fields that are not requested.
     let idle: Vec<String> = idle_fibres(scene).collect();
     list.add(
         !idle.is_empty() && !scene.document.keeps(Keep::IdleFibres),
@@ -106,6 +109,7 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
 /// Features that the scene does not have.
 fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     let mut add = |is_omitted: bool, what: &str, why: &str| list.add(is_omitted, None, what, why);
+    // Contact, of others and of itself.
     add(
         plan.contact.is_none() && plan.distant_pairs.is_empty(),
         "contact",
@@ -125,6 +129,7 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
         "self-contact",
         "the scene lists no pair: folds interpenetrate",
     );
+    // Bodies, loads and initial motion.
     add(plan.rigid.is_none(), "rigid bodies", "every body is deformable");
     add(plan.gravity.is_none(), "gravity", "the scene gives none");
     add(plan.dynamic_relaxation.is_none(), "dynamic relaxation", "not requested");
@@ -132,9 +137,11 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     add(!has_fibres, "fibre arithmetic", "no part has fibres with stiffness");
     add(plan.initial_u.is_empty(), "initial deformation", "every body starts undeformed");
     add(plan.initial_v.is_empty(), "initial spin", "no body spins");
+    // Measures of the tissue.
     let has_tissue = plan.bodies.iter().any(|b| b.role == Role::Tissue);
     add(!has_tissue, "absorbed energy and depth of stress", "no body is the tissue");
     add(!has_tissue && plan.fields.is_empty(), "stresses at points", "not needed by any measure or field");
+    // Memory of the laws.
     let why = if plan.is_viscous() {
         "no law depends on more than the current strain rate"
     } else {

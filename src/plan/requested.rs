@@ -35,7 +35,7 @@ pub(super) fn field_times(scene: &Scene) -> Vec<f64> {
     times
 }
 
-/// Inputs of the measures. The tissue's skin is the requested node set, or the boundary without faces that are wholly held.
+/// Inputs of the measures. The tissue's surface is the requested node set, or the boundary without faces that are wholly held.
 pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
     let document = &scene.document.measures;
     let ascending = |thresholds: &[f64]| {

@@ -2,7 +2,7 @@
 //!
 //! Codes are of a code system of our own: LOINC has none for a simulated impact. Units are UCUM.
 
-use super::{RecordedRun, Shown, headline_impact, is_miss, values};
+use super::{RecordedRun, Shown, force_title, headline_impact, is_miss, values};
 use crate::measure::summary::{number, rounded};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -87,11 +87,8 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
     };
     // The headline contact.
     let impact = headline_impact(values);
-    let average = impact
-        .and_then(|i| i["force_average"].as_str())
-        .map_or_else(String::new, |words| format!(", {words}"));
     for (code, text, unit, name) in [
-        ("peak-force", &*format!("Peak impact force{average}"), "N", "peak_force_n"),
+        ("peak-force", &*force_title(impact), "N", "peak_force_n"),
         ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
         ("contact-duration", "Duration of contact", "s", "contact_duration_s"),
         ("contact-patch-area", "Largest area of the contact patch", "mm2", "largest_patch_area_mm2"),
@@ -111,7 +108,7 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
             "J/m3",
             "peak_strain_energy_density_j_per_m3",
         ),
-        ("skin-deflection", "Largest deflection of the skin", "mm", "deflection_mm"),
+        ("skin-deflection", "Largest deflection of the surface", "mm", "deflection_mm"),
     ] {
         add(code, text, unit, Some(&tissue[name]));
     }

@@ -32,7 +32,7 @@ pub struct Body {
     pub role: String,
     /// Names of its parts.
     pub parts: Vec<String>,
-    /// Its cells.
+    /// Its cells, by the numbers of its nodes.
     pub cells: Cells,
     /// Part of each cell, an index into `parts`.
     pub part_of: Vec<u32>,

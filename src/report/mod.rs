@@ -73,6 +73,12 @@ pub fn headline_impact(values: &Value) -> Option<&Value> {
     values["impacts"].get(usize::try_from(index).ok()?)
 }
 
+/// Title of the peak force of a contact, with the window that it is averaged over.
+fn force_title(impact: Option<&Value>) -> String {
+    let average = impact.and_then(|impact| impact["force_average"].as_str());
+    average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"))
+}
+
 /// The stress threshold that the headline of a run refers to, with depth and volume.
 pub fn headline_stress(values: &Value) -> Option<&Value> {
     let index = values.pointer("/headline/significant_stress")?.as_u64()?;

@@ -1,6 +1,6 @@
 //! The four numbers of a report, each with its uncertainty in words.
 
-use super::{Shown, headline_impact, headline_stress, is_miss};
+use super::{Shown, force_title, headline_impact, headline_stress, is_miss};
 use crate::measure::summary::{number, rounded};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -22,12 +22,9 @@ pub(super) fn cards(out: &mut String, summary: &Value) {
     let threshold = depth.and_then(|s| s["threshold_pa"].as_f64());
     let depth_title = threshold
         .map_or_else(|| "Depth of stress".into(), |t| format!("Depth of stress above {}", number_of_kpa(t)));
-    let average = impact.and_then(|i| i["force_average"].as_str());
-    let force_title =
-        average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"));
     let of_impact = |name: &str| impact.and_then(|impact| Shown::of(&impact[name]));
     let all = [
-        (force_title, of_impact("peak_force_n"), "N"),
+        (force_title(impact), of_impact("peak_force_n"), "N"),
         ("Largest contact patch".into(), of_impact("largest_patch_area_mm2"), "mm²"),
         (depth_title, depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
         ("Energy given to the tissue".into(), Shown::of(&results["tissue"]["energy_given_j"]), "J"),

@@ -127,7 +127,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
         })
     };
     let deepest = layers().map(|(.., to)| to).fold(0.0, f64::max).max(1e-3);
-    // Parts from the skin inwards, each with its first depth.
+    // Parts from the surface inwards, each with its first depth.
     let mut parts: Vec<(&str, f64)> = Vec::new();
     for (_, part, from, _) in layers() {
         match parts.iter_mut().find(|(name, _)| *name == part) {
@@ -152,7 +152,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
     };
     chart
         .configure_mesh()
-        .x_desc("depth below the skin [mm]")
+        .x_desc("depth below the surface [mm]")
         .disable_y_mesh()
         .light_line_style(TRANSPARENT)
         .y_labels(2 * stresses.len() + 3)

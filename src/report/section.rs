@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 pub struct Plane {
     /// Point of the plane, the origin of the picture [m].
     pub origin: [f64; 3],
-    /// Unit normal.
+    /// Unit normal of the plane; heights are measured along it.
     pub normal: [f64; 3],
-    /// To the right.
+    /// Direction to the right of the picture, a unit vector.
     pub right: [f64; 3],
-    /// Up.
+    /// Direction up in the picture, a unit vector.
     pub up: [f64; 3],
 }
 

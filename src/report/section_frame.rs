@@ -18,7 +18,7 @@ pub(super) struct Frame {
     pub plane: Plane,
     /// Pixels to a metre.
     pub scale: f64,
-    /// The skin above the impact at rest, in the picture [m].
+    /// The surface above the impact at rest, in the picture [m].
     pub skin: f64,
 }
 
@@ -50,7 +50,7 @@ impl Frame {
             up[2] * normal[0] - up[0] * normal[2],
             up[0] * normal[1] - up[1] * normal[0],
         ];
-        // The node of the skin where the path of the projectile meets the tissue at rest.
+        // The node of the surface where the path of the projectile meets the tissue at rest.
         let off = |x: &[f64; 3]| {
             let arm = minus(*x, centre);
             let s = dot(arm, direction);

@@ -197,7 +197,7 @@ impl Picture {
         }
     }
 
-    /// Depths below the skin at rest, at the left.
+    /// Depths below the surface at rest, at the left.
     fn ruler(&mut self) {
         let y = |depth: f64| self.frame.pixel([0.0, self.frame.skin - 1e-3 * depth])[1];
         let per_mm = y(1.0) - y(0.0);
@@ -218,7 +218,7 @@ impl Picture {
                 at + 4.5
             ));
         }
-        self.add(format_args!("<text x=\"8\" y=\"{:.0}\">mm below the skin</text>", first - 12.0));
+        self.add(format_args!("<text x=\"8\" y=\"{:.0}\">mm below the surface</text>", first - 12.0));
     }
 
     /// The bands from the bottom up, with the thresholds and the ends in kilopascals.

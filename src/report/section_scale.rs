@@ -51,7 +51,7 @@ impl Scale {
         (low > 0.0).then(|| Self { low, high, thresholds: thresholds_pa.to_vec() })
     }
 
-    /// Number of bands.
+    /// Number of bands of colour, each of the same ratio of stresses, at most 60.
     pub fn count(&self) -> usize {
         (BANDS * (self.high / self.low).log10()).ceil().clamp(1.0, 60.0) as usize
     }

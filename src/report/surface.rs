@@ -16,7 +16,7 @@ use std::path::Path;
 pub struct Surfaces {
     /// Field time [s].
     pub time_s: f64,
-    /// The bodies.
+    /// Surfaces of the deformable bodies.
     pub bodies: Vec<BodySurface>,
 }
 

@@ -88,7 +88,7 @@ pub enum RequestedNumber {
     StressDepth,
     /// Energy transferred to the tissue by the end of the run.
     EnergyGiven,
-    /// Largest deflection of the skin.
+    /// Largest deflection of the tissue's surface.
     Deflection,
 }
 

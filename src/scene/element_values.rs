@@ -66,6 +66,7 @@ fn named(elements: &[usize]) -> String {
 fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Pointer) -> Option<Problem> {
     let family = |family: usize| part.array_names().nth(family).map_or("", |name| name.as_str());
     let problem = match reason {
+        // Axes that the mesh, or a constant or cylindrical frame, should have given.
         NoAxes::Degenerate => return None,
         NoAxes::MeshHasNone => Problem::error("mesh_without_axes", here, "the mesh carries no material axes")
             .value("mesh")
@@ -78,6 +79,7 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
                 .limit("an axis outside the elements of the part, for fibres around it")
                 .remedy("move the axis, or choose a constant frame")
         }
+        // Directions from arrays of the file or the table.
         NoAxes::NoArray { family: number, scalars } => no_array(
             mesh,
             family(*number),
@@ -101,6 +103,7 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
                     "fill these elements in the file or the table; numbers are those of `contuse mesh info`",
                 )
         }
+        // Fibres between two surfaces, by Laplace's equation.
         NoAxes::Surface { at_end, reason } => {
             let key = if *at_end { "to" } else { "from" };
             let known = mesh.node_sets.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -122,6 +125,7 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
                 .limit("both surfaces at every piece of the part")
                 .remedy("give pieces that no surface, or only one, touches another part, or choose surfaces that bound all of it")
         }
+        // The plane of e1 and e2.
         NoAxes::NoPlane(None) => Problem::error(
             "missing_plane",
             &here.key("plane"),

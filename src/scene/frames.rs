@@ -36,14 +36,14 @@ pub enum NoAxes {
     NoDirection {
         /// Which of the names.
         family: usize,
-        /// The elements.
+        /// Indices of these elements in the mesh.
         elements: Vec<usize>,
     },
     /// There is no such surface, or Laplace's equation has no solution.
     Surface {
         /// Whether it is the end, rather than the beginning.
         at_end: bool,
-        /// What is wrong.
+        /// The missing surface, or why there is no solution.
         reason: String,
     },
     /// The gradient vanishes in these elements.
@@ -75,6 +75,7 @@ pub fn axes_of(
 ) -> Result<Vec<Mat3>, NoAxes> {
     let of_mesh = |&element: &usize| mesh.axes.get(element).map(|e| Mat3::from_columns(e));
     match frame {
+        // One frame for all elements, or that of the mesh.
         None => Ok(elements.iter().map(|e| of_mesh(e).unwrap_or_else(Mat3::identity)).collect()),
         Some(FibreFrameDocument::Mesh {}) => {
             elements.iter().map(of_mesh).collect::<Option<_>>().ok_or(NoAxes::MeshHasNone)
@@ -83,6 +84,7 @@ pub fn axes_of(
             let frame = constant_frame(*axis, *plane).ok_or(NoAxes::Degenerate)?;
             Ok(vec![frame; elements.len()])
         }
+        // Radial directions about an axis or a centre line.
         Some(FibreFrameDocument::Cylindrical { origin_m, axis }) => {
             let e1 = Vec3::from(*axis).try_normalize(0.0).ok_or(NoAxes::Degenerate)?;
             let around = |element| {
@@ -100,6 +102,7 @@ pub fn axes_of(
             };
             each(elements, around, NoAxes::OnAxis)
         }
+        // Directions of each element: arrays, or the gradient of a solution of Laplace's equation.
         Some(FibreFrameDocument::Arrays { families }) => of_arrays(families, law, mesh, elements),
         Some(FibreFrameDocument::Laplace { from, to, plane }) => {
             if plane.is_none() && !is_along(law) {

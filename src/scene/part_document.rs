@@ -213,7 +213,7 @@ pub enum FibreFrameDocument {
     Laplace {
         /// Where the fibres begin.
         from: SurfaceDocument,
-        /// Where they end.
+        /// Where the fibres end.
         to: SurfaceDocument,
         /// A direction in the plane of e1 and e2; not needed where all fibres of the law are along e1.
         #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -153,7 +153,7 @@ pub struct ProblemList {
 }
 
 impl ProblemList {
-    /// Adds a problem.
+    /// Adds a problem; beyond the limit of its severity it is only counted.
     pub fn push(&mut self, problem: Problem) {
         let index = usize::from(!problem.is_error());
         // The end of another list stands for all that it omits.
@@ -183,7 +183,7 @@ impl ProblemList {
     pub fn has_errors(&self) -> bool {
         self.found[0] > 0
     }
-    /// Number of errors.
+    /// Number of errors found, kept or not.
     pub fn error_count(&self) -> u64 {
         self.found[0]
     }

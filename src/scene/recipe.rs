@@ -47,6 +47,7 @@ impl Recipe {
     /// The generator that a document asks for.
     pub fn new(generator: &Generator) -> Self {
         match *generator {
+            // Projectiles: each is one part with a name of its own.
             Generator::HollowBall {
                 center_m,
                 outer_radius_m,
@@ -95,6 +96,7 @@ impl Recipe {
                 elements_along,
                 part: "baton".into(),
             }),
+            // Tissues.
             Generator::Block { min_m, max_m, elements, grading, grading_center_m } => {
                 Self::Block(block(min_m, max_m, elements, grading, grading_center_m))
             }

@@ -44,7 +44,7 @@ pub struct SegmentationDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LabelDocument {
-    /// The label.
+    /// The label, as the scan has it.
     pub label: i64,
     /// Name of its part; labels with the same name form one part.
     #[serde(default, skip_serializing_if = "Option::is_none")]

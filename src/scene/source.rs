@@ -54,7 +54,7 @@ pub enum MeshSourceError {
     /// A mesh that includes other files where there are none.
     #[error("the mesh {name:?} is uploaded as one file")]
     OneFile {
-        /// The requested name.
+        /// The name by which the scene requested it.
         name: String,
     },
     /// A name that points outside the folder of the scene.

@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 /// Size at which the log is continued in a new file [bytes]; the one before it is kept, and no older one.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// One request.
+/// A line of the log: a request with its owner, and the status of the answer.
 #[derive(Clone, Debug, Serialize)]
 pub struct Entry<'a> {
     /// Owner of the token; empty without tokens, null if none was right.

@@ -13,7 +13,7 @@ use tokio::sync::oneshot;
 pub enum Lane {
     /// Takes well below a second.
     Small,
-    /// Takes seconds.
+    /// Takes seconds; may not take the last slot, which is for small work.
     Large,
 }
 
@@ -45,7 +45,7 @@ pub enum Refusal {
     },
     /// No slot became free in time.
     TooLong {
-        /// Time of waiting.
+        /// How long the request had waited.
         waited: Duration,
     },
 }
@@ -85,7 +85,7 @@ struct Waiter {
 }
 
 impl FairQueue {
-    /// An empty queue.
+    /// A queue with all its slots free.
     pub fn new(limits: QueueLimits) -> Self {
         Self { limits, state: Arc::default() }
     }

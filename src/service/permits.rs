@@ -23,14 +23,14 @@ pub struct Permit {
 /// Why there is no permit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoPermit {
-    /// All are taken.
+    /// As many as there are at once are in use.
     Taken {
-        /// Their number.
+        /// How many there are at once.
         most: usize,
     },
     /// The address has as many as one address may.
     OfAddress {
-        /// Their number.
+        /// How many one address may have.
         most: usize,
     },
 }
@@ -83,7 +83,7 @@ pub struct AllPermits {
     pub uploads: Arc<Permits>,
     /// Recordings and archives that are sent.
     pub downloads: Arc<Permits>,
-    /// Event streams.
+    /// Event streams that are open.
     pub streams: Arc<Permits>,
 }
 

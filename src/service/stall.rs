@@ -72,7 +72,7 @@ impl<S> StallTimeout<S> {
         Poll::Ready(Err(io::ErrorKind::TimedOut.into()))
     }
 
-    /// Begins an interval.
+    /// Begins an interval in which bytes have to be accepted.
     fn begin(&mut self, now: Instant) {
         self.accepted = Some(0);
         self.limit.as_mut().reset(now + self.timeout);

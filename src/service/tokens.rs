@@ -94,7 +94,7 @@ pub enum TokensError {
         /// Line number, from 1.
         line: usize,
     },
-    /// A repeated token.
+    /// A token that an earlier line has too.
     #[error("line {line}: this token came before")]
     Repeated {
         /// Line number, from 1.

@@ -131,6 +131,7 @@ impl FailureCause {
     /// Suggested remedy, in plain words.
     pub fn remedy(self) -> &'static str {
         match self {
+            // Scene and elements.
             Self::InvalidScene => {
                 "Send the scene to /v1/jobs/validate, which describes every problem in detail."
             }
@@ -149,6 +150,7 @@ impl FailureCause {
             Self::FibreOverstretched => {
                 "Lower the exponent of the law (k2 of fibres, b, C2, 1/c), or take parameters fitted at this stretch."
             }
+            // Solvers and gates.
             Self::ContactNotConverged => {
                 "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies \
                  in contact over many redundant nodes."
@@ -172,6 +174,7 @@ impl FailureCause {
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."
             }
+            // Limits of time, memory and storage.
             Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
             Self::Budget => {
                 "End the run before this time, record less, or enlarge the elements that limit the step at the end; or run it with a \

@@ -26,7 +26,7 @@ pub struct RunRequest<'a> {
     pub threads: usize,
     /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
-    /// Receives the progress at a minimum interval of a fiftieth of a second, and at the end.
+    /// Receives the progress at a minimum interval of 50 ms, and at the end.
     pub progress: &'a mut (dyn FnMut(Progress) + Send),
 }
 

@@ -194,7 +194,7 @@ def test_downloads_are_what_they_say(page, service):
         total, supplied = (float(next(v for k, v in row.items() if k.startswith(word))) for word in ("sum", "supplied"))
         assert abs(total - supplied) < 0.01 * scale
     profile = read_csv(page, "Depth profile")
-    assert float(profile[0]["depth below the skin [mm]"]) == 0 and len(profile) > 5
+    assert float(profile[0]["depth below the surface [mm]"]) == 0 and len(profile) > 5
     layout = json.loads(saved(page, page.get_by_role("button", name="Layout").click).path().read_text())
     assert "/mesh/thigh" in layout["configById"]["3D!mesh"]["topics"]
     # What other viewers are given to open is the recording, under a name that they know as one.

@@ -149,7 +149,7 @@ def test_a_depth_profile_is_of_layers(page, jobs):
         page.get_by_role("button", name="Depth profile as CSV").click()
     head, *rows = csv.reader(io.StringIO(download.value.path().read_text()))
     # Skin and fat have no node of their own: all of them are at an interface, in the skin or beside it.
-    assert head == ["depth below the skin [mm]", "muscle [kPa]", "muscle, with its neighbour [kPa]", "fat, with its neighbour [kPa]", "skin, with its neighbour [kPa]"]
+    assert head == ["depth below the surface [mm]", "muscle [kPa]", "muscle, with its neighbour [kPa]", "fat, with its neighbour [kPa]", "skin, with its neighbour [kPa]"]
     both = [row for row in rows if row[3] and row[4]]
     assert len(both) == 1, "one interface of skin and fat"
     # Of two nodes that mirror each other either layer may take either.

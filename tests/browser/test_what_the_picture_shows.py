@@ -82,7 +82,7 @@ def test_the_pointer_reads_layer_depth_and_stress(page, jobs):
     for depth, layer in [(1, "skin"), (6, "fat"), (20, "muscle")]:
         point_at(page, 0.5, page.evaluate(place, depth) / height)
         words = page.locator(".probe")
-        expect(words).to_contain_text(re.compile(f"^{layer} · .*mm below the skin · stress .*kPa · displacement"))
+        expect(words).to_contain_text(re.compile(f"^{layer} · .*mm below the surface · stress .*kPa · displacement"))
         shown = float(re.search(r"· ([\d.]+)\s*mm below", words.inner_text())[1])
         assert shown == pytest.approx(depth, abs=0.6)
     page.mouse.move(0, 0)

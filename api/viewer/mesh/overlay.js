@@ -63,7 +63,7 @@ export class Overlay {
         svg("text", { x: 34, y: (y + 4).toFixed(1), class: "tick" }, number(i * step * 1e3, 2).replace(/\.0+$/, "")),
       );
     }
-    parts.push(svg("text", { x: 8, y: Math.max(14, at(0) - 12).toFixed(1), class: "ruler-name" }, "mm below the skin"));
+    parts.push(svg("text", { x: 8, y: Math.max(14, at(0) - 12).toFixed(1), class: "ruler-name" }, "mm below the surface"));
     return parts;
   }
 }

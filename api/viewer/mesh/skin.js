@@ -1,4 +1,4 @@
-// Depth below the skin at rest: the distance to the smooth surface around the impact.
+// Depth below the surface at rest: the distance to what goes on smoothly around the impact.
 
 import { surfaceOf } from "./cells.js";
 

@@ -60,7 +60,7 @@ export class AskedCurve {
     this.effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}`;
     this.notice = notice;
     const curve = fitted(this.points, this.asked.speeds);
-    // Nothing is less deep than the skin, and no force below 0.
+    // Nothing is less deep than the surface, and no force below 0.
     const range = [this.points[0]?.speed, this.points.at(-1)?.speed];
     if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.holdOut, floor: -this.#top, range };
   }

@@ -110,7 +110,7 @@ export class Stage {
     const values = fields.map((field) => [FIELDS[field], of(field)]).filter(([, value]) => value != null);
     return [
       body.role === "projectile" ? name : part,
-      depth != null && `${withUnit(depth * 1e3, "mm", 2)} below the skin`,
+      depth != null && `${withUnit(depth * 1e3, "mm", 2)} below the surface`,
       ...values.map(([{ label, unit, factor }, value]) => `${label.split(" (")[0]} ${withUnit(Math.abs(value * factor) < LEAST_SHOWN ? 0 : value * factor, unit, 3)}`),
     ].filter(Boolean).join(" · ");
   }

@@ -103,7 +103,7 @@ export class ViewSettings {
     return { normal: [0, 1, 2].map((k) => (k === this.cutAxis ? sign : 0)), offset: sign * this.offset };
   }
 
-  /** Length from the skin to the far side of the tissue, along the impact [m]. */
+  /** Length from the surface to the far side of the tissue, along the impact [m]. */
   get depth() {
     if (!this.box || !this.line) return 0;
     const { low, high } = this.box;

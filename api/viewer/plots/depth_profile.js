@@ -1,4 +1,4 @@
-// The field below the skin: along the line of the impact, straight in from where the contact force is centred, layer by layer.
+// The field below the surface: along the line of the impact, straight in from where the contact force is centred, layer by layer.
 
 import { valuesAlong } from "../mesh/cells.js";
 import { Layers } from "./layers.js";
@@ -24,7 +24,7 @@ export class DepthProfile {
       name,
       title: "Depth profile",
       note: `straight in, below the impact${note}`,
-      x: { label: "depth below the skin", unit: "mm", values: [0] },
+      x: { label: "depth below the surface", unit: "mm", values: [0] },
       y: { label: field.label.split(" (")[0], unit: field.unit },
       curves: this.#layers.curves.map(({ label, part, isMixed }) => ({ label, values: [null], style: { ...lineStyle(part), dash: isMixed ? [5, 4] : [] } })),
       levels,
@@ -36,7 +36,7 @@ export class DepthProfile {
 
   show(state, values) {
     const { centre, direction } = this.#line;
-    // From well outside, so that a skin that bulges is met.
+    // From well outside, so that a surface that bulges is met.
     const origin = centre.map((c, k) => c - direction[k] * DEEPEST);
     const hits = valuesAlong({ cells: this.#body.cells, positions: state.positions, values, origin, direction });
     const depths = [];

@@ -1,4 +1,4 @@
-// The line of the impact: where the projectile meets the skin, and straight in from there.
+// The line of the impact: where the projectile meets the surface, and straight in from there.
 
 import { flatPatch } from "./flat_patch.js";
 

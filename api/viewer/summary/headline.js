@@ -94,7 +94,7 @@ function depth(results) {
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
   const ends = (main?.reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
   const least = ends.length ? `, or more: it reaches ${ends.join(" and ")}` : "";
-  return { label, unit: "mm", quantity: main?.depth_mm, note: main && `below the skin${least}` };
+  return { label, unit: "mm", quantity: main?.depth_mm, note: main && `below the surface${least}` };
 }
 
 function energyNote(tissue) {

@@ -30,7 +30,7 @@ function depthError({ depth_mm: depth, layers }, to) {
   return isEnd && depth && hasError(depth) ? depth.error.total : null;
 }
 
-/** A depth to a millimetre; in thin layers, and near the skin, to a tenth. */
+/** A depth to a millimetre; in thin layers, and near the surface, to a tenth. */
 function millimetres(depth, thickness) {
   return depth.toFixed(depth < 10 && thickness < 10 ? 1 : 0);
 }
@@ -65,7 +65,7 @@ function sentence(part, tissue) {
   return `${first}; above ${threshold(low.stress.threshold_pa)} ${extent(low.stress, low.layer.depth_mm)}, ${amount(low.stress, low.layer)}.`;
 }
 
-/** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the skin. */
+/** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the surface. */
 function onBone(tissue, depth_mm) {
   if (depth_mm == null) return "not in this model.";
   const words = `rigid in this model, ${number(depth_mm, 2)} mm deep`;

@@ -227,9 +227,7 @@ impl Results {
     pub(super) fn mark_misses(&mut self) {
         let nothing_touched = self.nothing_touched;
         let missed = |impact: &&mut Impact| impact.contact_span_s.is_none();
-        for impact in self.impacts.iter_mut().filter(missed) {
-            impact.quantities_mut().into_iter().for_each(|q| q.error = ErrorEstimate::NothingTouched);
-        }
+        self.impacts.iter_mut().filter(missed).for_each(Impact::mark_miss);
         if nothing_touched {
             self.list_mut()
                 .into_iter()

@@ -118,7 +118,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
     }
 }
 
-/// The parts above a threshold, from the skin inwards.
+/// The parts above a threshold, from the surface inwards.
 fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<StressedLayer> {
     let mut found: Vec<_> =
         stress.parts.names.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.is_reached()).collect();

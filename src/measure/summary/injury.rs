@@ -174,7 +174,7 @@ fn viscous(
         error: None,
         unit: "m/s",
         reference: [VISCOUS_CRITERION_M_PER_S; 2],
-        meaning: "25 % risk of an injury of the chest of AIS 4 or more, frontal impact; the deflection is the largest displacement of a node of the skin",
+        meaning: "25 % risk of an injury of the chest of AIS 4 or more, frontal impact; the deflection is the largest displacement of a node of the surface",
         applicable: false,
         statement: String::new(),
         source: "I. V. Lau, D. C. Viano (1986), SAE Technical Paper 861882 (30th Stapp Car Crash Conference)",

@@ -1,7 +1,7 @@
 //! All numbers of a summary that can have an error bar, with the known limits of their resolution.
 
 use super::super::exceeded::sampling_error;
-use super::quantity::Quantity;
+use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Exceeded, Impact, Results};
 
 /// A number with the limits of its resolution.
@@ -44,21 +44,27 @@ impl<'a> Listed<'a> {
 }
 
 impl Impact {
-    /// All numbers of the tissue.
-    pub(super) fn quantities_mut(&mut self) -> [&mut Quantity; 11] {
+    /// Its numbers that can have an error bar, in a fixed order.
+    fn list_mut(&mut self) -> [Listed<'_>; 10] {
+        let touched = u8::from(self.contact_span_s.is_some());
         [
-            &mut self.peak_force_n,
-            &mut self.peak_force_time_s,
-            &mut self.peak_step_force_n,
-            &mut self.impulse_n_s,
-            &mut self.contact_duration_s,
-            &mut self.patch_area_mm2,
-            &mut self.patch_long_axis_mm,
-            &mut self.patch_short_axis_mm,
-            &mut self.largest_patch_area_mm2,
-            &mut self.friction_dissipation_j,
-            &mut self.numerical_contact_dissipation_j,
+            Listed::known_to(&mut self.peak_force_n, self.peak_force_placing_n),
+            Listed::time(&mut self.peak_force_time_s, touched),
+            Listed::time(&mut self.contact_duration_s, 2 * touched),
+            Listed::sum(&mut self.impulse_n_s),
+            Listed::sum(&mut self.patch_area_mm2),
+            Listed::sum(&mut self.patch_long_axis_mm),
+            Listed::sum(&mut self.patch_short_axis_mm),
+            Listed::sum(&mut self.largest_patch_area_mm2),
+            Listed::sum(&mut self.friction_dissipation_j),
+            Listed::sum(&mut self.numerical_contact_dissipation_j),
         ]
+    }
+
+    /// Marks all its numbers as without an error: nothing touched.
+    pub(super) fn mark_miss(&mut self) {
+        self.peak_step_force_n.error = ErrorEstimate::NothingTouched;
+        self.list_mut().into_iter().for_each(|listed| listed.quantity.error = ErrorEstimate::NothingTouched);
     }
 }
 
@@ -69,24 +75,7 @@ impl Results {
         let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);
         let lost: f64 = on_tissue.map(|i| i.numerical_contact_dissipation_j.value.abs()).sum();
         // Forces and patches of each contact.
-        for i in &mut self.impacts {
-            all.push(Some(Listed::known_to(&mut i.peak_force_n, i.peak_force_placing_n)));
-            let touched = u8::from(i.contact_span_s.is_some());
-            all.extend([
-                Some(Listed::time(&mut i.peak_force_time_s, touched)),
-                Some(Listed::time(&mut i.contact_duration_s, 2 * touched)),
-            ]);
-            let sums = [
-                &mut i.impulse_n_s,
-                &mut i.patch_area_mm2,
-                &mut i.patch_long_axis_mm,
-                &mut i.patch_short_axis_mm,
-                &mut i.largest_patch_area_mm2,
-                &mut i.friction_dissipation_j,
-                &mut i.numerical_contact_dissipation_j,
-            ];
-            all.extend(sums.map(|sum| Some(Listed::sum(sum))));
-        }
+        all.extend(self.impacts.iter_mut().flat_map(Impact::list_mut).map(Some));
         let Some(t) = &mut self.tissue else { return all };
         // Energies and peaks of the tissue.
         all.push(Some(Listed::time(&mut t.peak_absorbed_energy_time_s, 1)));

@@ -187,9 +187,9 @@ pub struct Tissue {
     /// Peak values of the fields.
     #[serde(flatten)]
     pub peaks: Peaks,
-    /// Largest displacement of a node of the skin over all steps [mm].
+    /// Largest displacement of a node of the surface over all steps [mm].
     pub deflection_mm: Located,
-    /// Largest product of the skin's largest deflection and its rate over all steps [m²/s]: divided by the depth of the
+    /// Largest product of the surface's largest deflection and its rate over all steps [m²/s]: divided by the depth of the
     /// chest it is the viscous criterion.
     pub viscous_response_m2_per_s: Quantity,
 }
@@ -234,8 +234,8 @@ pub struct Located {
 pub struct SignificantStress {
     /// Threshold of the von Mises stress [Pa].
     pub threshold_pa: f64,
-    /// Largest depth below the skin, in the reference configuration, at which the stress exceeds the threshold: that of the
-    /// points around each node, linear between nodes [mm]; absent if the tissue has no skin.
+    /// Largest depth below the surface, in the reference configuration, at which the stress exceeds the threshold: that of the
+    /// points around each node, linear between nodes [mm]; absent if no surface is given or found to measure it from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<Quantity>,
     /// Largest change of the depth if the stress that it is read from is shifted by the bound of its error, which follows
@@ -266,8 +266,8 @@ pub struct SignificantStress {
 pub struct StressedLayer {
     /// Name of the part.
     pub part: String,
-    /// Least and largest depth below the skin at which its stress exceeds the threshold, over all field times [mm]; absent
-    /// if the tissue has no skin, and if only single points exceed the threshold.
+    /// Least and largest depth below the surface at which its stress exceeds the threshold, over all field times [mm]; absent
+    /// if no surface is given or found to measure it from, and if only single points exceed the threshold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<[f64; 2]>,
     /// Its largest volume above the threshold at any field time [mm³].

@@ -112,19 +112,17 @@ impl Table {
     }
     fn peak(&mut self, name: &str, located: Option<&Located>, scale: f64, unit: &str) {
         match located {
-            Some(located) => self.located(name, located, scale, unit),
+            Some(located) => self.at(name, &located.quantity, located.time_s, scale, unit),
             None => self.row(name, "-", "not evaluated after the start, or beyond the limit of a law"),
         }
     }
     fn exceeded(&mut self, name: &str, exceeded: &Exceeded, scale: f64, unit: &str) {
-        let error = error_of(&exceeded.quantity, scale, unit);
-        let remark = format!("at {}, {error}", seconds(exceeded.time_s));
-        self.row(name, &plain(&exceeded.quantity, scale, unit), &remark);
+        self.at(name, &exceeded.quantity, exceeded.time_s, scale, unit);
     }
-    fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {
-        let error = error_of(&located.quantity, scale, unit);
-        let remark = format!("at {}, {error}", seconds(located.time_s));
-        self.row(name, &plain(&located.quantity, scale, unit), &remark);
+    /// The largest value over time, with its time [s].
+    fn at(&mut self, name: &str, quantity: &Quantity, time_s: f64, scale: f64, unit: &str) {
+        let remark = format!("at {}, {}", seconds(time_s), error_of(quantity, scale, unit));
+        self.row(name, &plain(quantity, scale, unit), &remark);
     }
 
     fn impact(&mut self, impact: &Impact) {
@@ -210,7 +208,7 @@ impl Table {
         self.peak("peak principal strain", tissue.peaks.peak_principal_strain.as_ref(), 1.0, "");
         let density = tissue.peaks.peak_strain_energy_density_j_per_m3.as_ref();
         self.peak("peak strain energy density", density, 1e-3, "kJ/m³");
-        self.located("deflection of the skin", &tissue.deflection_mm, 1.0, "mm");
+        self.peak("deflection of the surface", Some(&tissue.deflection_mm), 1.0, "mm");
     }
 
     fn criteria(&mut self, criteria: &[InjuryMeasure]) {

@@ -142,7 +142,7 @@ fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) 
     let part = &layer.part;
     match layer.depth_mm {
         Some([from, to]) => format!(
-            "The {part} between {from:.1} and {to:.1} mm under the skin saw more than {threshold} kPa (von Mises stress), {volume} mm³ of \
+            "The {part} between {from:.1} and {to:.1} mm below the surface saw more than {threshold} kPa (von Mises stress), {volume} mm³ of \
              it."
         ),
         None => format!("{volume} mm³ of the {part} saw more than {threshold} kPa (von Mises stress)."),

@@ -51,7 +51,7 @@ impl EveryTwo {
         self.law
     }
 
-    /// Number of pairs.
+    /// Number of pairs, listed or every two of the surfaces.
     pub fn len(&self) -> usize {
         self.first_of(self.surfaces.len().saturating_sub(1))
     }

@@ -108,7 +108,7 @@ impl AssembledBound {
         Self { of_nodes, chunks, of_bodies, fractions: Self::whole(blocks) }
     }
 
-    /// Fractions of 1.
+    /// Fractions of 1 for every batch, chunk by chunk: each element keeps all of its stiffness.
     fn whole(blocks: &[ElementBlock]) -> Vec<Vec<AssembledRows>> {
         let of_block = |block: &ElementBlock| {
             let has_any = block.parameters.has_mean_dilatation();

@@ -142,15 +142,18 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         let Self { law, formulation, elements, block, input, forces } = self;
         let families = law.family_count();
         let first_batch = block.chunks[forces.chunk as usize].batches.start as usize;
+        // Displacements of the chunk's nodes, and its own sums at them: chunks share no memory.
         for (u, node) in forces.u.iter_mut().zip(block.nodes_of_chunk(forces.chunk as usize)) {
             *u = input.u[*node as usize];
         }
         forces.force.fill(Vec3::zeros());
+        // Lanes of one batch, reused for all.
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
         let (before, after) = ([zero; BULK_ROWS], [zero; BULK_ROWS]);
         let mut lanes = BatchLanes { nodal, before, after, of_nodes, fraction: WHOLE[0], first_pass };
+        // Constants of the chunk: history of the last step, fractions of the assembled bound, interval of the cycle.
         let fraction = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.fraction);
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let number = block.chunk_number(forces.chunk as usize);
@@ -159,6 +162,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             if forces.active & (1 << i) == 0 {
                 continue;
             }
+            // Law and geometry of this batch.
             let b = first_batch + i;
             let nodes = &elements.batches[b].nodes;
             let element = ElementForcePass {
@@ -170,6 +174,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
                 inverse_step: input.inverse_step,
                 fraction,
             };
+            // Gather: history, displacements (relative to one node in single precision), mean dilatation of the nodes.
             let history = i * rows..i * rows + bulk;
             if let Some(before) = before {
                 lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
@@ -181,9 +186,11 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
                 subtract_first(&mut lanes.nodal);
             }
             forces.average_over_nodes(nodes, &mut lanes.of_nodes);
+            // Corner forces, register by register.
             for part in 0..BATCH / S::LANES {
                 formulation.evaluate(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
+            // Scatter to the sums of the chunk; in single precision the forces of an element are made to sum to zero.
             forces.history[history].copy_from_slice(&lanes.after[..bulk]);
             if S::IS_SINGLE {
                 balance(&mut lanes.nodal);

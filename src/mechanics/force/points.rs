@@ -305,12 +305,15 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, E, N, Q> {
         rates: Option<&(f64, [[Row; N]; 3])>,
     ) {
         let zero = Lane::splat(simd, 0.0);
+        // Displacement gradients at all points, mean dilatation.
         let first_pass = self.batch.first_pass(simd, part, u);
         let FirstPass { cof_X, w, H, j, .. } = &first_pass;
         // Padding has no volume.
         let is_element = Lane::load(simd, &self.batch.volume, part).select_positive(zero + 1.0, zero);
+        // Rate of deformation only where the part has a shear viscosity η.
         let local_v = rates.map(|(eta, v)| (*eta, E::local_gradients(&load_corners(simd, v, part))));
         for q in 0..Q {
+            // Weight of the point in averages over the volume at rest.
             (w.0[q] * E::SCALE * is_element).store(&mut self.to.volume[q], part);
             let mut k = Kinematics::with_volume_change(&H.0[q], j.0[q], inverse_cbrt_m1(j.0[q]));
             let mut viscous = None;
@@ -318,9 +321,11 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, E, N, Q> {
                 let rate = self.batch.gradient_at(simd, part, local_v, (q, &cof_X.0[q]));
                 viscous = Some(stress_over_viscosity(&rate, &k.cof, k.j).scaled(zero.constant(*eta)));
             }
+            // Reduced integration evaluates the law at the mean gradient only.
             if let Some(reduced) = self.reduced {
                 k = Kinematics::new(&reduced.mean_gradient(simd, part, u));
             }
+            // Not inlined, so that the kernel of a law is compiled once.
             zero.outlined(PointStress {
                 response: &self.response,
                 k: &k,

@@ -30,7 +30,7 @@ pub struct Polyhedron {
     /// Volume and moments of inertia per mass of what the surface encloses [m³], [m²].
     volume: f64,
     inertia_per_mass: Vec3,
-    /// In parry's representation.
+    /// The same hull as parry has it, for its distance queries.
     parry: ConvexPolyhedron,
 }
 
@@ -160,11 +160,11 @@ impl Polyhedron {
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
-    /// Number of planes.
+    /// Number of planes, coplanar triangles counted once.
     pub fn plane_count(&self) -> usize {
         self.planes.len()
     }
-    /// In parry's representation.
+    /// The hull as parry has it, for queries against other shapes.
     pub fn parry(&self) -> &ConvexPolyhedron {
         &self.parry
     }

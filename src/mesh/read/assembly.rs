@@ -13,7 +13,7 @@ const MOST_LISTED: usize = 50;
 pub(super) struct Unused {
     /// Number of each of the first [`MOST_LISTED`] names.
     counts: BTreeMap<String, usize>,
-    /// Number of others.
+    /// Number of names beyond those.
     more: usize,
 }
 

@@ -72,7 +72,7 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// All formats.
+    /// All formats of meshes, label volumes and surfaces that are read.
     pub const ALL: [Self; 11] = [
         Self::Gmsh,
         Self::Abaqus,

@@ -12,14 +12,14 @@ const TRIANGLE: usize = 50;
 /// A closed surface, counter-clockwise seen from outside, in the unit of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedSurface {
-    /// Its points.
+    /// Positions of its points, in the unit of the file.
     pub points: Vec<Vec3>,
     /// Corners of its triangles.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl ClosedSurface {
-    /// Enclosed volume.
+    /// Enclosed volume, in the cube of the unit of the file: the sum of signed tetrahedra over the triangles.
     pub fn volume(&self) -> f64 {
         let of_triangle = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|node| self.points[node as usize] - self.points[0]);

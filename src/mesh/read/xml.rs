@@ -34,7 +34,7 @@ impl<'a> Xml<'a> {
         Ok(Self { text, document })
     }
 
-    /// The outermost element.
+    /// The outermost element, whose name says what kind of document it is.
     pub(super) fn root(&self) -> Node<'_, 'a> {
         self.document.root_element()
     }

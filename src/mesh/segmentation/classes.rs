@@ -29,6 +29,7 @@ impl Classes {
     pub fn new(volume: &LabelVolume, options: &Options) -> Result<Self, MeshError> {
         let mut out = Self { of_label: Vec::new(), names: vec![String::new()], is_part: vec![false] };
         let mut unlisted = Vec::new();
+        // Use of each label; 0 is outside, and without a list every other one is a part.
         for &label in &volume.values {
             let listed =
                 options.labels.iter().find(|(known, _)| *known == label).map(|(_, usage)| usage.clone());
@@ -49,6 +50,7 @@ impl Classes {
                 LabelUse::Part(name) => (name, true),
                 LabelUse::Hole(name) => (name, false),
             };
+            // Labels with one name and use share a class.
             let known = (1..out.names.len()).find(|&i| out.names[i] == name && out.is_part[i] == is_part);
             let class = known.unwrap_or_else(|| {
                 out.names.push(name);
@@ -62,6 +64,7 @@ impl Classes {
                 })?,
             );
         }
+        // All labels that are not listed are named at once.
         if !unlisted.is_empty() {
             let what = format!("the labels {} of the scan, which are not listed", unlisted.join(", "));
             return Err(refused(what, "list them as parts, as holes, or as outside"));

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, HashMap};
 pub struct Face {
     /// Its nodes, counter-clockwise seen from outside of the element.
     pub nodes: [u32; 4],
-    /// The element.
+    /// The element that it is a face of, an index.
     pub element: u32,
     /// Class behind it, or [`BEYOND`].
     pub behind: u8,

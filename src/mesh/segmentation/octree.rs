@@ -12,13 +12,13 @@ pub const MOST_CELLS: u32 = 1 << 20;
 /// A leaf; its low corner in units of the finest cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Leaf {
-    /// Low corner.
+    /// Low corner, in units of the finest cells.
     pub at: [u32; 3],
-    /// Number of halvings.
+    /// Number of halvings of a cell of the base grid; the finest cells have [`Octree::depth`].
     pub level: u8,
 }
 
-/// The octree.
+/// Cells of different sizes that fill the box of a scan, each halved along all axes where a finer one is needed.
 #[derive(Clone, Debug)]
 pub struct Octree {
     /// Number of finest cells along each axis.

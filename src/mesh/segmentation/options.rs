@@ -42,7 +42,7 @@ pub struct SkinLayer {
     pub thickness_m: f64,
 }
 
-/// Options of [`super::mesh`].
+/// What a scan is meshed with: use of its labels, sizes of elements, layers, smoothing; see [`super::mesh`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Use of each label but 0; labels of the scan that are not listed are refused. Empty: all are parts `label_<n>`.

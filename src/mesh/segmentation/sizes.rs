@@ -41,6 +41,7 @@ pub fn octree(
     options: &Options,
 ) -> Result<Octree, MeshError> {
     let lengths = grid.lengths();
+    // Base grid of the largest size; refused before it is allocated.
     let counts = lengths.map(|length| (length / options.size_m).round().max(1.0));
     let most = 8 * options.max_elements;
     if !(counts.product() <= most as f64) {
@@ -48,6 +49,7 @@ pub fn octree(
     }
     let base = [0, 1, 2].map(|k| counts[k] as u32);
     let edge = (0..3).map(|k| lengths[k] / counts[k]).fold(0.0, f64::max);
+    // Requested places in the axes of the grid, and the halvings that the finest of them needs.
     let corner = Vec3::from_fn(|k, _| grid.first[k] as f64 * grid.spacing[k]);
     let places: Vec<(Vec3, f64, f64)> = options
         .near
@@ -63,6 +65,7 @@ pub fn octree(
             "enlarge the sizes, or crop the scan",
         ));
     }
+    // Halve what is coarser than requested at its distance, or than a thin layer in it.
     let mut tree = Octree::new(base, &lengths, halvings as u8);
     let (mut fractions, mut found) = (Vec::new(), Vec::new());
     let mut asks = |tree: &Octree, leaf: Leaf| {

@@ -80,6 +80,7 @@ impl<'a> Smoothing<'a> {
     /// Prepares the moves of all nodes, with a skin of this thickness [m].
     pub fn new(elements: &'a mut Elements, thickness: f64) -> Self {
         let count = elements.nodes.len();
+        // Neighbours along edges, elements and longest edge of each node.
         let (mut neighbours, mut at_node) = (vec![Vec::new(); count], vec![Vec::new(); count]);
         let mut edges = vec![0.0_f64; count];
         for (e, hex) in (0..).zip(&elements.hexes) {
@@ -92,6 +93,7 @@ impl<'a> Smoothing<'a> {
                 edges[node as usize] = edges[node as usize].max(elements.edges[e as usize]);
             }
         }
+        // Hanging nodes follow their masters, and change the elements at both.
         let mut followers = vec![Vec::new(); count];
         for (&node, on) in &elements.hanging {
             for master in on {
@@ -110,6 +112,7 @@ impl<'a> Smoothing<'a> {
             let also = followers[node].iter().flat_map(|&f: &u32| at_node[f as usize].iter());
             unique(at_node[node].iter().chain(also).copied().collect())
         };
+        // Shortest edges that a move may leave: a fraction of the first, which is larger in the skin.
         let first_of_skin = elements.skin.as_ref().map_or(usize::MAX, |skin| skin.first_element);
         let part_of_first = |e: usize| if e < first_of_skin { SHORTEST } else { SHORTEST_SKIN };
         let first_edge = |hex: &[u32; 8]| quality(&hex.map(|node| elements.nodes[node as usize])).1;

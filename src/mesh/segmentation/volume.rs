@@ -30,9 +30,9 @@ pub struct LabelVolume {
 /// A label of a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LabelCount {
-    /// The label.
+    /// The label, as the file has it; 0 is outside.
     pub label: i64,
-    /// Number of voxels.
+    /// Number of voxels with this label.
     pub voxels: u64,
     /// Volume of these voxels [m³].
     pub volume_m3: f64,
@@ -150,7 +150,7 @@ pub struct ScanInspection {
 }
 
 impl ScanInspection {
-    /// Of this volume.
+    /// Size, spacing and labels of a volume; the bounding box is that of the voxels, not of their centres.
     pub fn of(volume: &LabelVolume) -> Self {
         let corner = |i: usize| {
             let from = |k: usize| if i >> k & 1 == 1 { volume.dims[k] as f64 - 0.5 } else { -0.5 };

@@ -12,15 +12,15 @@ const LEVEL: u8 = 1;
 /// Type of the numbers of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberType {
-    /// 32-bit floating-point numbers.
+    /// IEEE single precision, as recordings have fields.
     Float32,
-    /// 64-bit floating-point numbers.
+    /// IEEE double precision.
     Float64,
     /// Signed 32-bit integers, which VTK requires of the cells.
     Int32,
-    /// Unsigned 32-bit integers.
+    /// Unsigned 32-bit integers, such as numbers of elements.
     UInt32,
-    /// Bytes.
+    /// Unsigned 8-bit integers, such as types of cells.
     UInt8,
 }
 

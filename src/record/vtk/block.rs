@@ -29,7 +29,7 @@ pub enum BlockSurface<'a> {
     Cells(&'a Cells, &'a [u8]),
     /// Triangles, by the numbers of their corners.
     Triangles(&'a [u32]),
-    /// Nothing: points alone.
+    /// No faces: the block is drawn as points.
     None,
 }
 

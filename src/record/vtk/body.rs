@@ -33,7 +33,7 @@ pub(super) struct Body {
 /// Cells for VTK, with what does not depend on the deformation.
 #[derive(Debug)]
 pub(super) struct CellsOfBody {
-    /// The cells.
+    /// Nodes and types of the cells.
     pub cells: CellArrays,
     /// Their parts; the numbers of the elements, if some may be missing.
     pub data: Vec<Array>,
@@ -45,11 +45,11 @@ pub(super) struct BodyState {
     pub positions: Vec<[f32; 3]>,
     /// The same for VTK.
     pub points: Array,
-    /// Nodal fields.
+    /// Fields with a value at each node, in the units of the recording.
     pub nodal: Vec<Array>,
     /// Cells that are not eroded.
     pub cells: Arc<CellsOfBody>,
-    /// Their fields.
+    /// Fields with a value for each of these cells.
     pub cell: Vec<Array>,
     /// 1 for each eroded cell of the mesh; empty if none can erode.
     pub eroded: Vec<u8>,
@@ -148,7 +148,7 @@ fn cells_for_vtk(cells: &Cells, part_of: &[u8], kept: Option<&[u32]>) -> CellsOf
     }
 }
 
-/// Positions for VTK.
+/// Positions [m] as VTK's array of points, in single precision.
 pub(super) fn points_array(positions: &[[f32; 3]]) -> Array {
     let data: Vec<u8> = positions.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
     Array::new("Points", NumberType::Float32, 3, &data)

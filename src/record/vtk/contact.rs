@@ -15,7 +15,7 @@ pub(super) struct PairContacts {
     pub positions: Vec<[f32; 3]>,
     /// The other arrays of the recording, an entry each contact.
     pub point: Vec<Array>,
-    /// Points as cells.
+    /// One cell of VTK a contact, since filters take cells.
     pub cells: CellArrays,
 }
 

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 /// Cells of a grid: nodes, the end of each cell in them, VTK's types.
 #[derive(Clone, Debug)]
 pub struct CellArrays {
-    /// Number of cells.
+    /// Number of cells, of any type.
     pub count: usize,
     arrays: [Array; 3],
 }
@@ -35,20 +35,20 @@ impl CellArrays {
 /// A value that belongs to the whole grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldValue {
-    /// Numbers, one tuple.
+    /// The components of one tuple of numbers.
     Numbers(Vec<f64>),
-    /// Texts.
+    /// Texts, one an entry.
     Texts(Vec<String>),
 }
 
 /// A grid to be written.
 #[derive(Debug)]
 pub struct Grid<'a> {
-    /// Number of points.
+    /// Number of points, used by a cell or not.
     pub point_count: usize,
     /// Positions of the points [m], three components.
     pub points: &'a Array,
-    /// Its cells.
+    /// Cells, by the numbers of these points.
     pub cells: &'a CellArrays,
     /// Arrays with an entry a point.
     pub point_data: Vec<&'a Array>,

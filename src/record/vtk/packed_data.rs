@@ -57,7 +57,7 @@ pub(super) fn rows<'a>(data: &'a [u8], size: usize, kept: Option<&[u32]>) -> Cow
     kept.iter().flat_map(|&row| &data[row as usize * size..(row as usize + 1) * size]).copied().collect()
 }
 
-/// Little-endian u32.
+/// Unsigned 32-bit integers of packed little-endian bytes; an incomplete last one is omitted.
 pub(super) fn u32s(data: &[u8]) -> impl Iterator<Item = u32> {
     data.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes))
 }

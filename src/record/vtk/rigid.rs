@@ -23,7 +23,7 @@ pub(super) struct RigidSurface {
 }
 
 impl RigidSurface {
-    /// From its message.
+    /// Reads the message of a rigid body, which has one surface of triangles.
     pub fn of(message: &SceneUpdate) -> Result<Self, Reason> {
         let [entity] = &message.entities[..] else { return Err("there is not one entity".into()) };
         let [mesh] = &entity.triangles[..] else { return Err("there is not one surface".into()) };

@@ -38,7 +38,7 @@ pub struct Series<P> {
 }
 
 impl<P: Place> Series<P> {
-    /// An empty series.
+    /// A series without times, to be written at a place.
     pub fn new(place: P) -> Self {
         Self { place, list: String::new(), time_s: None, times: 0 }
     }

@@ -9,7 +9,7 @@ use crate::record::{RecordError, packed};
 use miniz_oxide::inflate::decompress_to_vec_zlib;
 use std::collections::BTreeMap;
 
-/// Files in memory.
+/// Written files by name, and their order.
 #[derive(Debug, Default)]
 struct Memory {
     files: BTreeMap<String, Vec<u8>>,

@@ -55,6 +55,7 @@ impl LawDocument for MooneyRivlinDocument {
 /// Uniaxial stress of the incompressible solid is P = 2 (1 − λ⁻³)(C10 λ + C01), which changes sign at λ = −C01/C10: a
 /// negative constant makes it unstable beyond that stretch, in tension (C10 < 0) or in compression (C01 < 0).
 fn check_constants(c10: f64, c01: f64, here: &Pointer, out: &mut Findings) {
+    // Shear modulus at rest.
     let sum = c10 + c01;
     if sum.is_nan() || sum <= 0.0 {
         let message = format!(
@@ -79,6 +80,7 @@ fn check_constants(c10: f64, c01: f64, here: &Pointer, out: &mut Findings) {
             USUAL_MODULUS,
             "give it in Pa",
         );
+        // A negative constant: an error where the stretch is one that runs reach.
         if value >= 0.0 {
             continue;
         }

@@ -32,7 +32,6 @@ fn mesh() -> Mesh {
     all
 }
 
-/// Text from lines.
 fn lines(lines: impl Iterator<Item = String>) -> String {
     lines.fold(String::new(), |mut text, line| {
         let _ = writeln!(text, "{line}");

@@ -89,6 +89,7 @@ fn check_erosion(part: &PartDocument, erosion: &ErosionDocument, here: &Pointer,
 }
 
 fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
+    // Density and viscosity.
     let density = here.key("density_kg_per_m3");
     out.positive(&density, "a density", part.density_kg_per_m3, "tissue and rubber have about 1000 kg/m³");
     out.at_most(&density, "the density", part.density_kg_per_m3, MOST_DENSITY, "give it in kg/m³");
@@ -100,6 +101,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     let remedy = "soft tissue has 0.1 to 30 Pa s; 0 for none";
     out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
+    // What stress remembers, erosion, and the law itself.
     if let Some(series) = &part.prony_series {
         prony::check(&part.material, series, &here.key("prony_series"), out);
     }
@@ -110,6 +112,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         check_erosion(part, erosion, &here.key("erosion"), out);
     }
     part.material.check(&here.key("material"), out);
+    // A mean dilatation needs a separate U(J).
     let coupled = !part.material.is_split();
     let mean = match part.formulation {
         Some(Formulation::MeanDilatation) => Some("mean_dilatation"),
@@ -126,6 +129,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         .limit("full or reduced, for a coupled law")
         .remedy("choose \"full\", or a split law")
     });
+    // Values and fibres that differ between elements.
     if let Some(ratio) = part.stiffness_factor.as_ref().and_then(|factor| factor.rounded_to_ratio) {
         let place = here.key("stiffness_factor").key("rounded_to_ratio");
         out.between(&place, "the ratio", ratio, RATIOS, "1.05 changes a factor by at most 2.5 %");

@@ -13,6 +13,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
     for (i, plane) in document.planes.iter().enumerate() {
         out.direction(&Pointer::root().key("planes").index(i).key("normal"), "the normal", plane.normal);
     }
+    // Settings that hold for all pairs.
     let here = Pointer::root().key("contact");
     let contact = &document.contact;
     let remedy = "Coulomb's coefficient: 0 is frictionless, rubber on skin about 0.3 to 0.6";
@@ -33,6 +34,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
     );
     let ContactPairs::List(pairs) = &contact.pairs else { return };
 
+    // Listed pairs: known names, and sides that can touch.
     let bodies: Vec<&str> = document.bodies.iter().map(|b| b.name.as_str()).collect();
     let planes: Vec<&str> = document.planes.iter().map(|p| p.name.as_str()).collect();
     let mut seen = BTreeSet::new();
@@ -64,6 +66,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 .limit("two different bodies, or a deformable body")
                 .remedy("remove the pair")
         });
+        // Each pair once, in either order.
         let mut sides = [pair.between[0].as_str(), pair.between[1].as_str()];
         sides.sort_unstable();
         out.require(seen.insert(sides), || {

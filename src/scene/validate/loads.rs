@@ -17,6 +17,7 @@ const MOST_STEPS: u32 = 100_000;
 /// Checks that need the document alone.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
     let root = Pointer::root();
+    // Gravity.
     if let Some(ramp) = &document.gravity_ramp {
         let here = root.key("gravity_ramp");
         check_ramp(ramp, &here, out);
@@ -26,6 +27,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 .remedy("add gravity_m_per_s2, or omit the ramp")
         });
     }
+    // Prescribed motion and face loads of each body.
     for (i, body) in document.bodies.iter().enumerate() {
         let here = root.key("bodies").index(i);
         for (k, prescribed) in body.prescribed.iter().enumerate() {
@@ -57,6 +59,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
             }
         }
     }
+    // Static steps: a preload, or a whole quasi-static run.
     check_preload(document, &root, out);
     if document.integrator.is_quasi_static() {
         check_quasi_static(document, &root, out);

@@ -154,6 +154,7 @@ pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Q
 }
 
 fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
+    // Elements that cannot be computed, or only with poor accuracy.
     out.require(quality.negative.count == 0, || {
         let message = format!("{} have a Jacobian that is not positive", elements(&quality.negative));
         Problem::error("negative_jacobian", here, message)
@@ -177,6 +178,7 @@ fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
             .limit("> 0")
             .remedy("give the body a thickness along each axis")
     });
+    // Slender elements limit the time step.
     out.require(quality.max_aspect_ratio <= 100.0, || {
         let message = format!("element {} is very slender", quality.slenderest_element);
         Problem::warning("slender_element", here, message)
@@ -184,6 +186,7 @@ fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
             .limit("longest/shortest edge <= 100")
             .remedy("the shortest edge sets the time step: use less grading or more even counts")
     });
+    // Nodes without mass, and cracks.
     out.require(quality.unused_nodes.count == 0, || {
         let message = format!("{} nodes belong to no element: they have no mass", quality.unused_nodes.count);
         Problem::error("unused_nodes", here, message)

@@ -11,6 +11,7 @@ const USUAL_TIMES: [f64; 2] = [1e-6, 1e4];
 
 /// Checks the series of a part of a material; `here` is its place in the document.
 pub fn check(material: &MaterialDocument, prony: &PronyDocument, here: &Pointer, out: &mut Findings) {
+    // Relaxation acts on the isochoric stress.
     out.require(material.is_split(), || {
         Problem::error(
             "coupled_law_with_prony_series",
@@ -28,6 +29,7 @@ pub fn check(material: &MaterialDocument, prony: &PronyDocument, here: &Pointer,
             .limit(format!("1 to {MAX_BRANCHES}"))
             .remedy("one branch per decade of time is enough; omit the series where nothing relaxes")
     });
+    // Relaxation time and relative modulus of each branch.
     for (i, branch) in prony.branches.iter().enumerate() {
         let here = branches.index(i);
         let time = here.key("relaxation_time_s");
@@ -51,6 +53,7 @@ pub fn check(material: &MaterialDocument, prony: &PronyDocument, here: &Pointer,
             remedy,
         );
     }
+    // Instantaneous constants: 1 − Σ g must remain under slow loading.
     out.require(prony.moduli == Moduli::LongTerm || prony.sum() < 1.0, || {
         Problem::error("nothing_is_left", &branches, "relaxation leaves no stress under slow loading")
             .value(prony.sum())

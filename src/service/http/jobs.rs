@@ -318,7 +318,7 @@ pub async fn plan(
     Ok(Json(preview.plan))
 }
 
-/// Parses a document.
+/// Parses a document in a slot of validation: it may have megabytes.
 async fn parsed(app: &App, owner: &str, text: Vec<u8>) -> Result<JsonDocument, Problem> {
     let read = app.validation_slots.call(owner, Lane::Small, move || JsonDocument::read(text)).await?;
     read.map_err(|e| Problem::bad_json(&e))

@@ -8,11 +8,12 @@ use super::store::Event;
 use super::{JobId, JobKind, Progress};
 use crate::blobs::{BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::plan::PlanReport;
 use crate::scene::json::{Parsed, read};
 use crate::scene::summary::BodySummary;
 use crate::scene::{MeshSource, MeshSourceError, Problem, Problems};
-use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf};
+use crate::service::meshes::{MeshRefusal, MeshShelf};
 use crate::step::{Ending, Failure};
 use crate::study::what_if::Note;
 use serde::{Deserialize, Serialize};
@@ -93,7 +94,7 @@ pub struct OpenMesh {
     pub file_name: String,
     /// Size of the content [bytes].
     pub bytes: u64,
-    /// The content.
+    /// The bytes, read from the front once.
     pub content: Box<dyn Read + Send>,
 }
 

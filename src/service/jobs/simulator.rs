@@ -8,22 +8,20 @@ use super::spending::Spending;
 use super::study_job;
 use super::what_if_job;
 use super::{JobKind, Phase, Progress};
-use crate::mesh::Mesh;
-use crate::mesh::quality::{first_beyond_range, quality};
-use crate::mesh::read::stl::{ClosedSurface, read_stl};
+use crate::mesh::quality::first_beyond_range;
+use crate::mesh::read::stl::read_stl;
 use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::report::MeshReport;
 use crate::mesh::segmentation::read::read_labels;
-use crate::mesh::segmentation::{LabelVolume, ScanInspection};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
 use crate::scene::json;
 use crate::scene::problem::Pointer;
 use crate::scene::{Loaded, Problem, Problems};
 use crate::service::config::ServiceConfig;
-use crate::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
+use crate::service::meshes::{MeshRefusal, MeshShelf};
 use crate::step::{Ending, Failure};
 use crate::study::{RunRequest, run_scene};
-use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -160,11 +158,11 @@ impl Engine for Simulator {
         if let Some(volume) = format.volume() {
             let labels = read_labels(bytes, volume, self.scenes.budget().mesh_bytes);
             let labels = labels.map_err(|error| refusal(error.to_string()))?;
-            return Ok((format, scan_report(&labels)));
+            return Ok((format, MeshReport::of_scan(&labels)));
         }
         if format == MeshFormat::Stl {
             let surface = read_stl(bytes).map_err(|error| refusal(error.to_string()))?;
-            return Ok((format, surface_report(&surface)));
+            return Ok((format, MeshReport::of_surface(&surface)));
         }
         let mesh = read_mesh(bytes, format).map_err(|error| refusal(error.to_string()))?;
         if let Some(element) = first_beyond_range(&mesh) {
@@ -172,7 +170,7 @@ impl Engine for Simulator {
                 "element {element} has no size that can be computed: scale its coordinates"
             )));
         }
-        let report = report(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?;
+        let report = MeshReport::of(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?;
         Ok((format, report))
     }
 }
@@ -187,100 +185,4 @@ fn expected_steps(step: u64, fraction: f64, estimate: u64) -> u64 {
 /// Problem of a scene that is only found when its plan is compiled.
 fn not_compilable(error: &dyn std::error::Error) -> Problem {
     Problem::error("not_compilable", &Pointer::root(), error.to_string())
-}
-
-/// Report on an uploaded scan: its voxels count as elements, those of label n as a part `label_<n>`.
-fn scan_report(volume: &LabelVolume) -> MeshReport {
-    let found = ScanInspection::of(volume);
-    let [low, high] = found.bounding_box_m;
-    let labelled = || found.labels.iter().filter(|label| label.label != 0);
-    let lengths = || found.spacing_m.into_iter();
-    let volumes = labelled().map(|label| format!("label {}: {:.4e} m³", label.label, label.volume_m3));
-    MeshReport {
-        nodes: found.voxels.iter().map(|n| *n as u64 + 1).product(),
-        elements: labelled().map(|label| label.voxels).sum(),
-        parts: labelled().map(|label| (format!("label_{}", label.label), label.voxels)).collect(),
-        node_sets: BTreeMap::new(),
-        bounding_box_min: low,
-        bounding_box_max: high,
-        quality: MeshQualityReport {
-            min_scaled_jacobian: 1.0,
-            worst_element: 0,
-            negative_elements: 0,
-            first_negative_elements: Vec::new(),
-            folded_elements: 0,
-            max_aspect_ratio: Some(lengths().fold(0.0, f64::max) / lengths().fold(f64::INFINITY, f64::min)),
-            coincident_nodes: 0,
-            min_edge: lengths().fold(f64::INFINITY, f64::min),
-            max_edge: lengths().fold(0.0, f64::max),
-            volume: labelled().map(|label| label.volume_m3).sum(),
-        },
-        notes: found.notes.iter().cloned().chain(volumes).collect(),
-    }
-}
-
-/// Report on an uploaded surface: its triangles count as elements.
-fn surface_report(surface: &ClosedSurface) -> MeshReport {
-    let edges = surface.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
-    let lengths = edges.map(|[a, b]| (surface.points[a as usize] - surface.points[b as usize]).norm());
-    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold(nothing, |[low, high], value| [low.min(value), high.max(value)])
-    };
-    let [min_edge, max_edge] = range(&mut lengths.into_iter());
-    let bounds: [[f64; 2]; 3] = std::array::from_fn(|i| range(&mut surface.points.iter().map(|x| x[i])));
-    MeshReport {
-        nodes: surface.points.len() as u64,
-        elements: surface.triangles.len() as u64,
-        parts: BTreeMap::new(),
-        node_sets: BTreeMap::new(),
-        bounding_box_min: bounds.map(|[low, _]| low),
-        bounding_box_max: bounds.map(|[_, high]| high),
-        quality: MeshQualityReport {
-            min_scaled_jacobian: 1.0,
-            worst_element: 0,
-            negative_elements: 0,
-            first_negative_elements: Vec::new(),
-            folded_elements: 0,
-            max_aspect_ratio: None,
-            coincident_nodes: 0,
-            min_edge,
-            max_edge,
-            volume: surface.volume(),
-        },
-        notes: vec!["a closed surface of triangles, for a rigid body".into()],
-    }
-}
-
-/// Report on an uploaded mesh; `None` if it is empty.
-fn report(mesh: &Mesh) -> Option<MeshReport> {
-    let quality = quality(mesh)?;
-    let mut elements_of_part = vec![0_u64; mesh.parts.len()];
-    mesh.part_of.iter().for_each(|&part| elements_of_part[part as usize] += 1);
-    let [low, high] = quality.bounding_box_m;
-    Some(MeshReport {
-        nodes: mesh.nodes.len() as u64,
-        elements: mesh.cells.len() as u64,
-        parts: mesh.parts.iter().cloned().zip(elements_of_part).collect(),
-        node_sets: mesh
-            .node_sets
-            .iter()
-            .map(|(name, set)| (name.clone(), set.len() as u64))
-            .collect::<BTreeMap<_, _>>(),
-        bounding_box_min: [low.x, low.y, low.z],
-        bounding_box_max: [high.x, high.y, high.z],
-        quality: MeshQualityReport {
-            min_scaled_jacobian: quality.min_scaled_jacobian,
-            worst_element: quality.worst_element,
-            negative_elements: quality.negative.count as u64,
-            first_negative_elements: quality.negative.first,
-            folded_elements: quality.folded_corners.count as u64,
-            max_aspect_ratio: Some(quality.max_aspect_ratio).filter(|ratio| ratio.is_finite()),
-            coincident_nodes: quality.coincident_nodes.count as u64,
-            min_edge: quality.min_edge_m,
-            max_edge: quality.max_edge_m,
-            volume: quality.volume_m3,
-        },
-        notes: mesh.notes.clone(),
-    })
 }

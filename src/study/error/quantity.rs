@@ -24,7 +24,7 @@ pub enum Quantity {
     PrincipalStrain,
     /// Principal Green–Lagrange strain exceeded in the volume that the scene sets [-].
     PrincipalStrainInVolume,
-    /// Largest displacement of a node of the tissue's skin [mm].
+    /// Largest displacement of a node of the tissue's surface [mm].
     DeflectionMm,
 }
 
@@ -41,32 +41,31 @@ impl Quantity {
         Self::DeflectionMm,
     ];
 
+    /// Name in documents, title and unit.
+    fn words(self) -> [&'static str; 3] {
+        match self {
+            Self::PeakForceN => ["peak_force_n", "peak force", "N"],
+            Self::ImpulseNS => ["impulse_n_s", "impulse", "N s"],
+            Self::AbsorbedEnergyJ => ["absorbed_energy_j", "absorbed energy", "J"],
+            Self::PatchAreaMm2 => ["patch_area_mm2", "contact patch", "mm²"],
+            Self::StressDepthMm => ["stress_depth_mm", "depth of stress", "mm"],
+            Self::PrincipalStrain => ["principal_strain", "principal strain", "-"],
+            Self::PrincipalStrainInVolume => {
+                ["principal_strain_in_volume", "principal strain in volume", "-"]
+            }
+            Self::DeflectionMm => ["deflection_mm", "deflection", "mm"],
+        }
+    }
+
     /// Name in documents, with the unit.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::PeakForceN => "peak_force_n",
-            Self::ImpulseNS => "impulse_n_s",
-            Self::AbsorbedEnergyJ => "absorbed_energy_j",
-            Self::PatchAreaMm2 => "patch_area_mm2",
-            Self::StressDepthMm => "stress_depth_mm",
-            Self::PrincipalStrain => "principal_strain",
-            Self::PrincipalStrainInVolume => "principal_strain_in_volume",
-            Self::DeflectionMm => "deflection_mm",
-        }
+        self.words()[0]
     }
 
     /// Human-readable name, and its unit.
     pub fn title(self) -> (&'static str, &'static str) {
-        match self {
-            Self::PeakForceN => ("peak force", "N"),
-            Self::ImpulseNS => ("impulse", "N s"),
-            Self::AbsorbedEnergyJ => ("absorbed energy", "J"),
-            Self::PatchAreaMm2 => ("contact patch", "mm²"),
-            Self::StressDepthMm => ("depth of stress", "mm"),
-            Self::PrincipalStrain => ("principal strain", "-"),
-            Self::PrincipalStrainInVolume => ("principal strain in volume", "-"),
-            Self::DeflectionMm => ("deflection", "mm"),
-        }
+        let [_, title, unit] = self.words();
+        (title, unit)
     }
 
     /// The quantity with a name.

@@ -107,7 +107,7 @@ pub struct Cell {
     pub penetration: f64,
     /// Deepest penetration of a node or element at the field times, over the face size [-].
     pub face_penetration: f64,
-    /// Largest deflection of the tissue's skin [m].
+    /// Largest deflection of the tissue's surface [m].
     pub deflection_m: f64,
     /// Fraction of the simulated time reached; 1 if contact is over.
     pub reached: f64,

@@ -10,7 +10,7 @@ const SPEEDS: [f64; 6] = [2.0, 5.0, 12.0, 30.0, 60.0, 100.0];
 const MESHES: [u32; 3] = [2, 3, 4];
 /// Latest end of a run [s]; contact with gel lasts 5 to 10 ms.
 const END: f64 = 0.02;
-/// Initial distance of the projectile from the skin, which is at z = 0 [m].
+/// Initial distance of the projectile from the surface of the tissue, which is at z = 0 [m].
 const GAP: f64 = 1e-4;
 /// Bulk modulus of all materials except bone [Pa].
 const BULK: f64 = 5e7;
@@ -112,7 +112,7 @@ fn projectile_body(name: &str, n: u32) -> Value {
     }
 }
 
-/// A tissue whose skin touches z = 0 from below, fixed at its back or its bone.
+/// A tissue whose surface touches z = 0 from below, fixed at its back or its bone.
 fn tissue_body(name: &str, n: u32) -> Value {
     // Viscosities as shear waves of 100 to 400 Hz measure them (sources in docs/scene.md), that of fat taken like that of skin.
     let soft = |part: &str, density: f64, c10_pa: f64, viscosity: f64| {

@@ -17,7 +17,7 @@ const APART_ON_ITS_WAY: (f64, f64) = (1.0, 5e-3);
 /// Extremes of a run that are not in the summary.
 #[derive(Debug)]
 pub(super) struct Watch<'a> {
-    /// Deflection of the tissue's skin.
+    /// Deflection of the tissue's surface.
     pub deflection: Deflection,
     /// Interpenetration of bodies at the field times.
     pub penetration: Penetration,

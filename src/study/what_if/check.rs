@@ -372,10 +372,10 @@ fn try_depths(question: &WhatIfDocument, base: &Loaded, out: &mut Findings) {
             let here = here.key("von_mises_pa_below_depth_m");
             Problem::error("too_deep", &here, "the base's tissue is not that deep")
                 .value(depth)
-                .limit(
-                    deepest
-                        .map_or_else(|| "a tissue with a skin".into(), |d| format!("at most {} m", short(d))),
-                )
+                .limit(deepest.map_or_else(
+                    || "a tissue with a surface to measure depth from".into(),
+                    |d| format!("at most {} m", short(d)),
+                ))
                 .remedy("give a smaller depth in metres: 10 mm is 0.01")
         });
     }

@@ -273,7 +273,7 @@ pub enum LimitMeasure {
     /// A number of the results table.
     #[cfg_attr(feature = "service", schema(value_type = String))]
     Quantity(Quantity),
-    /// Largest von Mises stress [Pa] at any field time in the tissue below this depth under the skin [m].
+    /// Largest von Mises stress [Pa] at any field time in the tissue below this depth below the surface [m].
     VonMisesPaBelowDepthM(f64),
 }
 

@@ -1,13 +1,14 @@
 //! An engine that does what the scene says, to test everything around it: how many steps, how long each takes, how it ends.
 
 use contuse::mesh::read::MeshFormat;
+use contuse::mesh::report::{MeshQualityReport, MeshReport};
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
 use contuse::scene::summary::BodySummary;
 use contuse::scene::{Problem, Problems, problem::Pointer};
 use contuse::service::jobs::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
 use contuse::service::jobs::{JobKind, Phase, Progress};
-use contuse::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
+use contuse::service::meshes::{MeshRefusal, MeshShelf};
 use contuse::step::{Ending, Failure, FailureCause, Interrupt};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -83,7 +84,7 @@ fn report() -> MeshReport {
         node_sets: BTreeMap::new(),
         bounding_box_min: [0.0; 3],
         bounding_box_max: [1.0; 3],
-        quality,
+        quality: Some(quality),
         notes: vec![],
     }
 }

@@ -119,6 +119,7 @@ fn a_scan_goes_from_upload_to_summary() {
     let report = kept.json();
     assert_eq!((&report["format"], &report["elements"]), (&json!("mha"), &json!(6 * 144)));
     assert_eq!(report["parts"], json!({"label_1": 288, "label_2": 576}));
+    assert!(report.get("quality").is_none(), "voxels are no elements: {report}");
     let cut = problem(&upload(&client, "", &scan()[..1000]), 422, "invalid-mesh");
     assert!(cut["detail"].as_str().unwrap().contains("byte 1000"), "{cut}");
 
@@ -193,6 +194,7 @@ fn a_surface_and_arrays_of_elements_go_from_upload_to_summary() {
         kept.json()
     });
     assert_eq!((&surface["format"], &surface["elements"]), (&json!("stl"), &json!(4)));
+    assert!(surface.get("quality").is_none(), "triangles of a surface are no elements: {surface}");
     let open = tip().replacen("vertex 0 9 9", "vertex 0 9 8", 1);
     let refused = problem(&upload(&client, "", open.as_bytes()), 422, "invalid-mesh");
     assert!(refused["detail"].as_str().unwrap().contains("is open"), "{refused}");

@@ -54,7 +54,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Mesh:
-    """An uploaded mesh; `body` has its parts, sets, box and quality."""
+    """An uploaded mesh; `body` has its parts, sets, box and, unless it is a scan or a surface, quality."""
 
     id: str
     format: str
@@ -214,7 +214,7 @@ class Summary:
 
     @property
     def depths_mm(self) -> dict[float, Quantity]:
-        """Depth of von Mises stress above each threshold [Pa], where the scene has a skin to measure it from."""
+        """Depth of von Mises stress above each threshold [Pa], where the scene has a surface to measure it from."""
         depths = self.tissue["significant_stress"]
         return {depth["threshold_pa"]: Quantity.of(depth["depth_mm"], "mm") for depth in depths if depth.get("depth_mm")}
 

@@ -116,7 +116,7 @@ impl FaceTree {
     }
 }
 
-/// A listed face.
+/// A face that the list has for a slave node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub face: u32,

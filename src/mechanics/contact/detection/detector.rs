@@ -339,7 +339,7 @@ impl Detector {
         Ok(())
     }
 
-    /// Number of surfaces.
+    /// Number of surfaces of meshes; rigid bodies are not among them.
     pub(super) fn surface_count(&self) -> usize {
         self.boundaries.len()
     }

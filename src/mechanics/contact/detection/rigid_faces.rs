@@ -158,7 +158,7 @@ enum Core {
 }
 
 impl Core {
-    /// As [`Shape::eval_distance`].
+    /// Signed distance [m] and outward normal of the core at a point, as [`Shape::eval_distance`].
     fn eval_distance(&self, p: &Vec3) -> (f64, Vec3) {
         match self {
             Self::Shrunk(Shape::Polyhedron(hull), less) => hull.eval_core_distance(p, *less),

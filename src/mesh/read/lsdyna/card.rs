@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// Widths of fields.
+/// Number of columns of a field, which a keyword or the whole file sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Format {
     /// Numbers of nodes and elements in 8 columns.

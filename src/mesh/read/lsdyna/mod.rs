@@ -50,7 +50,7 @@ pub(super) fn begins(start: &[u8]) -> bool {
 
 /// Meaning of the lines below the last keyword.
 enum Block {
-    /// Not used.
+    /// A keyword that is not used: its lines are passed over.
     Skipped,
     Nodes,
     /// Solid elements; number, part and offset of one whose nodes are on the next line.

@@ -10,7 +10,7 @@ pub(super) enum Members {
     NodeRanges,
     /// A word for the kind on each line, and members of that kind.
     General,
-    /// Sets of nodes.
+    /// Members that are themselves sets of nodes.
     NodeSets,
     Parts,
     /// First and last part of ranges.
@@ -33,7 +33,7 @@ pub(super) struct Set {
     pub(super) nodes: Vec<Numbers>,
     /// Parts, and ranges of them.
     pub(super) parts: Vec<Numbers>,
-    /// Sets of nodes.
+    /// Sets of nodes whose nodes it has too.
     pub(super) sets: Vec<Numbers>,
     /// Whether it has all nodes.
     pub(super) all: bool,

@@ -92,7 +92,7 @@ impl Labels {
         Self { of_cell: of_cell.collect(), names }
     }
 
-    /// Number of cells.
+    /// Number of cells, labelled or not.
     pub(super) fn len(&self) -> usize {
         self.of_cell.len()
     }

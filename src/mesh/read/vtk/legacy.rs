@@ -56,7 +56,7 @@ fn read_version(cursor: &mut Cursor) -> Result<u32, MeshError> {
 
 pub(super) struct Reader<'a> {
     pub(super) cursor: Cursor<'a>,
-    /// Major version.
+    /// Major version; from 5 on cells are written as offsets and connectivity.
     version: u32,
     pub(super) grid: Grid<'a>,
     /// What the arrays belong to, and how many of it there are; `None` before any `CELL_DATA` or `POINT_DATA`.

@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 
 /// A sequence of bytes that is read from the front.
 pub(super) enum Stream<'a> {
-    /// The bytes themselves.
+    /// The bytes of the file as they are.
     Raw(&'a [u8]),
     /// Digits with the values of 6 bits, four for three bytes, with white space between them. Padding ends a group; another
     /// may follow.

@@ -29,7 +29,7 @@ pub enum VolumeFormat {
 }
 
 impl VolumeFormat {
-    /// All formats.
+    /// All formats of scans that are read.
     pub const ALL: [Self; 3] = [Self::Nifti, Self::Nrrd, Self::MetaImage];
 
     /// The format from the first bytes of a file.

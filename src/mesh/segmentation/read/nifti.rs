@@ -142,7 +142,7 @@ impl Header {
         }
     }
 
-    /// Numbers of voxels.
+    /// Numbers of voxels along the three axes; a file with several volumes is refused.
     fn dims(&self) -> Result<[u64; 3], MeshError> {
         let place = self.places[0];
         let count = usize::try_from(self.dim[0]).ok().filter(|n| (1..=7).contains(n));
@@ -218,6 +218,7 @@ impl Header {
 
 /// The layout that a header describes, and the place of the first voxel.
 fn header(bytes: &[u8]) -> Result<(Layout, u64), MeshError> {
+    // Version and byte order, from the size that the header gives of itself.
     let found = version(bytes)
         .ok_or_else(|| malformed(0, "expected a NIfTI header (348 or 540 as its first number)"))?;
     let (version, is_big_endian) = found;
@@ -227,6 +228,7 @@ fn header(bytes: &[u8]) -> Result<(Layout, u64), MeshError> {
     }
     let fields = Fields { bytes, is_big_endian };
     let header = if version == 0 { Header::version_1(&fields) } else { Header::version_2(&fields) };
+    // Voxels in the same file, behind the header.
     if &header.magic[..2] == b"ni" {
         return Err(MeshError::Unsupported {
             what: "a NIfTI header with its voxels in another file".into(),
@@ -243,6 +245,7 @@ fn header(bytes: &[u8]) -> Result<(Layout, u64), MeshError> {
         ));
     }
     let mut notes = Vec::new();
+    // Unit of length, in metres (xyzt_units).
     let unit = match header.units & 7 {
         1 => 1.0,
         2 => 1e-3,
@@ -252,6 +255,7 @@ fn header(bytes: &[u8]) -> Result<(Layout, u64), MeshError> {
             1e-3
         }
     };
+    // Grid, and the scaling of the values; a slope of 0 stands for none.
     let (origin, steps) = header.grid(&mut notes)?;
     let [slope, intercept] = header.scaling;
     let layout = Layout {

@@ -42,6 +42,7 @@ pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
 }
 
 fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
+    // Type of the voxels, with all its spellings.
     let (line, word) = header.need(&["type"])?;
     let sample = match word.to_ascii_lowercase().as_str() {
         "uchar" | "unsigned char" | "uint8" | "uint8_t" => Sample::U8,
@@ -63,6 +64,7 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
         other => return Err(in_line(line, format!("there is no type {other:?} of voxels"))),
     };
     let mut notes = Vec::new();
+    // Unit of length, in metres.
     let unit = match header.get(&["space units"]) {
         None => {
             notes.push("the scan does not say its unit of length: millimetres are assumed".into());
@@ -75,6 +77,7 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
             _ => return Err(in_line(line, "the unit of length is none of \"mm\", \"m\", \"um\"")),
         },
     };
+    // Grid: a vector per axis where the file is oriented, else spacings along x, y, z.
     let signs = signs(header, &mut notes)?;
     let steps: [Vec3; 3] = match (header.get(&["space directions"]), header.get(&["spacings"])) {
         (Some(directions), _) => {
@@ -90,6 +93,7 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
         }
     };
     let origin = header.get(&["space origin"]).map_or(Ok([0.0; 3]), numbers::<3>)?;
+    // Byte order, which only single bytes do without.
     let is_big_endian = header.get(&["endian"]).is_some_and(|(_, word)| word.eq_ignore_ascii_case("big"));
     if sample.size() > 1 && header.get(&["endian"]).is_none() {
         return Err(in_line(1, "the header has no \"endian\""));

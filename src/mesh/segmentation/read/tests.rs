@@ -67,7 +67,7 @@ impl Written {
         file
     }
 
-    /// MetaImage.
+    /// The scan as MetaImage, whose x and y axes point the other way.
     fn metaimage(&self, is_compressed: bool) -> Vec<u8> {
         let spacing = self.steps_mm.map(|step| step.norm());
         let unit: Vec<Vec3> = self.steps_mm.iter().zip(spacing).map(|(step, length)| step / length).collect();

@@ -37,7 +37,7 @@ struct Log {
 pub(super) enum Heard {
     /// A message with its bytes.
     Message(Box<FromChild>, Vec<u8>),
-    /// Nothing in time.
+    /// No message within the time that was waited for one.
     Nothing,
     /// The process ended, or breaks the protocol.
     End,

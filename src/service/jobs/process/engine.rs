@@ -5,6 +5,7 @@ use super::limits::{LIMITS_MEMORY, Limits};
 use super::wire::{FromChild, Settings, Task, ToChild, Work};
 use crate::blobs::{BlobError, Draft};
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::{RunControl, StopReason};
@@ -15,7 +16,7 @@ use crate::service::jobs::failures::{beyond_deadline, killed, out_of_memory, pan
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
 use crate::service::jobs::{JobKind, Phase, Progress};
-use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf, is_id};
+use crate::service::meshes::{MeshRefusal, MeshShelf, is_id};
 use crate::service::shelves::result_name;
 use crate::step::{Ending, Failure};
 use std::io::{self, Read};
@@ -222,7 +223,7 @@ impl Lost {
 /// The exchange with the process of a run.
 struct Conversation {
     reached: Progress,
-    /// When the process was told to stop.
+    /// When the process was asked to stop.
     stopping: Option<Instant>,
     most_memory: u64,
 }
@@ -287,7 +288,7 @@ impl Conversation {
         }
     }
 
-    /// Asks the process to stop; false if it was told long ago.
+    /// Asks the process to stop; false if it was asked long ago.
     fn stop(&mut self, child: &mut Child, control: &RunControl) -> bool {
         if let Some(requested) = self.stopping {
             return requested.elapsed() < STOP_TIME;

@@ -2,11 +2,12 @@
 
 use super::limits::Limits;
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::scene::{Budget, MeshSourceError, Problems};
 use crate::service::jobs::control::StopReason;
 use crate::service::jobs::engine::{CheckedScene, RunReport, ScenePreview};
 use crate::service::jobs::{JobKind, Progress};
-use crate::service::meshes::{MeshRefusal, MeshReport};
+use crate::service::meshes::MeshRefusal;
 use crate::step::Failure;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -41,7 +42,7 @@ pub(super) struct Settings {
 /// One call of an engine.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Work {
-    /// Run a job.
+    /// Run a job of this kind into this recording, on so many threads.
     Run { kind: JobKind, recording: PathBuf, threads: usize },
     /// Validate the document of a job.
     Check { kind: JobKind },
@@ -75,7 +76,7 @@ pub(super) enum FromChild {
     Result { key: String },
     /// It has computed the result with a key, which follows as bytes.
     KeepResult { key: String },
-    /// The run ended.
+    /// The run ended, as its report says, or could not begin.
     Ran(Result<RunReport, Failure>),
     /// The document was validated.
     Checked(Result<CheckedScene, Problems>),
@@ -83,7 +84,7 @@ pub(super) enum FromChild {
     Previewed(Result<Box<ScenePreview>, Problems>),
     /// The mesh was read.
     Inspected(Result<(MeshFormat, MeshReport), MeshRefusal>),
-    /// It panicked.
+    /// The call panicked: this job fails, and no other.
     Panicked,
 }
 

@@ -18,7 +18,8 @@ pub use sqlite::SqliteStore;
 
 use super::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::mesh::read::MeshFormat;
-use crate::service::meshes::{MeshReport, StoredMesh};
+use crate::mesh::report::MeshReport;
+use crate::service::meshes::StoredMesh;
 use futures::future::BoxFuture;
 use std::fmt;
 

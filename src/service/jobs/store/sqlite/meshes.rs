@@ -3,9 +3,10 @@
 use super::SqliteStore;
 use super::read::job_id;
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::service::jobs::JobsError;
 use crate::service::jobs::store::{KnownBlobs, MeshDeletion};
-use crate::service::meshes::{MeshReport, StoredMesh};
+use crate::service::meshes::StoredMesh;
 use crate::service::shelves::{mesh_name, recording_name, result_name};
 
 impl SqliteStore {

@@ -11,8 +11,9 @@ use super::{
     MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
-use crate::service::meshes::{MeshReport, StoredMesh};
+use crate::service::meshes::StoredMesh;
 use futures::future::BoxFuture;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
