@@ -141,8 +141,7 @@ impl Plan {
     }
     /// Whether elements with a long critical time step may be evaluated less often than in every step. Erosion looks at all of them.
     pub fn may_subcycle(&self) -> bool {
-        matches!(&self.integrator, Integrator::Explicit(options) if options.subcycling)
-            && !self.erodes()
+        matches!(&self.integrator, Integrator::Explicit(options) if options.subcycling) && !self.erodes()
     }
     /// Whether the stress of a part depends on rate or history, apart from bulk viscosity.
     pub fn is_viscous(&self) -> bool {

@@ -41,7 +41,8 @@ pub use measure_plan::{ForceAverage, MeasurePlan, TissueEnd};
 pub use named_materials::NamedMaterialReport;
 pub use parts::CompileError;
 pub use report::{
-    BlockReport, IntegratorReport, MemoryReport, Omitted, PairReport, PlanReport, RefinementReport, RigidReport,
+    BlockReport, IntegratorReport, MemoryReport, Omitted, PairReport, PlanReport, RefinementReport,
+    RigidReport,
 };
 pub use requested::CUTS;
 pub use rigid::RigidPlan;
