@@ -86,7 +86,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
             let kick = cycle.and_then(|cycle| cycle.kick(i));
             let sums = (&mut chunk.viscous[..], &mut chunk.viscous_impulse[..], &mut chunk.change[..]);
             add_kick(&forces.relaxing, kick, nodes, sums);
-            // A part that softens has every element evaluated in every step.
+            // Such elements are evaluated in every step.
             if softens {
                 add(&forces.lost, nodes, &mut chunk.force);
             }

@@ -168,7 +168,7 @@ impl Subcycles {
         }
         for (chunk, intervals) in forces.chunks.iter().zip(&mut self.intervals) {
             let block = &blocks[chunk.block as usize];
-            let every_step = block.nodal_volumes.is_some() || block.parameters.memory.softens();
+            let every_step = block.nodal_volumes.is_some() || block.parameters.memory.needs_every_step();
             for (i, interval) in intervals.iter_mut().enumerate() {
                 let near = nodes_of_batch(blocks, chunk, i)
                     .fold(f64::INFINITY, |least, node| least.min(of_nodes[node]));

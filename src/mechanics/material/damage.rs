@@ -44,6 +44,13 @@ impl Memory for Softening {
     fn history_len(&self) -> usize {
         usize::from(self.onset.is_finite())
     }
+    fn softens(&self) -> bool {
+        self.history_len() > 0
+    }
+    /// What is lost is a part of the internal forces.
+    fn needs_every_step(&self) -> bool {
+        self.softens()
+    }
     fn step(&self, _: f64) {}
 
     #[inline(always)]

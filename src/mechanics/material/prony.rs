@@ -96,6 +96,12 @@ impl Memory for PronySeries {
         if self.count == 0 { 0 } else { 6 * (1 + self.count) }
     }
 
+    fn softens(&self) -> bool {
+        false
+    }
+    fn needs_every_step(&self) -> bool {
+        false
+    }
     /// Coefficients of a step; `h = 0`, at the start of a run, stands for a fully relaxed state.
     fn step(&self, h: f64) -> [BranchStep; MAX_BRANCHES] {
         let mut steps = [BranchStep::default(); MAX_BRANCHES];
