@@ -80,8 +80,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
     let mut was_withheld = false;
     let mut done: Vec<Done> = Vec::new();
     // A finer mesh may be stopped by the time; the first one runs to its end.
-    let has_result = AtomicBool::new(false);
-    let discards = AtomicBool::new(false);
+    let (has_result, discards) = (AtomicBool::new(false), AtomicBool::new(false));
     let wall = clock.wall();
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
     let scene = &in_single_precision(scene);

@@ -64,11 +64,6 @@ impl PronySeries {
     pub fn branches(&self) -> &[Branch] {
         &self.branches[..self.count]
     }
-
-    /// Sum of the relative moduli [-]: the instantaneous stress is 1 + Σg times that of slow loading.
-    pub fn sum(&self) -> f64 {
-        self.branches().iter().map(|b| b.relative_modulus).sum()
-    }
 }
 
 impl PronySeries {

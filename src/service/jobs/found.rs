@@ -58,7 +58,11 @@ impl Found {
             }
         };
         let first = |names: &[String]| names.iter().take(SHOWN).cloned().collect();
-        report(&format!("recordings have no job in {STORE_FILE}"), self.without_job.len(), first(&self.without_job));
+        report(
+            &format!("recordings have no job in {STORE_FILE}"),
+            self.without_job.len(),
+            first(&self.without_job),
+        );
         let ids = self.without_recording.iter().take(SHOWN).map(ToString::to_string).collect();
         report("jobs have lost their recordings", self.without_recording.len(), ids);
         report("meshes have lost their files", self.without_file.len(), first(&self.without_file));

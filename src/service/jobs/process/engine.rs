@@ -222,7 +222,7 @@ impl Lost {
 /// The exchange with the process of a run.
 struct Conversation {
     reached: Progress,
-    /// When the process was told to stop.
+    /// When the process was asked to stop.
     stopping: Option<Instant>,
     most_memory: u64,
 }
@@ -287,7 +287,7 @@ impl Conversation {
         }
     }
 
-    /// Asks the process to stop; false if it was told long ago.
+    /// Asks the process to stop; false if it was asked long ago.
     fn stop(&mut self, child: &mut Child, control: &RunControl) -> bool {
         if let Some(requested) = self.stopping {
             return requested.elapsed() < STOP_TIME;

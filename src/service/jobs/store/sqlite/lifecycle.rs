@@ -196,7 +196,7 @@ impl SqliteStore {
         for (seq, id, attempt, deleted, cancel_requested) in rows {
             match job_id(id) {
                 Ok(id) => {
-                    orphans.push(Orphan { seq, id, attempt, request: request_of(deleted, cancel_requested) })
+                    orphans.push(Orphan { seq, id, attempt, request: request_of(deleted, cancel_requested) });
                 }
                 // The others are recovered, and this one is found by `contuse doctor`.
                 Err(error) => tracing::error!(seq, %error, "a job cannot be read"),
