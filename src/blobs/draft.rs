@@ -1,7 +1,7 @@
 //! A blob while it is being written.
 
-use super::digest::{Digester, pieces};
-use super::{Blob, BlobDigest, BlobError};
+use super::blob::{Blob, BlobError};
+use super::digest::{BlobDigest, Digester, pieces};
 use std::io::{self, Read};
 
 /// Bytes without a name yet. Dropped without one, they are discarded.

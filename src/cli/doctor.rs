@@ -2,6 +2,7 @@
 
 use super::{CliError, Exit};
 use crate::service::doctor::{Diagnosis, examine};
+use crate::service::jobs::store::{STORE_FILE, STORE_LOG};
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -39,7 +40,7 @@ fn write(diagnosis: &Diagnosis, data: &Path, out: &mut dyn Write) -> io::Result<
     if !diagnosis.store.is_empty() {
         writeln!(
             out,
-            "  restore jobs.sqlite with its jobs.sqlite-wal from a backup of {}; the recordings below do not need it",
+            "  restore {STORE_FILE} with its {STORE_LOG} from a backup of {}; the recordings below do not need it",
             data.display()
         )?;
     }

@@ -97,7 +97,7 @@ impl AbsorbedEnergy {
             |&(slave, master): &(usize, Option<usize>)| master.is_none() && tissue.bodies.contains(&slave);
         let planes = pairs().filter(|(_, sides)| is_on_plane(sides)).map(|(pair, _)| pair).collect();
         // A plane supports what has come to rest on it, not what is in flight.
-        let holder = Holder::new(plan, |body| tissue.bodies.contains(&body), false);
+        let holder = plan.supports(|body| tissue.bodies.contains(&body), false);
         let is_projectile = |body: usize| projectile.bodies.contains(&body);
         let by_projectiles_only = pairs().all(|(_, sides)| {
             tissue.sign_of(sides) == 0.0 || is_projectile(sides.0) || sides.1.is_some_and(is_projectile)

@@ -102,11 +102,6 @@ impl SlidingWindow {
         Self { window, samples: VecDeque::new(), peak: PeakForce::default(), largest: [0.0; 2] }
     }
 
-    /// Length τ of the window [s].
-    pub fn length(&self) -> f64 {
-        self.window
-    }
-
     /// Largest mean force so far.
     pub fn peak(&self) -> PeakForce {
         PeakForce { placing: (self.largest[0] - self.largest[1]).abs(), ..self.peak }

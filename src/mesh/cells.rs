@@ -109,11 +109,6 @@ impl<N: Copy> Cells<N> {
         counted.filter(|(_, count)| *count > 0).collect()
     }
 
-    /// Reserves memory for more cells of a kind.
-    pub fn reserve(&mut self, kind: CellKind, cells: usize) {
-        self.nodes.reserve_exact(cells * kind.node_count());
-    }
-
     /// Appends a cell.
     ///
     /// # Panics

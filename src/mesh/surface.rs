@@ -92,7 +92,8 @@ pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
 ///
 /// V = ⅓ ∮ x · n dA over the bilinear faces. The integrand x · (x,ξ × x,η) is quadratic in ξ and in η, so that the 2×2
 /// Gauss rule is exact: this equals the sum of the trilinear elements inside.
-pub fn enclosed_volume_m3(faces: &[[u32; 4]], positions: &[Vec3]) -> f64 {
+#[cfg(test)]
+pub(super) fn enclosed_volume_m3(faces: &[[u32; 4]], positions: &[Vec3]) -> f64 {
     let mut volume = 0.0;
     for face in faces {
         let x = face.map(|a| positions[a as usize]);

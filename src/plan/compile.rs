@@ -1,16 +1,20 @@
 //! Scene → plan: element blocks, masses, contact pairs, loads, integrator.
 
 use super::blocks::{Globals, add_blocks, reference_geometry};
+use super::body::PlanBody;
+use super::compiled::Plan;
 use super::contact::compile_contact;
 use super::contact_mass::{inertia_lost, lumped_mass};
 use super::distant::BodyMotion;
+use super::holder::Holder;
+use super::integrator::{DynamicRelaxation, Implicit, Integrator};
 use super::loads::Loads;
 use super::parts::{CompileError, Parts};
-use super::report::{PlanReport, report};
+use super::report::PlanReport;
+use super::reporting::report;
 use super::requested::{field_times, measures};
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
-use super::{DynamicRelaxation, Holder, Implicit, Integrator, Plan, PlanBody};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
@@ -155,7 +159,7 @@ fn complete(
         report: PlanReport::default(),
     };
     // Quantities that need the plan itself.
-    plan.holder = Holder::new(&plan, |_| true, !document.planes.is_empty());
+    plan.holder = plan.supports(|_| true, !document.planes.is_empty());
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
     plan

@@ -1,8 +1,9 @@
 //! Contact pairs of a plan, and the choice of slave and master.
 
+use super::body::PlanBody;
 use super::by_pair::{ByPair, MOST_LISTED_BODIES};
+use super::contact_plan::ContactPlan;
 use super::distant::{BodyMotion, DistantPair, Other, cannot_meet};
-use super::{ContactPlan, PlanBody};
 use crate::mechanics::contact::detection::slave_choice::{Slave, choose_slave, mean_face_size};
 use crate::mechanics::contact::pairs::{EveryTwo, Pairs};
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};

@@ -1,6 +1,8 @@
 //! Estimated run time of a plan, from the scene's table of costs.
 
-use super::{ContactPlan, Integrator, Plan};
+use super::compiled::Plan;
+use super::contact_plan::ContactPlan;
+use super::integrator::Integrator;
 use crate::mechanics::contact::Master;
 use crate::mechanics::force::ElementBlock;
 use crate::scene::cost::{FactorSize, StepLoad, element_s};

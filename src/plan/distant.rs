@@ -14,7 +14,7 @@
 //! motion (the ledger's ½ v₋ᵀMv₊ does not bound the velocities of a step), so it would have to be monitored in every step;
 //! the broad phase already does that with distant surfaces, at the same cost.
 
-use super::PlanBody;
+use super::body::PlanBody;
 use crate::mechanics::contact::detection::closest_point::Patch;
 use crate::mechanics::contact::detection::detector::reach;
 use crate::mechanics::contact::detection::rigid_detection;

@@ -1,6 +1,6 @@
 //! Loads besides contact: prescribed displacements, face loads, and their load curves.
 
-use super::PlanBody;
+use super::body::PlanBody;
 use crate::mechanics::face_load::corner_sizes;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::faces_within;

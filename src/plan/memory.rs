@@ -1,6 +1,8 @@
 //! Approximate memory of a run by component, from the counts and the sizes of the stored types.
 
-use super::{Integrator, Plan};
+use super::compiled::Plan;
+use super::integrator::Integrator;
+use super::report::MemoryReport;
 use crate::mechanics::contact::solution::compliance::MOST_NODES;
 use crate::mechanics::contact::stencil::Stencil;
 use crate::mechanics::contact::{ContactPair, Master, Reaction, Surface};
@@ -8,29 +10,6 @@ use crate::mechanics::force::ElementBlock;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
-use serde::{Deserialize, Serialize};
-
-/// Approximate memory of a run by component.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
-pub struct MemoryReport {
-    /// Plan [bytes]: positions, masses, connectivity, boundary surfaces, assembly, and the matrix and factor of implicit
-    /// steps.
-    pub plan_bytes: u64,
-    /// Constants of the elements [bytes]: geometry, fibres, node numbers.
-    pub elements_bytes: u64,
-    /// State [bytes]: displacement, velocity; viscous forces where a part has them; history of the elements: bulk viscosity,
-    /// what stress remembers at the points, and nodal displacements and forces of each Prony branch, for its energy.
-    pub state_bytes: u64,
-    /// Buffers of a step [bytes]: element forces, totals, nodal forces, positions.
-    pub step_bytes: u64,
-    /// Contact [bytes]: topology, search trees, candidates and reactions.
-    pub contact_bytes: u64,
-    /// Recorded fields at nodes and elements [bytes].
-    pub fields_bytes: u64,
-    /// Total divided by the number of elements [bytes].
-    pub bytes_per_element: f64,
-}
 
 impl MemoryReport {
     /// Memory of a plan whose element forces take `forces_bytes`.
@@ -65,16 +44,6 @@ impl MemoryReport {
             bytes_per_element: 0.0,
         };
         Self { bytes_per_element: report.total_bytes() as f64 / plan.element_count().max(1) as f64, ..report }
-    }
-
-    /// Sum of all components [bytes].
-    pub fn total_bytes(&self) -> u64 {
-        self.plan_bytes
-            + self.elements_bytes
-            + self.state_bytes
-            + self.step_bytes
-            + self.contact_bytes
-            + self.fields_bytes
     }
 }
 

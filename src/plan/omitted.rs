@@ -1,23 +1,11 @@
 //! Features that a plan omits, each with its reason and, if there is one, the switch that keeps it.
 
-use super::Plan;
 use super::by_pair::MOST_LISTED_BODIES;
+use super::compiled::Plan;
+use super::report::Omitted;
 use crate::mechanics::contact::ContactLaw;
 use crate::scene::Scene;
 use crate::scene::document::{FieldName, Keep, Role, SelfContact};
-use serde::{Deserialize, Serialize};
-
-/// A feature that the plan omits.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
-pub struct Omitted {
-    /// Computation that is omitted, such as `inactive elements` or `viscosity pass`.
-    pub what: String,
-    /// Reason for the omission.
-    pub why: String,
-    /// The name in `solver.keep` (or for `--keep`) that keeps it; null where it cannot be kept.
-    pub switch: Option<Keep>,
-}
 
 /// All that the plan does without; what can be restored comes first.
 pub(super) fn omitted(plan: &Plan, scene: &Scene) -> Vec<Omitted> {

@@ -1,6 +1,6 @@
 //! Components of a plan before it is complete, and the errors of compilation.
 
-use super::PlanBody;
+use super::body::PlanBody;
 use super::loads::Loads;
 use super::rigid::RigidPlan;
 use crate::mechanics::followers::{FollowerError, Followers, Masters};

@@ -1,20 +1,11 @@
 //! Report of a plan: what it kept, what it omitted and why, and its estimated cost.
 
-use super::by_pair::{MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
-use super::memory::MemoryReport;
+use super::integrator::{Integrator, SystemSize};
 use super::named_materials::NamedMaterialReport;
-use super::omitted::{Omitted, omitted};
-use super::refinement::RefinementReport;
-use super::rigid::RigidReport;
-use super::stable_step::{StableStepReport, StableSteps};
-use super::{Integrator, Plan, SystemSize, cost};
-use crate::mechanics::contact::solution::solvers::Method;
-use crate::mechanics::contact::{ContactPair, Master};
-use crate::mechanics::force::{ElementBlock, Formulation};
+use super::stable_step::StableStepReport;
+use crate::scene::IntegratorChoice;
 use crate::scene::document::Keep;
-use crate::scene::{IntegratorChoice, Scene};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
 
 /// Report of a plan, in numbers and words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -83,7 +74,7 @@ pub struct IntegratorReport {
 }
 
 impl IntegratorReport {
-    fn new(integrator: &Integrator, stable_step_s: f64, choice: Option<IntegratorChoice>) -> Self {
+    pub(super) fn new(integrator: &Integrator, stable_step_s: f64, choice: Option<IntegratorChoice>) -> Self {
         match integrator {
             Integrator::Explicit(_) => {
                 Self { kind: "explicit".into(), step_s: stable_step_s, theta: None, systems: None, choice }
@@ -98,7 +89,7 @@ impl IntegratorReport {
         }
     }
 
-    fn in_words(&self) -> Option<String> {
+    pub(super) fn in_words(&self) -> Option<String> {
         let size = self.systems?;
         let kind =
             self.theta.map_or_else(|| "quasi-static".into(), |theta| format!("implicit (θ = {theta})"));
@@ -163,183 +154,101 @@ pub struct PairReport {
     pub unknowns_per_contact: u32,
 }
 
-/// Relative amount by which a step may exceed its nominal length, as in the stepper.
-const ROUNDING: f64 = 1e-9;
+/// Approximate memory of a run by component.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct MemoryReport {
+    /// Plan [bytes]: positions, masses, connectivity, boundary surfaces, assembly, and the matrix and factor of implicit
+    /// steps.
+    pub plan_bytes: u64,
+    /// Constants of the elements [bytes]: geometry, fibres, node numbers.
+    pub elements_bytes: u64,
+    /// State [bytes]: displacement, velocity; viscous forces where a part has them; history of the elements: bulk viscosity,
+    /// what stress remembers at the points, and nodal displacements and forces of each Prony branch, for its energy.
+    pub state_bytes: u64,
+    /// Buffers of a step [bytes]: element forces, totals, nodal forces, positions.
+    pub step_bytes: u64,
+    /// Contact [bytes]: topology, search trees, candidates and reactions.
+    pub contact_bytes: u64,
+    /// Recorded fields at nodes and elements [bytes].
+    pub fields_bytes: u64,
+    /// Total divided by the number of elements [bytes].
+    pub bytes_per_element: f64,
+}
 
-/// Report of a compiled plan, given the critical time steps of its elements and the size of their force buffers [bytes].
-pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_bytes: usize) -> PlanReport {
-    let (safety, max_step) = match &plan.integrator {
-        Integrator::Explicit(explicit) => (explicit.safety, explicit.max_step),
-        Integrator::Implicit(_) => (1.0, f64::INFINITY),
-    };
-    let stable_step_s = max_step.min(safety * steps.smallest());
-    let integrator = IntegratorReport::new(&plan.integrator, stable_step_s, scene.choice.clone());
-    let step_s = integrator.step_s;
-    let relaxation = plan.dynamic_relaxation.map_or(0.0, |s| s.duration);
-    // Field times are hit exactly, by equal steps from one to the next.
-    let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([relaxation]);
-    let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
-    let evaluated_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
-    let blocks: Vec<BlockReport> = plan
-        .blocks
-        .iter()
-        .enumerate()
-        .take(MOST_LISTED_BODIES)
-        .map(|(i, block)| of_block(plan, block, steps.smallest_of(i), evaluated_bytes))
-        .collect();
-    let pairs: Vec<PairReport> = of_pairs(plan);
-    let memory = MemoryReport::new(plan, forces_bytes);
-    let mut rigid_bodies = RigidReport::of(plan);
-    rigid_bodies.truncate(MOST_LISTED_BODIES);
-    let words =
-        blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
-    // What was kept, in words.
-    let choice =
-        scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
-    let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
-    kept.extend(statics_in_words(plan));
-    let refinements = RefinementReport::of(plan, scene);
-    kept.extend(refinements.iter().map(RefinementReport::in_words));
-    kept.extend(words);
-    let (block_count, rigid_count) = (plan.blocks.len(), plan.rigid_bodies().len());
-    if block_count > blocks.len() {
-        kept.push(format!("{block_count} element blocks, of which the first {} are listed", blocks.len()));
-    }
-    if rigid_count > rigid_bodies.len() {
-        kept.push(format!(
-            "{rigid_count} rigid bodies, of which the first {} are listed",
-            rigid_bodies.len()
-        ));
-    }
-    kept.extend(pairs.iter().map(PairReport::in_words));
-    let pair_count = plan.contact.as_ref().map_or(0, |contact| contact.pairs.len());
-    if pair_count > pairs.len() {
-        kept.push(format!("{pair_count} contact pairs, of which the first {} are listed", pairs.len()));
-    }
-    let solver = plan.contact.as_ref().and_then(|contact| contact.solver);
-    let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
-    kept.extend(solver.map(|solver| solver_in_words(solver, is_explicit)));
-    if is_explicit
-        && !plan.blocks.is_empty()
-        && !plan.skip_inactive_elements
-        && !scene.document.keeps(Keep::InactiveElements)
-    {
-        kept.push(
-            "inactive elements: gravity, dynamic relaxation or initial motion moves all nodes from the start"
-                .into(),
-        );
-    }
-    PlanReport {
-        nodes: plan.mesh_node_count(),
-        elements: plan.element_count(),
-        memory_bytes: memory.total_bytes(),
-        memory,
-        stable_step_s,
-        stable_step: steps.report(&plan.blocks, &plan.bodies, (safety, max_step)),
-        expected_steps,
-        expected_run_time_s: cost::run_time_s(plan, expected_steps, evaluated_bytes),
-        integrator,
-        kept,
-        blocks,
-        block_count,
-        named_materials: NamedMaterialReport::of(scene),
-        refinements,
-        rigid_bodies,
-        pairs,
-        pair_count,
-        omitted: omitted(plan, scene),
-        restored: scene.document.solver.keep.clone(),
+impl MemoryReport {
+    /// Sum of all components [bytes].
+    pub fn total_bytes(&self) -> u64 {
+        self.plan_bytes
+            + self.elements_bytes
+            + self.state_bytes
+            + self.step_bytes
+            + self.contact_bytes
+            + self.fields_bytes
     }
 }
 
-/// The quasi-static preload or run, in words.
-fn statics_in_words(plan: &Plan) -> Vec<String> {
-    let mut words = Vec::new();
-    let run = match &plan.integrator {
-        Integrator::Implicit(implicit) => implicit.statics.as_ref(),
-        Integrator::Explicit(_) => None,
-    };
-    if let Some(preload) = &plan.preload {
-        let steps = (1.0 / preload.step).round();
-        words.push(format!(
-            "quasi-static preload in {steps} load steps: {} unknowns",
-            preload.unknowns.count()
-        ));
-    }
-    let preload = plan.preload.as_ref().and_then(|preload| preload.statics.as_ref());
-    for under_constrained in run.or(preload).iter().flat_map(|statics| &statics.under_constrained) {
-        words.push(format!(
-            "{}: under-constrained, {} of 6 rigid motions are left to contact; its quasi-static matrix is stabilised, its equilibrium is not",
-            plan.bodies[under_constrained.body].name, under_constrained.motions
-        ));
-    }
-    words
+/// A feature that the plan omits.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct Omitted {
+    /// Computation that is omitted, such as `inactive elements` or `viscosity pass`.
+    pub what: String,
+    /// Reason for the omission.
+    pub why: String,
+    /// The name in `solver.keep` (or for `--keep`) that keeps it; null where it cannot be kept.
+    pub switch: Option<Keep>,
 }
 
-/// The chosen contact solver and its cost, in words.
-fn solver_in_words(solver: Method, is_explicit: bool) -> String {
-    let by_products = solver == Method::AcceleratedGradient && !is_explicit;
-    let how = if by_products { "matrix-free" } else { "W formed in every step" };
-    format!("contact problems solved by {}, {how}", solver.name())
+/// Report of a locally refined body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct RefinementReport {
+    /// Name of the body.
+    pub body: String,
+    /// Number of elements before refinement.
+    pub elements_before: usize,
+    /// Number of these that were split.
+    pub elements_split: usize,
+    /// Number of elements after refinement.
+    pub elements: usize,
+    /// Number of hanging nodes between coarse and fine elements, which follow others.
+    pub hanging_nodes: usize,
 }
 
-fn of_block(
-    plan: &Plan,
-    block: &ElementBlock,
-    smallest_stable_step_s: f64,
-    evaluated_bytes: usize,
-) -> BlockReport {
-    let (p, body) = (&block.parameters, &plan.bodies[block.body]);
-    let parts: BTreeSet<u32> =
-        block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
-    BlockReport {
-        body: body.name.clone(),
-        parts: parts.into_iter().map(|part| body.parts[part as usize].clone()).collect(),
-        elements: block.elements.len(),
-        kind: body.cells.kind((block.elements[0] - body.elements.start) as usize).table().name.into(),
-        law: p.material.name().into(),
-        fibre_families: p.material.family_count(),
-        formulation: match p.formulation {
-            Formulation::MeanDilatation if p.has_single_precision(block.kind) => {
-                "mean dilatation, single precision"
-            }
-            Formulation::MeanDilatation => "mean dilatation",
-            Formulation::Full => "full integration",
-            Formulation::NodalPressure => "averaged nodal pressure (all elements in every step)",
-            Formulation::Reduced => "one point, stabilised",
-        }
-        .into(),
-        shear_viscosity_pa_s: p.shear_viscosity,
-        prony_branches: p.memory.prony.branches().len(),
-        softens: p.memory.softening.onset.is_finite(),
-        erodes: p.erosion.is_some(),
-        smallest_stable_step_s,
-        element_steps_per_s: cost::element_steps_per_s(block, evaluated_bytes),
+impl RefinementReport {
+    /// The report in one line.
+    pub fn in_words(&self) -> String {
+        let Self { body, elements_before, elements_split, elements, hanging_nodes } = self;
+        format!(
+            "{body}: {elements_split} of {elements_before} hex8 locally refined, {elements} now; {hanging_nodes} hanging nodes between \
+             coarse and fine elements"
+        )
     }
 }
 
-fn of_pairs(plan: &Plan) -> Vec<PairReport> {
-    let Some(contact) = &plan.contact else { return Vec::new() };
-    let of_pair = |(index, pair): (usize, ContactPair)| {
-        let sides = plan.rigid.as_ref().map_or([None; 2], |rigid| rigid.sides_of(index));
-        let shapes = sides.iter().flatten().map(|body| &plan.rigid_bodies()[*body as usize].shape);
-        PairReport {
-            name: plan.name_of(index),
-            slave_nodes: if sides[0].is_some() { 0 } else { contact.surfaces[pair.slave].nodes.len() },
-            master_faces: match pair.master {
-                Master::Surface(master) => Some(contact.surfaces[master].faces.len()),
-                Master::Plane { .. } | Master::Rigid(_) => None,
-            },
-            rigid_shapes: shapes.map(|shape| shape.name().to_owned()).collect(),
-            friction: pair.law.mu(),
-            unknowns_per_contact: pair.law.unknowns(),
-        }
-    };
-    contact.pairs.each().take(MOST_LISTED_PAIRS).map(of_pair).collect()
+/// Report of a rigid body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct RigidReport {
+    /// Name of the body.
+    pub body: String,
+    /// Name of its shape.
+    pub shape: String,
+    /// Mass of the body [kg].
+    pub mass_kg: f64,
+    /// Principal moments of inertia [kg m²], about the axes of the shape.
+    pub inertia_kg_m2: [f64; 3],
+}
+
+impl RigidReport {
+    pub(super) fn in_words(&self) -> String {
+        format!("{}: rigid {}, {:.4e} kg, six unknowns", self.body, self.shape, self.mass_kg)
+    }
 }
 
 impl BlockReport {
-    fn in_words(&self) -> String {
+    pub(super) fn in_words(&self) -> String {
         let Self {
             body,
             elements,
@@ -386,7 +295,7 @@ impl PairReport {
         }
     }
 
-    fn in_words(&self) -> String {
+    pub(super) fn in_words(&self) -> String {
         let slave = match self.slave_nodes {
             0 => self.rigid_shapes.first().map_or_else(String::new, |shape| format!("a rigid {shape}")),
             nodes => format!("{nodes} slave nodes"),

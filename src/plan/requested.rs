@@ -1,6 +1,7 @@
 //! Requested output: field times, and the inputs of the measures.
 
-use super::{ForceAverage, MeasurePlan, PlanBody, TissueEnd};
+use super::body::PlanBody;
+use super::measure_plan::{ForceAverage, MeasurePlan, TissueEnd};
 use crate::scene::Scene;
 use crate::scene::document::{BodyDocument, Generator, MeasuresDocument, MeshDocument, Role, SceneDocument};
 use crate::scene::exposed_faces::exposed_faces;

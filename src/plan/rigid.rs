@@ -1,9 +1,8 @@
 //! Rigid bodies of a plan.
 
-use super::{ContactPlan, Plan, PlanBody};
-use crate::mechanics::rigid::{Pose, RigidBody, Rotation};
-use crate::mechanics::tensor::Vec3;
-use serde::{Deserialize, Serialize};
+use super::body::PlanBody;
+use super::contact_plan::ContactPlan;
+use crate::mechanics::rigid::{RigidBody, Rotation};
 
 /// Rigid bodies of a plan, with their initial orientations and contact pairs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,57 +40,5 @@ impl RigidPlan {
     pub fn has_no_mesh(&self, contact: &ContactPlan, pair: usize) -> bool {
         let [slave, master] = self.sides_of(pair);
         slave.is_some() && (master.is_some() || contact.bodies_of(&contact.pairs.get(pair)).1.is_none())
-    }
-}
-
-impl Plan {
-    /// Rigid bodies of the plan; may be empty.
-    pub fn rigid_bodies(&self) -> &[RigidBody] {
-        self.rigid.as_ref().map_or(&[], |rigid| &rigid.bodies)
-    }
-
-    /// Pose of a rigid body at a time [s] with displacement `u` [m] of its centre.
-    pub fn pose(
-        &self,
-        rigid: &RigidPlan,
-        index: usize,
-        time: f64,
-        u: &[Vec3],
-        orientation: Rotation,
-    ) -> Pose {
-        let centre = rigid.bodies[index].centre as usize;
-        Pose { centre: self.position(rigid.of_body[index], centre, time, &u[centre]), orientation }
-    }
-}
-
-/// Report of a rigid body.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
-pub struct RigidReport {
-    /// Name of the body.
-    pub body: String,
-    /// Name of its shape.
-    pub shape: String,
-    /// Mass of the body [kg].
-    pub mass_kg: f64,
-    /// Principal moments of inertia [kg m²], about the axes of the shape.
-    pub inertia_kg_m2: [f64; 3],
-}
-
-impl RigidReport {
-    /// Reports of all rigid bodies of a plan.
-    pub(super) fn of(plan: &Plan) -> Vec<Self> {
-        let Some(rigid) = &plan.rigid else { return Vec::new() };
-        let of_body = |(body, &index): (&RigidBody, &usize)| Self {
-            body: plan.bodies[index].name.clone(),
-            shape: body.shape.name().into(),
-            mass_kg: body.mass,
-            inertia_kg_m2: body.inertia.into(),
-        };
-        rigid.bodies.iter().zip(&rigid.of_body).map(of_body).collect()
-    }
-
-    pub(super) fn in_words(&self) -> String {
-        format!("{}: rigid {}, {:.4e} kg, six unknowns", self.body, self.shape, self.mass_kg)
     }
 }

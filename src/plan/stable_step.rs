@@ -1,6 +1,6 @@
 //! Initial critical time steps of all elements: the element with the smallest one, and how many are close to it.
 
-use super::PlanBody;
+use super::body::PlanBody;
 use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces, ForceInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use serde::{Deserialize, Serialize};

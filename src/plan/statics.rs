@@ -1,6 +1,6 @@
 //! Equilibrium without mass: under-constrained bodies, and the regularisation of their systems.
 
-use super::PlanBody;
+use super::body::PlanBody;
 use super::parts::Parts;
 use crate::mechanics::contact::detection::closest_point::Patch;
 use crate::mechanics::tensor::Vec3;

@@ -1,8 +1,8 @@
 //! Time integration of a plan: options from the scene, and the unknowns of implicit systems.
 
+use super::integrator::{Explicit, Implicit, Integrator, SystemSize};
 use super::parts::{CompileError, Parts};
 use super::statics::Statics;
-use super::{Explicit, Implicit, Integrator, SystemSize};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::sparse::Unknowns;
 use crate::scene::document::{IntegratorDocument, SceneDocument};

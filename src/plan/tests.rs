@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::mechanics::contact::ContactLaw;
+use crate::mechanics::force::ElementBlock;
 use crate::scene::document::Keep;
 use crate::scene::{Budget, FolderSource, load};
 use serde_json::{Value, json};

@@ -1,6 +1,5 @@
 //! A body of the document → its mesh, in place, with a part entry and material axes for every element.
 
-use super::RigidSceneBody;
 use super::budget::Budget;
 use super::document::{
     BodyDocument, MeshDocument, MeshFileDocument, PartDocument, PlacementDocument, RigidDocument,
@@ -11,6 +10,7 @@ use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
 use super::refinement::Meshes;
 use super::rigid_surface;
+use super::scene_body::RigidSceneBody;
 use super::segmentation_document::SegmentationDocument;
 use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;

@@ -1,10 +1,12 @@
 //! The scene document: the user's input, with the unit in every field name. Every struct refuses unknown fields.
 
+use super::axis::all_axes;
 use crate::mechanics::contact::Discretisation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::accuracy_document::{AccuracyDocument, RequestedNumber};
+pub use super::axis::Axis;
 pub use super::integrator_document::IntegratorDocument;
 pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
 pub use super::materials::{Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
@@ -151,22 +153,6 @@ pub struct FixedDocument {
     /// The fixed axes; all three by default.
     #[serde(default = "all_axes")]
     pub axes: Vec<Axis>,
-}
-
-fn all_axes() -> Vec<Axis> {
-    vec![Axis::X, Axis::Y, Axis::Z]
-}
-
-/// A coordinate axis of the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Axis {
-    /// The x axis.
-    X,
-    /// The y axis.
-    Y,
-    /// The z axis.
-    Z,
 }
 
 /// An initial deformation of a body, released when the clock starts.

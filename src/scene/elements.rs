@@ -1,8 +1,8 @@
 //! The finite element of each kind of cell, and the formulations that a scene may ask of it.
 
-use super::SceneBody;
 use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
 use super::problem::{Pointer, Problem};
+use super::scene_body::SceneBody;
 use super::validate::Findings;
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::force::Formulation;

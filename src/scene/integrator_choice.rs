@@ -3,11 +3,11 @@
 //! Explicit steps are limited by the crossing time of a wave through an element; implicit ones by the motion, but each
 //! solves linear systems. The estimate uses the counts, the wave speeds at rest and the fixed table of [`super::cost`].
 
-use super::SceneBody;
 use super::budget::Budget;
 use super::cost::{FactorSize, StepLoad, element_s};
 use super::document::{IntegratorDocument, SceneDocument};
 use super::elements::{element_of, has_averaged_pressure};
+use super::scene_body::SceneBody;
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cell;

@@ -2,17 +2,19 @@
 
 use super::budget::Budget;
 use super::build::{Builder, Refined};
+use super::checked_scene::Scene;
 use super::document::{BodyDocument, IntegratorDocument, PartDocument, RigidDocument, SceneDocument};
 use super::element_values::{Laws, body_axes, laws};
 use super::elements;
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::read::read;
+use super::scene_body::SceneBody;
 use super::source::{FolderSource, KeptFiles, MeshSource};
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap, softening};
-use super::{Scene, SceneBody, json, named_materials, schema};
+use super::{json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{ElementFields, Mesh};

@@ -1,6 +1,6 @@
 //! Loads besides contact: prescribed displacements, face loads, load curves, and a quasi-static preload.
 
-use super::document::Axis;
+use super::axis::{Axis, all_axes};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,10 +43,6 @@ pub struct PrescribedDocument {
     /// neither.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<RampDocument>,
-}
-
-fn all_axes() -> Vec<Axis> {
-    vec![Axis::X, Axis::Y, Axis::Z]
 }
 
 /// A load on the boundary faces whose corners are all in a node set.

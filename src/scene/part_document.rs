@@ -137,11 +137,7 @@ impl PartDocument {
     }
     /// Whether its stress depends on its past.
     pub fn has_memory(&self) -> bool {
-        self.prony_series.is_some() || self.softening.is_some()
-    }
-    /// Whether its stress depends on rate or history, bulk viscosity apart.
-    pub fn is_viscous(&self) -> bool {
-        self.shear_viscosity_pa_s > 0.0 || self.has_memory()
+        !self.memories().is_empty()
     }
     /// The requested element formulation; by default mean dilatation for split laws, or averaged nodal pressure in elements of one point,
     /// and full integration for coupled ones.

@@ -1,7 +1,7 @@
 //! Counts, mass and mesh quality of a body, for users and for the service.
 
-use super::RigidSceneBody;
 use super::document::BodyDocument;
+use super::scene_body::RigidSceneBody;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::quality::Quality;

@@ -3,7 +3,7 @@
 use super::ServiceError;
 use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
-use super::jobs::store::{JobStore as _, KnownBlobs, SqliteStore};
+use super::jobs::store::{KnownBlobs, STORE_FILE, open_store};
 use super::jobs::{JobId, JobsError};
 use crate::blobs::{BlobStore as _, FolderBlobs};
 use crate::report::RecordedRun;
@@ -55,9 +55,9 @@ pub async fn examine(root: &Path) -> Result<Diagnosis, ServiceError> {
     let mut diagnosis = Diagnosis::default();
     // Without its file, the store would be made anew and empty.
     let store = if folder.store_file().is_file() {
-        SqliteStore::open(&folder.store_file()).await.map_err(|error| error.to_string())
+        open_store(&folder.store_file()).await.map_err(|error| error.to_string())
     } else {
-        Err("jobs.sqlite is missing".to_owned())
+        Err(format!("{STORE_FILE} is missing"))
     };
     let known = match store {
         Ok(store) => {

@@ -104,11 +104,6 @@ impl FairQueue {
         }
     }
 
-    /// Number of those who wait, in both lanes.
-    pub fn waiting(&self) -> usize {
-        self.state().waiting.len()
-    }
-
     fn join(&self, owner: &str, lane: Lane) -> Result<oneshot::Receiver<Slot>, Refusal> {
         let mut state = self.state();
         // Those who left count no more.

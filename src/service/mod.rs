@@ -38,7 +38,7 @@ use jobs::JobsError;
 use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
 use jobs::queue::{Purged, Queue, Storage};
-use jobs::store::SqliteStore;
+use jobs::store::open_store;
 use jobs::worker;
 use metrics::Metrics;
 use permits::AllPermits;
@@ -94,7 +94,7 @@ async fn open_queue(
 ) -> Result<Arc<Queue>, JobsError> {
     let folder = DataFolder::open(&config.data)?;
     let storage = Storage {
-        jobs: Arc::new(SqliteStore::open(&folder.store_file()).await?),
+        jobs: open_store(&folder.store_file()).await?,
         blobs: Arc::new(FolderBlobs::open(&config.data)?),
         folder,
     };

@@ -29,7 +29,7 @@ impl Branches {
     pub fn of(plan: &Plan) -> Self {
         let mut branches = Self { of_bodies: vec![0.0; plan.bodies.len()], ..Self::default() };
         for (block_index, block) in plan.blocks.iter().enumerate() {
-            for (index, branch) in block.parameters.memory.prony.branches().iter().enumerate() {
+            for (index, branch) in block.parameters.memory.branches().iter().enumerate() {
                 let is_same = |known: &BranchOfBody| {
                     known.body == block.body
                         && known.relaxation_time.total_cmp(&branch.relaxation_time).is_eq()

@@ -1,8 +1,9 @@
 //! Single precision for internal forces, where it is far below the error of any mesh.
 
-use crate::mesh::cell::CellKind;
+use crate::mechanics::force::BlockParameters;
 use crate::scene::Scene;
 use crate::scene::document::{Formulation, IntegratorDocument};
+use crate::scene::elements::element_of;
 
 /// Largest ratio of bulk to shear modulus [-]. J is rounded to 6e-8 of a strain, and K multiplies that: at this ratio it is 3e-4 of the
 /// shear stress of that strain.
@@ -21,9 +22,10 @@ pub(super) fn in_single_precision(scene: &Scene) -> Scene {
             let (G, K) = material.moduli_at_rest();
             material.volumetric().is_some() && K <= LARGEST_RATIO * G
         });
-        let are_hexahedra = body.mesh.cells.iter().all(|cell| cell.kind == CellKind::Hex8);
+        let may_be_single =
+            body.mesh.cells.iter().all(|cell| BlockParameters::may_be_single(element_of(cell.kind)));
         let parts = document.parts.iter_mut().filter(|part| part.formulation.is_none());
-        for part in parts.filter(|_| is_moderate && are_hexahedra) {
+        for part in parts.filter(|_| is_moderate && may_be_single) {
             part.formulation = Some(Formulation::MeanDilatationSingle);
         }
     }

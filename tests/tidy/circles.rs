@@ -1,7 +1,7 @@
 //! No circles: a file that another one uses, directly or over others, does not use that one.
 //!
 //! Uses are the paths that a file names outside of its unit tests, in `use` and elsewhere. One that leads over a `pub use` leads to
-//! the file that this points to; the `pub use` itself is a signpost and uses nothing.
+//! the file that this points to; the `pub use` itself is a signpost, and a use where the same file names it elsewhere.
 
 use super::{Source, expect_none, sources};
 use std::collections::{BTreeMap, BTreeSet};
@@ -69,6 +69,11 @@ fn statements(source: &Source) -> (Vec<(bool, String)>, String) {
     (uses, rest)
 }
 
+/// Whether a line declares a module in a file of its own.
+fn is_module(line: &str) -> bool {
+    line.ends_with(';') && line.split_whitespace().rev().nth(1) == Some("mod")
+}
+
 /// A path that the module `own` names, from the crate on; `None` of what is no module of it.
 fn from_the_crate(path: &str, own: &[String], known: &BTreeSet<ModulePath>) -> Option<ModulePath> {
     if path.starts_with("::") {
@@ -103,19 +108,26 @@ fn modules(sources: &[Source]) -> Modules {
         let own = module_of(&source.path);
         let mut names = Names { file: source.path.clone(), used: Vec::new(), signposts: BTreeMap::new() };
         let (uses, rest) = statements(source);
+        let rest: Vec<&str> = rest.lines().filter(|line| !is_module(line)).collect();
+        let words = || {
+            let words =
+                rest.iter().flat_map(|line| line.split(|c: char| !(c.is_alphanumeric() || "_:".contains(c))));
+            words.map(|word| word.trim_end_matches(':'))
+        };
+        let named: BTreeSet<&str> = words().filter_map(|word| word.split("::").next()).collect();
         for (is_public, tree) in uses {
             for path in leaves(tree.trim_end_matches(';'))
                 .iter()
                 .filter_map(|leaf| from_the_crate(leaf, &own, &known))
             {
-                match path.last().filter(|_| is_public) {
-                    Some(name) => drop(names.signposts.insert(name.clone(), path)),
-                    None => names.used.push(path),
+                let signpost = path.last().filter(|_| is_public).cloned();
+                if signpost.as_ref().is_none_or(|name| named.contains(name.as_str())) {
+                    names.used.push(path.clone());
                 }
+                names.signposts.extend(signpost.map(|name| (name, path)));
             }
         }
-        let words = rest.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
-        let paths = words.map(|word| word.trim_end_matches(':')).filter(|word| word.contains("::"));
+        let paths = words().filter(|word| word.contains("::"));
         names.used.extend(paths.filter_map(|path| from_the_crate(path, &own, &known)));
         (own, names)
     };
@@ -184,4 +196,23 @@ fn a_circle_is_found_over_a_signpost_and_by_a_path_in_the_code() {
         BTreeSet::new(),
         "it is another file of the module"
     );
+}
+
+#[test]
+fn a_signpost_is_a_use_where_its_file_names_it() {
+    let source = |path: &str, text: &str| {
+        let lines: Vec<(usize, String)> = text.lines().map(str::to_owned).enumerate().collect();
+        Source { path: path.to_owned(), tests_from: lines.len(), lines }
+    };
+    let with = |text: &str| {
+        let room = format!("mod a;\npub use a::A;\n{text}");
+        circles(&[
+            source("src/room/mod.rs", &room),
+            source("src/room/a.rs", "use super::Room;\npub struct A;"),
+        ])
+    };
+    let circle = BTreeSet::from(["src/room/mod.rs".to_owned(), "src/room/a.rs".to_owned()]);
+    assert_eq!(with("pub struct Room(Vec<A>);"), BTreeSet::from([circle.clone()]));
+    assert_eq!(with("fn room() { A::new() }"), BTreeSet::from([circle]));
+    assert_eq!(with("pub struct Room(B);\npub mod A;"), BTreeSet::new());
 }

@@ -212,14 +212,6 @@ impl AssembledBound {
             }
         }
     }
-
-    /// Memory of the buffers [bytes].
-    pub fn memory(&self) -> usize {
-        let of_chunk = |bound: &ChunkBound| {
-            size_of::<ChunkBound>() + size_of_val(&bound.tensors[..]) + 4 * size_of_val(&bound.alone[..])
-        };
-        size_of_val(&self.of_nodes[..]) + self.chunks.iter().map(of_chunk).sum::<usize>()
-    }
 }
 
 /// λ(S_a) of a node from the tensors of its chunks.

@@ -112,7 +112,7 @@ impl ElementBlock {
 
     /// Number of branches of the Prony series of its law; 0 without relaxation.
     pub fn branch_count(&self) -> usize {
-        self.parameters.memory.prony.branches().len()
+        self.parameters.memory.branches().len()
     }
 
     /// Rows of the energies of the branches of a batch.

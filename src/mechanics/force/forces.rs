@@ -7,10 +7,9 @@ use super::internal::{Evaluation, ForceInput, GaussPoints};
 use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};
-use super::parameters::Formulation;
+use super::parameters::{BlockParameters, Formulation};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
-use crate::element::ElementKind;
 use crate::lanes::{BATCH, Row, dispatch_single, dispatch_wide};
 use crate::material::{Law, MAX_BRANCHES};
 use crate::tensor::Vec3;
@@ -196,7 +195,7 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         };
     }
     let formulation = block.parameters.formulation;
-    if const { matches!(E::KIND, ElementKind::Hex8) } && block.parameters.has_single_precision(E::KIND) {
+    if const { BlockParameters::may_be_single(E::KIND) } && block.parameters.has_single_precision(E::KIND) {
         let (formulation, forces) = (GaussPoints::<true, false>, &mut *forces);
         if dispatch_single(Evaluation { law, formulation, elements, block, input, forces }).is_ok() {
             return;

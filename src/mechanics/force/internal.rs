@@ -13,7 +13,7 @@ use super::rows::{
     add, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
 };
 use super::totals::{BatchTotals, BlockTotals};
-use crate::element::{CornerResponse, Element, eval_corner_penalty};
+use crate::element::{Element, eval_corner_penalty};
 use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters};
 use crate::material::{Invariants, Kinematics, Law, Material};
 use crate::real::{Real, inverse_cbrt_m1};
@@ -236,16 +236,22 @@ impl<const MEAN: bool, const NODAL: bool, E: InBlocks<N, Q>, const N: usize, con
 }
 
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
-    /// The penalty on the corners of the elements of a register, from their displacements [m].
+    /// Adds the penalty on the corners of the elements of a register to their forces [N], at displacements `u` [m]; its energy [J] and
+    /// its ω² [1/s²].
     #[inline(always)]
-    pub(super) fn corner_penalty<S: Registers>(
+    pub(super) fn add_corner_penalty<S: Registers>(
         &self,
-        simd: S,
-        part: usize,
-        u: &[[Lane<S>; N]; 3],
-    ) -> CornerResponse<Lane<S>, N> {
+        (simd, part): (S, usize),
+        u: &[[Row; N]; 3],
+        forces: &mut [[Lane<S>; N]; 3],
+    ) -> (Lane<S>, Lane<S>) {
         let stiffness = self.corner_stiffness.each_ref().map(|row| Lane::load(simd, row, part));
-        eval_corner_penalty(E::CORNERS, &self.corners_at_rest(simd, part), u, stiffness)
+        let (X, u) = (self.corners_at_rest(simd, part), load_corners(simd, u, part));
+        let corners = eval_corner_penalty(E::CORNERS, &X, &u, stiffness);
+        for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
+            *f += *on;
+        }
+        (corners.energy, corners.stiffness * Lane::load(simd, &self.inverse_least_mass, part))
     }
 
     /// X [m] of the elements of a register.
@@ -359,13 +365,11 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         stabilisation = stabilisation * E::SCALE;
         let mut corner_frequency = zero;
         if !E::CORNERS.is_empty() && corners_may_fold::<S>(&totals.smallest_j, part) {
-            let corners = self.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
-            for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
-                *f += *on;
-            }
-            stabilisation += corners.energy;
-            strain += corners.energy;
-            corner_frequency = corners.stiffness * load!(&self.batch.inverse_least_mass);
+            let energy;
+            (energy, corner_frequency) =
+                self.batch.add_corner_penalty((simd, part), &lanes.nodal, &mut forces);
+            stabilisation += energy;
+            strain += energy;
         }
         store_corners(&forces, &mut lanes.nodal, part);
         strain.store(&mut totals.strain, part);

@@ -109,12 +109,10 @@ impl OnePointEvaluation<Hex8, 8, 8> for ReducedBatch {
         let mut forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
         let (mut stabilisation, mut corner_frequency) = (hourglass.energy, zero);
         if one_point.0.corners_may_fold(k.j, &hourglass, part) {
-            let corners = element.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
-            for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
-                *f += *on;
-            }
-            stabilisation += corners.energy;
-            corner_frequency = corners.stiffness * load!(&element.batch.inverse_least_mass);
+            let energy;
+            (energy, corner_frequency) =
+                element.batch.add_corner_penalty((simd, part), &lanes.nodal, &mut forces);
+            stabilisation += energy;
         }
         store_corners(&forces, &mut lanes.nodal, part);
         volume.mul_add(psi, stabilisation).store(&mut totals.strain, part);

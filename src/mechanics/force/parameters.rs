@@ -80,9 +80,13 @@ impl BlockParameters {
     pub fn has_mean_dilatation(&self) -> bool {
         self.formulation == Formulation::MeanDilatation && self.material.volumetric().is_some()
     }
+    /// Whether elements of a kind have kernels in single precision: the one place that says so.
+    pub const fn may_be_single(kind: ElementKind) -> bool {
+        matches!(kind, ElementKind::Hex8)
+    }
     /// Whether internal forces of elements of a kind are evaluated in single precision: hexahedra with a mean dilatation.
     pub fn has_single_precision(&self, kind: ElementKind) -> bool {
-        self.single_precision && self.has_mean_dilatation() && kind == ElementKind::Hex8
+        self.single_precision && self.has_mean_dilatation() && Self::may_be_single(kind)
     }
     /// Exponent of an energy up to which elements of a kind follow it [-].
     pub fn exponent_limit(&self, kind: ElementKind) -> f64 {

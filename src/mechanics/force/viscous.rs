@@ -14,10 +14,11 @@ use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
+use super::parameters::BlockParameters;
 use super::rows::{add, balance, gather, keep_still, load_corners, store_corners, subtract_first};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, ForceInput, Threads};
-use crate::element::{Element, ElementKind};
+use crate::element::Element;
 use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters, dispatch_single};
 use crate::material::bound_largest;
 use crate::real::Real;
@@ -117,8 +118,8 @@ struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
 
 /// Evaluates them in the precision of the block.
 fn eval_viscous<E: InBlocks<N, Q>, const N: usize, const Q: usize>(pass: Viscous<E, N, Q>) {
-    let has_single =
-        const { matches!(E::KIND, ElementKind::Hex8) } && pass.block.parameters.has_single_precision(E::KIND);
+    let has_single = const { BlockParameters::may_be_single(E::KIND) }
+        && pass.block.parameters.has_single_precision(E::KIND);
     if !has_single {
         return pulp::Arch::new().dispatch(pass);
     }

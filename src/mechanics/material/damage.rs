@@ -44,6 +44,9 @@ impl Memory for Softening {
     fn history_len(&self) -> usize {
         usize::from(self.onset.is_finite())
     }
+    fn softens(&self) -> bool {
+        self.history_len() > 0
+    }
     fn step(&self, _: f64) {}
 
     #[inline(always)]

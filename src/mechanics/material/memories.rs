@@ -45,6 +45,10 @@ macro_rules! memories {
             pub fn history_len(&self) -> usize {
                 [$(self.$name.history_len(),)*].iter().sum()
             }
+            /// Whether stress can be lost for good.
+            pub fn softens(&self) -> bool {
+                [$(self.$name.softens(),)*].contains(&true)
+            }
             /// Coefficients of a step of `h` [s].
             pub fn step(&self, h: f64) -> MemorySteps {
                 MemorySteps { $($name: self.$name.step(h),)* }
@@ -84,12 +88,12 @@ memories! {
 }
 
 impl Memories {
-    /// Whether stress can be lost for good.
-    pub fn softens(&self) -> bool {
-        self.softening.history_len() > 0
-    }
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.history_len() == 0
+    }
+    /// Terms of relaxation, whose energies are counted each on its own; none without relaxation.
+    pub fn branches(&self) -> &[prony::Branch] {
+        self.prony.branches()
     }
 }

@@ -1,6 +1,7 @@
 //! Stress with a memory: what the past of a point adds to the isochoric stress of a law.
 //!
-//! A memory is one file with an `impl Memory`, and a line in the list of `memories.rs`. The numbers that a point remembers are rows of
+//! A memory is one file with an `impl Memory`, and a line in the list of `memories.rs`. It answers what the passes
+//! over elements and the steps ask of a memory, so that they know none by name. The numbers that a point remembers are rows of
 //! the history in the state; materials without memory have none.
 
 use super::Kinematics;
@@ -83,6 +84,9 @@ pub trait Memory: Copy + std::fmt::Debug + PartialEq + Send + Sync + 'static {
 
     /// Numbers that a point remembers; 0 without this memory.
     fn history_len(&self) -> usize;
+    /// Whether it may lose stress for good ([`Inelastic::damage`]), also the pressure in tension: its elements then have
+    /// [`ElasticPoint::tension`] and [`ElasticPoint::size`], and what they lose is taken from their internal forces.
+    fn softens(&self) -> bool;
     /// Coefficients of a step of `h` [s]. With `h = 0` and the history of a time, [`Memory::update`] adds what the point has then.
     fn step(&self, h: f64) -> Self::Step;
     /// Takes the history over a step and adds to `to`, which has what the memories before this one add.

@@ -64,11 +64,6 @@ impl PronySeries {
     pub fn branches(&self) -> &[Branch] {
         &self.branches[..self.count]
     }
-
-    /// Sum of the relative moduli [-]: the instantaneous stress is 1 + Σg times that of slow loading.
-    pub fn sum(&self) -> f64 {
-        self.branches().iter().map(|b| b.relative_modulus).sum()
-    }
 }
 
 impl PronySeries {
@@ -96,6 +91,9 @@ impl Memory for PronySeries {
         if self.count == 0 { 0 } else { 6 * (1 + self.count) }
     }
 
+    fn softens(&self) -> bool {
+        false
+    }
     /// Coefficients of a step; `h = 0`, at the start of a run, stands for a fully relaxed state.
     fn step(&self, h: f64) -> [BranchStep; MAX_BRANCHES] {
         let mut steps = [BranchStep::default(); MAX_BRANCHES];

@@ -1,6 +1,6 @@
 //! Intersection of lines with the shape of a rigid body.
 
-use super::Shape;
+use super::shape::Shape;
 use crate::tensor::Vec3;
 
 /// Component of a unit direction below which the line is parallel to a plane.

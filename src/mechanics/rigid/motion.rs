@@ -1,7 +1,7 @@
 //! Rotation of a free body: an implicit midpoint rule whose rotation is an exponential, which conserves energy and
 //! angular momentum.
 
-use super::Rotation;
+use super::pose::Rotation;
 use crate::tensor::{Mat3, Vec3};
 
 /// Limit of Newton steps; from the initial guess two or three reach rounding for any reasonable step.

@@ -1,6 +1,6 @@
 //! The convex hull of a closed triangulated surface as a rigid shape, with the mass and the principal axes of what the surface encloses.
 
-use super::Rotation;
+use super::pose::Rotation;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::SymmetricEigen;
 use parry3d_f64::math::Vector;

@@ -1,6 +1,6 @@
 //! Shapes of rigid bodies about their centre of mass: volume, inertia, signed distance, points that may touch a plane.
 
-use super::Polyhedron;
+use super::polyhedron::Polyhedron;
 use crate::tensor::{Mat3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;

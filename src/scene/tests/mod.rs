@@ -9,6 +9,7 @@ mod rigid;
 mod scans;
 mod surfaces;
 
+use super::document::Keep;
 use super::problem::MOST_LISTED;
 use super::*;
 use broken::broken;

@@ -5,11 +5,11 @@ use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::CellKind;
-use crate::scene::SceneBody;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
 use crate::scene::elements::{element_of, has_averaged_pressure};
 use crate::scene::problem::{Pointer, Problem};
+use crate::scene::scene_body::SceneBody;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -12,7 +12,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::{boundary, boundary_nodes};
 use crate::scene::document::{ContactPairs, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
-use crate::scene::{RigidSceneBody, SceneBody};
+use crate::scene::scene_body::{RigidSceneBody, SceneBody};
 
 /// A potential contact: a body, and a body or a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

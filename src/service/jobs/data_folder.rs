@@ -4,6 +4,7 @@
 //! A run writes `runs/<id>.mcap.partial`, which its recorder renames when complete; then it becomes a
 //! [blob](crate::blobs). All other files of a run begin with `<id>.` as well, so that they can be removed with the job.
 
+use super::store::STORE_FILE;
 use super::{JobId, JobsError};
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ impl DataFolder {
 
     /// File of a job store in a single file.
     pub fn store_file(&self) -> PathBuf {
-        self.root.join("jobs.sqlite")
+        self.root.join(STORE_FILE)
     }
 
     /// Recording of a job until it becomes a blob.

@@ -179,11 +179,6 @@ impl Delassus {
 }
 
 impl DenseDelassus {
-    /// All values, row by row.
-    pub fn values(&self) -> &[f64] {
-        &self.values
-    }
-
     /// Block `W_cd` of contacts `c` and `d`.
     pub fn block(&self, c: usize, d: usize) -> Block {
         let n = 3 * self.contacts;

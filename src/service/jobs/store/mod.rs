@@ -5,16 +5,17 @@
 //! is claimed once. There are no leases, because the data folder is locked by one process
 //! ([`super::data_folder::DataFolder`]): at its start every `running` job has lost its worker.
 
+mod chosen;
 mod records;
 mod sqlite;
 #[cfg(test)]
 mod tests;
 
+pub use chosen::{STORE_FILE, STORE_LOG, open_store};
 pub use records::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, KnownBlobs, MeshDeletion,
     NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
-pub use sqlite::SqliteStore;
 
 use super::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::mesh::read::MeshFormat;
