@@ -14,7 +14,7 @@ mod shape;
 
 pub use boundary::triangulated;
 pub use motion::{rotated, turn_freely};
-pub use polyhedron::{Polyhedron, Solid};
+pub use polyhedron::{MOST_PLANES, NoHull, Polyhedron, Solid};
 pub use shape::{Feet, Shape};
 
 use super::tensor::{Mat3, Vec3};
