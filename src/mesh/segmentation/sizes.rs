@@ -68,16 +68,14 @@ pub fn octree(
     let mut asks = |tree: &Octree, leaf: Leaf| {
         let [low, high] = tree.bounds(leaf);
         labelling::fractions(grid, [low, high], &mut fractions);
-        let is_solid = |class: usize| classes.is_part[class];
-        if !(0..grid.count).any(|class| fractions[class] > 0.0 && is_solid(class)) {
-            return false;
-        }
+        // Holes have no elements, but are to be resolved.
+        let has_part = (0..grid.count).any(|class| fractions[class] > 0.0 && classes.is_part[class]);
         let edge = tree.edge(leaf.level);
         let is_coarse = |(point, size, within): &(Vec3, f64, f64)| {
             let distance = (point - point.sup(&low).inf(&high)).norm();
             edge > (size + GROWTH * (distance - within).max(0.0)).min(options.size_m) * (1.0 + 1e-6)
         };
-        if edge > options.size_m * 1.5 || places.iter().any(is_coarse) {
+        if has_part && (edge > options.size_m * 1.5 || places.iter().any(is_coarse)) {
             return true;
         }
         found.clear();
