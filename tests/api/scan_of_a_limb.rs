@@ -119,11 +119,11 @@ fn from_generator(limb: &LimbSegment) -> Value {
     scene(limb, json!({"mesh": {"generator": generator}}), json!({"kind": "mesh"}), "skin_outer")
 }
 
-/// Elements of a size, and of half of it where the ball hits [m].
+/// Elements of a size, and of a quarter of it where the ball hits [m].
 fn from_scan(limb: &LimbSegment, id: &Value, size: f64) -> Value {
     let impact = turn() * Vec3::new(0.0, 0.0, limb.semi_axis_z_m);
     let mesh = json!({"segmentation": {
-        "name": id, "size_m": size, "near": [{"point_m": impact.as_slice(), "size_m": 0.5 * size, "within_m": 0.01}],
+        "name": id, "size_m": size, "near": [{"point_m": impact.as_slice(), "size_m": 0.25 * size, "within_m": 0.01}],
         "labels": [{"label": 1, "part": LABELS[0]}, {"label": 2, "part": LABELS[1]}, {"label": 3, "hole": LABELS[2]}],
         "skin_thickness_m": limb.skin_thickness_m
     }});

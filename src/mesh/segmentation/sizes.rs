@@ -41,7 +41,8 @@ pub fn octree(
     options: &Options,
 ) -> Result<Octree, MeshError> {
     let lengths = grid.lengths();
-    let counts = lengths.map(|length| (length / options.size_m).round().max(1.0));
+    // None is larger, or those of half the size that is asked for at a point would be halved once more.
+    let counts = lengths.map(|length| (length / options.size_m - 1e-6).ceil().max(1.0));
     let most = 8 * options.max_elements;
     if !(counts.product() <= most as f64) {
         within(counts.product().min(1e18) as u64, options)?;
@@ -75,7 +76,7 @@ pub fn octree(
             let distance = (point - point.sup(&low).inf(&high)).norm();
             edge > (size + GROWTH * (distance - within).max(0.0)).min(options.size_m) * (1.0 + 1e-6)
         };
-        if has_part && (edge > options.size_m * 1.5 || places.iter().any(is_coarse)) {
+        if has_part && places.iter().any(is_coarse) {
             return true;
         }
         found.clear();
