@@ -30,7 +30,7 @@ struct BodyChannels {
     stress: u16,
     mesh: u16,
     points: u16,
-    triangles: Vec<u32>,
+    boundary: scene_update::Boundary,
 }
 
 /// Channels of one rigid body.
@@ -108,7 +108,7 @@ impl McapRecorder {
                 stress: writer.add_channel(&format!("{}{name}", stress::TOPIC), stress::SCHEMA)?,
                 mesh: writer.add_channel(&format!("{}{name}", scene_update::TOPIC), scene_update::SCHEMA)?,
                 points: writer.add_channel(&format!("{}{name}", point_cloud::TOPIC), point_cloud::SCHEMA)?,
-                triangles: scene_update::triangles(&plan.bodies[body].boundary),
+                boundary: scene_update::Boundary::new(&plan.bodies[body]),
             });
         }
         let start =
@@ -163,10 +163,11 @@ impl McapRecorder {
         }
         // Fields and the summary at field times only.
         let fields = measures.fields.as_ref();
-        for channels in &open.bodies {
+        for channels in &mut open.bodies {
             let body = channels.body;
+            channels.boundary.follow(frame, body);
             open.writer.write(channels.stress, time, &stress::message(frame, body, fields))?;
-            let mesh = scene_update::message(frame, body, fields, &channels.triangles, open.colour_top);
+            let mesh = scene_update::message(frame, body, fields, &channels.boundary, open.colour_top);
             open.writer.write(channels.mesh, time, &mesh)?;
             open.writer.write(channels.points, time, &point_cloud::message(frame, body, fields))?;
         }

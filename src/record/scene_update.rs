@@ -9,6 +9,7 @@ use super::proto::timestamp;
 use crate::measure::fields::Fields;
 use crate::mechanics::contact::Surface;
 use crate::mechanics::rigid::{Shape, triangulated};
+use crate::plan::PlanBody;
 use crate::step::Frame;
 
 /// Topic prefix, followed by the body's name.
@@ -32,6 +33,31 @@ pub fn triangles(surface: &Surface) -> Vec<u32> {
         }
     }
     indices
+}
+
+/// What is drawn of a deformable body: its boundary surface, as erosion has left it.
+#[derive(Debug)]
+pub struct Boundary {
+    nodes: Vec<u32>,
+    triangles: Vec<u32>,
+    /// Number of elements of all bodies that had eroded.
+    eroded: usize,
+}
+
+impl Boundary {
+    /// Of a body of the plan, without erosion.
+    pub fn new(body: &PlanBody) -> Self {
+        Self { nodes: body.boundary.nodes.clone(), triangles: triangles(&body.boundary), eroded: 0 }
+    }
+
+    /// Takes account of the elements that are gone in a frame.
+    pub fn follow(&mut self, frame: &Frame, body: usize) {
+        let (plan_body, eroded) = (&frame.plan.bodies[body], frame.erosion.elements().len());
+        if plan_body.erodes && eroded != self.eroded {
+            let surface = plan_body.boundary_after(frame.erosion);
+            *self = Self { triangles: triangles(&surface), nodes: surface.into_owned().nodes, eroded };
+        }
+    }
 }
 
 /// Triangulated surface of a rigid body, in its axes.
@@ -61,17 +87,15 @@ pub fn rigid_message(frame: &Frame, body: usize, boundary: &RigidSurface) -> Opt
     Some(update(frame, body, vec![pair("time_s", frame.time.to_string())], mesh))
 }
 
-/// The message of one body at a field time; `indices` are its [`triangles`], colours range from 0 to `top` [Pa] of von
-/// Mises stress.
+/// The message of one body at a field time; colours range from 0 to `top` [Pa] of von Mises stress.
 pub fn message(
     frame: &Frame,
     body: usize,
     fields: Option<&Fields>,
-    indices: &[u32],
+    boundary: &Boundary,
     top: f64,
 ) -> SceneUpdate {
-    let plan_body = &frame.plan.bodies[body];
-    let nodes = &plan_body.boundary.nodes;
+    let nodes = &boundary.nodes;
     let stress = fields.map(|f| &f.von_mises).filter(|values| !values.is_empty());
     let mut metadata = vec![pair("time_s", frame.time.to_string())];
     if stress.is_some() {
@@ -85,7 +109,7 @@ pub fn message(
         colors: stress
             .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())
             .unwrap_or_default(),
-        indices: indices.to_vec(),
+        indices: boundary.triangles.clone(),
     };
     update(frame, body, metadata, mesh)
 }

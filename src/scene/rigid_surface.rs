@@ -4,14 +4,12 @@ use super::file_problem::{mesh_problem, source_problem};
 use super::problem::{Pointer, Problem};
 use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;
-use crate::mechanics::rigid::Solid;
+use crate::mechanics::rigid::{MOST_PLANES, NoHull, Solid};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::read::stl::read_stl;
 
 /// Volume of the hull over that of the surface up to which a surface is convex: its coordinates are rounded.
 const CONVEX: f64 = 1.001;
-/// Most planes of a hull: every node near the body is compared with each of them in every step.
-const MOST_PLANES: usize = 600;
 
 /// The body inside the surface of a file of at most so many bytes, scaled; and the file.
 ///
@@ -28,19 +26,22 @@ pub fn read(
     let surface = read_stl(&found.bytes).map_err(|error| mesh_problem(&error, &place).value(name))?;
     let points: Vec<Vec3> = surface.points.iter().map(|x| x * scale).collect();
     let solid = Solid::new(&points, &surface.triangles).map_err(|reason| {
-        Problem::error("bad_surface", &place, format!("the surface is that of no rigid body: {reason}"))
-            .value(name)
-            .limit("a closed surface of some thickness")
-            .remedy("check the surface, and \"scale\", which makes metres of its unit")
+        let problem = match reason {
+            NoHull::Flat(reason) => {
+                let message = format!("the surface is that of no rigid body: {reason}");
+                Problem::error("bad_surface", &place, message)
+                    .limit("a closed surface of some thickness")
+                    .remedy("check the surface, and \"scale\", which makes metres of its unit")
+            }
+            NoHull::ManyPlanes => {
+                let message = format!("the convex hull of the surface has more than {MOST_PLANES} planes");
+                Problem::error("too_many_planes", &place, message)
+                    .limit(format!("at most {MOST_PLANES}"))
+                    .remedy("reduce the surface, as `decimate` of PyVista does; plane faces cost nothing")
+            }
+        };
+        problem.value(name)
     })?;
-    let planes = solid.hull.plane_count();
-    if planes > MOST_PLANES {
-        let message = format!("the convex hull of the surface has {planes} planes");
-        return Err(Problem::error("too_many_planes", &place, message)
-            .value(planes)
-            .limit(format!("at most {MOST_PLANES}"))
-            .remedy("reduce the surface, as `decimate` of PyVista does; plane faces cost nothing"));
-    }
     Ok((solid, found))
 }
 

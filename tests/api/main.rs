@@ -16,5 +16,6 @@ mod operations;
 mod pages;
 mod privacy;
 mod scale;
+mod scan_of_a_limb;
 mod support;
 mod v1;

@@ -5,6 +5,9 @@
 
 mod changes;
 mod contact_problem_files;
+mod file_changes;
 mod material_questions;
 mod mesh_files;
 mod scene_documents;
+mod surface_files;
+mod table_files;

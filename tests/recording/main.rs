@@ -3,6 +3,7 @@
 //! `tests/python/check_recording.py` reads them with readers that are not Contuse's own.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // tests may panic
 
+mod eroded;
 mod own_thread;
 mod salvage;
 mod series;

@@ -24,31 +24,30 @@ export class BodyMesh {
   #outlines = new THREE.BufferGeometry();
   #material;
   #sectionMaterial;
+  #lines = null;
   #sides = null;
   #elements = null;
+  #eroded = null;
   #shown = NO_SECTION;
   #state = null;
 
   constructor(body, shared) {
     this.#body = body;
     const points = body.cells ? Float32Array.from(body.X) : body.surface.points;
-    const surface = body.cells ? surfaceOf(body.cells, points.length / 3, body.partOf) : { triangles: body.surface.triangles, lines: null };
-    this.#sides = surface.sides;
-    this.#elements = surface.elements;
     const plain = PLAIN[body.role] ?? PLAIN.tissue;
     this.#material = surfaceMaterial(shared, plain, { isFilled: !body.cells });
     this.#surface.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
     this.#surface.setAttribute("value", new THREE.BufferAttribute(new Float32Array(points.length / 3), 1));
-    this.#surface.setIndex(new THREE.BufferAttribute(surface.triangles, 1));
     this.surfaceMesh = this.#add(new THREE.Mesh(this.#surface, this.#material));
     const edge = [...EDGE, EDGE_ALPHA * Math.min(1, COARSE / (body.cells?.length ?? 1))];
     const isPlain = body.role === "projectile" || body.role === "bone";
-    if (surface.lines && !isPlain) {
-      const lines = new THREE.BufferGeometry();
-      for (const name of ["position", "value"]) lines.setAttribute(name, this.#surface.getAttribute(name));
-      lines.setIndex(new THREE.BufferAttribute(surface.lines, 1));
-      this.#add(new THREE.LineSegments(lines, lineMaterial(shared, edge)));
+    if (body.cells && !isPlain) {
+      this.#lines = new THREE.BufferGeometry();
+      for (const name of ["position", "value"]) this.#lines.setAttribute(name, this.#surface.getAttribute(name));
+      this.#add(new THREE.LineSegments(this.#lines, lineMaterial(shared, edge)));
     }
+    if (body.cells) this.#showElements(null);
+    else this.#surface.setIndex(new THREE.BufferAttribute(body.surface.triangles, 1));
     const lighter = plain.map((c) => Math.min(1, c * 1.22));
     this.#sectionMaterial = surfaceMaterial(shared, lighter, { isCut: false, shading: 0 });
     this.sectionMesh = this.#add(new THREE.Mesh(this.#section, this.#sectionMaterial));
@@ -67,6 +66,15 @@ export class BodyMesh {
     return object;
   }
 
+  /** Shows the surface without elements that are `eroded`. */
+  #showElements(eroded) {
+    const { cells, X, partOf } = this.#body;
+    const { triangles, lines, sides, elements } = surfaceOf(cells, X.length / 3, partOf, eroded);
+    [this.#sides, this.#elements, this.#eroded] = [sides, elements, eroded];
+    this.#surface.setIndex(new THREE.BufferAttribute(triangles, 1));
+    this.#lines?.setIndex(new THREE.BufferAttribute(lines, 1));
+  }
+
   /** Shows a state; `values` by node, null for a plain colour; `cut` {normal, offset} or null. */
   show(state, values, cut) {
     this.#state = state;
@@ -75,6 +83,7 @@ export class BodyMesh {
       this.group.quaternion.fromArray(state.pose.orientation);
     } else {
       this.#put("position", state.positions);
+      if ((state.eroded ?? null) !== this.#eroded) this.#showElements(state.eroded ?? null);
     }
     if (values) this.#put("value", values);
     this.#material.uniforms.isPlain.value = this.#sectionMaterial.uniforms.isPlain.value = values ? 0 : 1;
@@ -89,7 +98,7 @@ export class BodyMesh {
   }
 
   #showSection(state, values, cut) {
-    this.#shown = cut && this.#body.cells ? planeSection({ cells: this.#body.cells, sides: this.#sides, positions: state.positions, values, ...cut }) : NO_SECTION;
+    this.#shown = cut && this.#body.cells ? planeSection({ cells: this.#body.cells, sides: this.#sides, positions: state.positions, values, eroded: this.#eroded, ...cut }) : NO_SECTION;
     const { positions, values: colours, lines, outlines } = this.#shown;
     this.#section.setAttribute("position", new THREE.BufferAttribute(positions, 3));
     this.#section.setAttribute("value", new THREE.BufferAttribute(colours, 1));

@@ -90,15 +90,19 @@ export function boxAround(points) {
 export const SIDE = { inside: 0, interface: 1, surface: 2 };
 
 /**
- * The surface of the elements: `triangles` and `lines` (the edges of the faces) as node indices, `elements` of the triangles, and
- * `sides`: what each side of each element is, element after element.
+ * The surface of the elements that are not `eroded`: `triangles` and `lines` (the edges of the faces) as node indices, `elements` of the
+ * triangles, and `sides`: what each side of each element is, element after element.
  */
-export function surfaceOf(cells, nodeCount, partOf = null) {
+export function surfaceOf(cells, nodeCount, partOf = null, eroded = null) {
   const faces = new Map();
   const kinds = [];
   for (let e = 0; e < cells.length; e++) {
     const start = cells.startOf(e);
     for (const side of cells.kindOf(e).sides) {
+      if (eroded?.[e]) {
+        kinds.push(SIDE.inside);
+        continue;
+      }
       const face = side.map((i) => cells.nodes[start + i]);
       const sorted = [...face].sort((a, b) => a - b);
       // Three nodes of a face are its name but for rare twins.
@@ -131,10 +135,11 @@ export function surfaceOf(cells, nodeCount, partOf = null) {
 }
 
 /** Values {s, value, element} along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */
-export function valuesAlong({ cells, positions, values, origin, direction }) {
+export function valuesAlong({ cells, positions, values, origin, direction, eroded = null }) {
   const found = [];
   const point = (node) => [positions[3 * node], positions[3 * node + 1], positions[3 * node + 2]];
   for (let element = 0; element < cells.length; element++) {
+    if (eroded?.[element]) continue;
     const nodes = cells.nodesOf(element);
     const corners = Array.from(nodes, point);
     if (!isNear(corners, origin, direction)) continue;

@@ -15,7 +15,7 @@ export const NO_SECTION = {
  * are of the corners of triangles, `elements` of the triangles; `ends` and `fractions` give each corner as a place between two nodes;
  * `lines` are the outlines of elements, `outlines` those of parts and of the body.
  */
-export function planeSection({ cells, sides, positions, values, normal, offset }) {
+export function planeSection({ cells, sides, positions, values, normal, offset, eroded = null }) {
   const found = { positions: [], values: [], elements: [], ends: [], fractions: [] };
   const [lines, outlines] = [[], []];
   const distance = (node) =>
@@ -24,6 +24,7 @@ export function planeSection({ cells, sides, positions, values, normal, offset }
   for (let e = 0, firstSide = 0; e < cells.length; e++) {
     const [start, kind, side0] = [cells.startOf(e), cells.kindOf(e), firstSide];
     firstSide += kind.sides.length;
+    if (eroded?.[e]) continue;
     let above = 0;
     for (let i = 0; i < kind.nodes; i++) above += (heights[i] = distance(cells.nodes[start + i])) > 0 ? 1 : 0;
     if (above === 0 || above === kind.nodes) continue;

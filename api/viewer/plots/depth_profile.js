@@ -38,7 +38,7 @@ export class DepthProfile {
     const { centre, direction } = this.#line;
     // From well outside, so that a surface that bulges is met.
     const origin = centre.map((c, k) => c - direction[k] * DEEPEST);
-    const hits = valuesAlong({ cells: this.#body.cells, positions: state.positions, values, origin, direction });
+    const hits = valuesAlong({ cells: this.#body.cells, positions: state.positions, values, origin, direction, eroded: state.eroded });
     const depths = [];
     const columns = this.#layers.curves.map(() => []);
     for (const { s, value, element } of hits) {

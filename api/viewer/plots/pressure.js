@@ -16,12 +16,15 @@ export class ContactSurface {
     this.#recording = recording;
   }
 
-  /** The triangles of a body's surface as node indices; null of a rigid body. */
-  #of(name) {
+  /** The triangles of a body's surface without `eroded` elements as node indices; null of a rigid body. */
+  #of(name, eroded = null) {
     const body = this.#recording.bodies.get(name);
     if (!body?.cells) return null;
-    if (!this.#triangles.has(name)) this.#triangles.set(name, surfaceOf(body.cells, body.X.length / 3).triangles);
-    return this.#triangles.get(name);
+    const known = this.#triangles.get(name);
+    if (known && known.eroded === eroded) return known.triangles;
+    const { triangles } = surfaceOf(body.cells, body.X.length / 3, null, eroded);
+    this.#triangles.set(name, { triangles, eroded });
+    return triangles;
   }
 
   /**
@@ -30,8 +33,8 @@ export class ContactSurface {
    */
   patch(frame, contacts) {
     const patch = flatPatch(contacts);
-    const triangles = patch && this.#of(contacts.slave);
-    const positions = frame.bodies.get(contacts?.slave)?.positions;
+    const { positions, eroded } = frame.bodies.get(contacts?.slave) ?? {};
+    const triangles = patch && this.#of(contacts.slave, eroded);
     if (!triangles || !positions) return patch && { ...patch, facets: [], peak: 0, high: 0 };
     const forces = new Map();
     for (const { node, force } of patch.points) forces.set(node, (forces.get(node) ?? 0) + force);

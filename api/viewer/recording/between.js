@@ -37,7 +37,7 @@ function between(a, b, f) {
     return { pose: { position: mixed(p.position, q.position, f), orientation: turned.map((c) => c / norm) } };
   }
   const fields = Object.fromEntries(Object.keys(a.fields).filter((name) => b.fields[name]).map((name) => [name, mixed(a.fields[name], b.fields[name], f)]));
-  return { positions: mixed(a.positions, b.positions, f), fields };
+  return { positions: mixed(a.positions, b.positions, f), fields, eroded: a.eroded };
 }
 
 /** Displacements from the flight of the undeformed body, times a factor. */

@@ -31,7 +31,7 @@ export class Recording {
   ending = {};
   /** Bodies: name, role, and `X` [m], `cells` (deformable) or `surface` {points, triangles} (rigid). */
   bodies = new Map();
-  /** States at the field times: `time` [s], `bodies` by name ({positions, fields} or {pose}), `contacts` by pair. */
+  /** States at the field times: `time` [s], `bodies` by name ({positions, fields, eroded} or {pose}), `contacts` by pair. */
   frames = [];
   series = new Series();
   /** Every how many field times a frame is kept. */
@@ -82,7 +82,8 @@ export class Recording {
       if (!decoders.has(schema.name)) decoders.set(schema.name, decoderOf(schema.name, schema.data));
       channels.set(id, { topic: channel.topic, decode: decoders.get(schema.name) });
     }
-    const topics = [...channels.values()].map((c) => c.topic).filter((t) => !t.startsWith("/stress/"));
+    const erodes = this.scene?.bodies?.some((body) => body.parts?.some((part) => part.erosion));
+    const topics = [...channels.values()].map((c) => c.topic).filter((t) => erodes || !t.startsWith("/stress/"));
     this.topics = [...channels.values()].map((c) => c.topic);
     const count = Number(reader.statistics?.messageCount ?? 0n);
     let [seen, isSeen] = [0, false];
@@ -113,6 +114,7 @@ export class Recording {
       this.#latestContacts = { at, message };
     } else if (kind === "reference") this.#takeReference(topic.slice("/reference/".length), decoded());
     else if (kind === "pose") this.#latestPoses.set(topic.slice("/pose/".length), { at, message: decoded() });
+    else if (kind === "stress") this.#takeEroded(topic.slice("/stress/".length), decoded());
     else if (kind === "points") this.#takePoints(topic.slice("/points/".length), decoded(), at);
     else if (kind === "mesh" && !this.#names.has(topic.slice("/mesh/".length))) {
       this.#takeRigidMesh(topic.slice("/mesh/".length), decoded(), at);
@@ -123,6 +125,8 @@ export class Recording {
   #names = new Map();
   #latestContacts = null;
   #latestPoses = new Map();
+  /** Elements that are gone (1) or not (0), by part of the topic; the same array as long as none are added. */
+  #eroded = new Map();
   #bytesOfFrames = 0;
 
   #takeReference(topicName, message) {
@@ -155,6 +159,13 @@ export class Recording {
     this.#bytesOfFrames /= 2;
   }
 
+  #takeEroded(topicName, { element }) {
+    const found = element.find((array) => array.name === "eroded");
+    const eroded = found && unpacked(found);
+    const known = this.#eroded.get(topicName);
+    if (eroded?.some((gone, e) => gone !== (known?.[e] ?? 0))) this.#eroded.set(topicName, eroded);
+  }
+
   #takePoints(topicName, cloud, at) {
     const name = this.#names.get(topicName);
     const frame = this.#frameAt(at, Number(at) * 1e-9);
@@ -169,7 +180,7 @@ export class Recording {
       fields[field.name] = Float32Array.from({ length: count }, (_, i) => rows[i * stride + column]);
     });
     fields.displacement_m ??= displacement(this.bodies.get(name), positions, frame.time);
-    frame.bodies.set(name, { positions, fields });
+    frame.bodies.set(name, { positions, fields, eroded: this.#eroded.get(topicName) ?? null });
     this.#bytesOfFrames += 4 * count * (3 + Object.keys(fields).length);
   }
 

@@ -17,6 +17,6 @@ mod shape;
 pub use body::RigidBody;
 pub use boundary::triangulated;
 pub use motion::{rotated, turn_freely};
-pub use polyhedron::{Polyhedron, Solid};
+pub use polyhedron::{MOST_PLANES, NoHull, Polyhedron, Solid};
 pub use pose::{Pose, Rotation};
 pub use shape::{Feet, Shape};

@@ -7,10 +7,18 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::shape::ConvexPolyhedron;
 use parry3d_f64::transformation::try_convex_hull;
 
+/// Most planes of a hull: every node near the body is compared with each of them in every step.
+pub const MOST_PLANES: usize = 600;
 /// Distance from a plane, relative to the size of the shape, that is rounding.
 const ROUNDING: f64 = 1e-6;
 /// Cosine below which two planes differ.
 const SAME_PLANE: f64 = 1.0 - 1e-12;
+/// Square of the sine between a plane and those that hold a point below which it is none of its own.
+const PARALLEL: f64 = 1e-14;
+/// Distance from a plane, relative to the inner radius, at which a point is behind it.
+const EXACT: f64 = 1e-13;
+/// Most changes of the planes that hold a point; a few are usual.
+const MOST_CHANGES: usize = 100;
 
 /// A convex polyhedron in the principal axes, about the centre of mass, of the surface that it was made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,9 +29,7 @@ pub struct Polyhedron {
     triangles: Vec<[u32; 3]>,
     /// Outward unit normals of its planes, and their distances from the origin [m].
     planes: Vec<(Vec3, f64)>,
-    /// Mean of its corners, which is inside [m].
-    middle: Vec3,
-    /// Distance of that point from the nearest plane [m].
+    /// Distance of the mean of its corners from the nearest plane [m].
     inner_radius: f64,
     /// Smallest distance between a plane and the farthest corner [m].
     thickness: f64,
@@ -45,6 +51,21 @@ pub struct Solid {
     pub axes: Rotation,
     /// Volume of the hull over that of the surface [-]: 1 for a convex surface.
     pub hull_ratio: f64,
+}
+
+/// Why there is no hull of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoHull {
+    /// It has no volume, or corners too close to each other.
+    Flat(String),
+    /// It has more than [`MOST_PLANES`] planes.
+    ManyPlanes,
+}
+
+impl<T: Into<String>> From<T> for NoHull {
+    fn from(reason: T) -> Self {
+        Self::Flat(reason.into())
+    }
 }
 
 /// Volume, first and second moments of what closed triangles enclose, about the origin.
@@ -69,15 +90,15 @@ impl Solid {
     /// Of a closed surface of triangles, counter-clockwise seen from outside; positions in metres.
     ///
     /// # Errors
-    /// Why it has no hull: no volume, or corners too close to each other.
-    pub fn new(x: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self, String> {
+    /// Why it has no hull.
+    pub fn new(x: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self, NoHull> {
         // About a point of the surface, so that no digits are lost where it is far from the origin.
         let origin = *x.first().ok_or("it has no points")?;
         let near: Vec<Vec3> = x.iter().map(|x| x - origin).collect();
         let (volume, first, second) = moments(&near, triangles);
         let size = near.iter().map(Vec3::norm).fold(0.0, f64::max);
         if !(volume > ROUNDING * ROUNDING * size.powi(3)) {
-            return Err(format!("it encloses a volume of {volume:.4e} m³"));
+            return Err(format!("it encloses a volume of {volume:.4e} m³").into());
         }
         let centre = first / volume;
         let central = second / volume - centre * centre.transpose();
@@ -107,7 +128,7 @@ fn principal(inertia: &Mat3) -> (Rotation, Vec3) {
 
 impl Polyhedron {
     /// The hull of points, with the volume and the moments of inertia per mass of the body.
-    fn around(points: &[Vec3], (volume, inertia_per_mass): (f64, Vec3)) -> Result<Self, String> {
+    fn around(points: &[Vec3], (volume, inertia_per_mass): (f64, Vec3)) -> Result<Self, NoHull> {
         let vectors: Vec<Vector> = points.iter().map(|x| Vector::new(x.x, x.y, x.z)).collect();
         let (hull, triangles) = try_convex_hull(&vectors).map_err(|error| error.to_string())?;
         let parry = ConvexPolyhedron::from_convex_mesh(hull.clone(), &triangles)
@@ -126,6 +147,9 @@ impl Polyhedron {
                 if (offset - normal.dot(&a)).abs() > ROUNDING * size {
                     return Err("its hull is not convex after rounding".into());
                 }
+                if planes.len() == MOST_PLANES {
+                    return Err(NoHull::ManyPlanes);
+                }
                 planes.push((normal, offset));
             }
         }
@@ -139,17 +163,7 @@ impl Polyhedron {
         if planes.len() < 4 || !(inner_radius > ROUNDING * size) {
             return Err("its hull has no thickness".into());
         }
-        Ok(Self {
-            corners,
-            triangles,
-            planes,
-            middle,
-            inner_radius,
-            thickness,
-            volume,
-            inertia_per_mass,
-            parry,
-        })
+        Ok(Self { corners, triangles, planes, inner_radius, thickness, volume, inertia_per_mass, parry })
     }
 
     /// Corners in the axes of the body [m].
@@ -191,42 +205,45 @@ impl Polyhedron {
 
     /// Signed distance of a point [m], negative inside, and the outward normal at the nearest point of the surface.
     pub fn eval_distance(&self, p: &Vec3) -> (f64, Vec3) {
-        let above = |(normal, offset): &(Vec3, f64)| normal.dot(p) - offset;
-        let mut highest = (f64::NEG_INFINITY, Vec3::x());
-        for plane in &self.planes {
-            let height = above(plane);
-            if height > highest.0 {
-                highest = (height, plane.0);
-            }
-        }
+        self.eval_core_distance(p, 0.0)
+    }
+
+    /// As [`Self::eval_distance`], for the polyhedron whose planes are further inwards by `less` [m].
+    pub fn eval_core_distance(&self, p: &Vec3, less: f64) -> (f64, Vec3) {
+        let highest = self.highest_plane(p, less);
         if highest.0 <= 0.0 {
             return highest;
         }
-        // Outside: the nearest point is on a triangle that faces the point.
-        let mut nearest = (f64::INFINITY, highest.1);
-        for triangle in &self.triangles {
-            let [a, b, c] = triangle.map(|corner| self.corners[corner as usize]);
-            if (b - a).cross(&(c - a)).dot(&(p - a)) > 0.0 {
-                let arm = p - closest_on_triangle(p, &[a, b, c]);
-                let distance = arm.norm();
-                if distance < nearest.0 {
-                    nearest = (distance, arm);
-                }
-            }
-        }
+        let arm = p - self.nearest_in_core(p, less);
         // On the surface, up to rounding, the plane has the normal.
-        match nearest.1.try_normalize(ROUNDING * self.inner_radius) {
-            Some(normal) if nearest.0.is_finite() => (nearest.0, normal),
-            _ => highest,
-        }
+        arm.try_normalize(ROUNDING * self.inner_radius).map_or(highest, |normal| (arm.norm(), normal))
     }
 
-    /// As [`Self::eval_distance`], for the polyhedron shrunk about a point inside such that every plane moves inwards by at least
-    /// `less` [m].
-    pub fn eval_core_distance(&self, p: &Vec3, less: f64) -> (f64, Vec3) {
-        let scale = 1.0 - less / self.inner_radius;
-        let (distance, normal) = self.eval_distance(&(self.middle + (p - self.middle) / scale));
-        (distance * scale, normal)
+    /// The plane that a point is farthest outside of, or nearest to: its distance [m] and its normal.
+    fn highest_plane(&self, p: &Vec3, less: f64) -> (f64, Vec3) {
+        let mut highest = (f64::NEG_INFINITY, Vec3::x());
+        for (normal, offset) in &self.planes {
+            let height = normal.dot(p) - offset + less;
+            if height > highest.0 {
+                highest = (height, *normal);
+            }
+        }
+        highest
+    }
+
+    /// The nearest point behind all planes, moved inwards by `less` [m], by the dual method of D. Goldfarb and A. Idnani, Math.
+    /// Program. 27 (1983) 1–33: x = p − Σ λ n over at most three planes that hold it, λ > 0, to which the plane that x is farthest
+    /// outside of is added until there is none.
+    fn nearest_in_core(&self, p: &Vec3, less: f64) -> Vec3 {
+        let (mut x, mut holding) = (*p, Holding::default());
+        for _ in 0..MOST_CHANGES {
+            let (height, normal) = self.highest_plane(&x, less);
+            if height <= EXACT * self.inner_radius {
+                break;
+            }
+            x -= holding.add(&normal, height);
+        }
+        x
     }
 
     /// Whether a line through `p` along `d` meets it.
@@ -246,34 +263,65 @@ impl Polyhedron {
     }
 }
 
-/// The point of a triangle that is nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5: by the regions of corners, edges
-/// and inside).
-fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
-    let (ab, ac) = (b - a, c - a);
-    let along = |x: &Vec3| (ab.dot(&(p - x)), ac.dot(&(p - x)));
-    let ((a1, a2), (b1, b2), (c1, c2)) = (along(a), along(b), along(c));
-    if a1 <= 0.0 && a2 <= 0.0 {
-        return *a;
+/// Up to three planes that hold a point: normals, and the λ of each [m].
+#[derive(Clone, Copy, Debug, Default)]
+struct Holding {
+    count: usize,
+    normals: [Vec3; 3],
+    forces: [f64; 3],
+}
+
+impl Holding {
+    /// Adds the plane of a unit normal that the point is outside of by `height` [m], without those that hold no longer. Returns the
+    /// way that the point moves against it [m].
+    fn add(&mut self, normal: &Vec3, mut height: f64) -> Vec3 {
+        let (mut way, mut force) = (Vec3::zeros(), 0.0);
+        loop {
+            // As the new plane pushes by a unit, the point moves by z, and those of the others push less by `relief`.
+            let (relief, z) = self.split(normal);
+            let slope = z.norm_squared();
+            let full = if slope > PARALLEL { height / slope } else { f64::INFINITY };
+            let ends = (0..self.count).filter(|i| relief[*i] > 0.0).map(|i| (self.forces[i] / relief[i], i));
+            let first = ends.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(end, _)| *end < full);
+            let step = first.map_or(full, |(end, _)| end);
+            if !step.is_finite() {
+                return way;
+            }
+            for i in 0..self.count {
+                self.forces[i] -= step * relief[i];
+            }
+            force += step;
+            if slope > PARALLEL {
+                way += z * step;
+                height -= slope * step;
+            }
+            let Some((_, first)) = first else {
+                if self.count < 3 {
+                    (self.normals[self.count], self.forces[self.count]) = (*normal, force);
+                    self.count += 1;
+                }
+                return way;
+            };
+            self.count -= 1;
+            self.normals.swap(first, self.count);
+            self.forces.swap(first, self.count);
+        }
     }
-    if b1 >= 0.0 && b2 <= b1 {
-        return *b;
+
+    /// A vector as a sum of the normals, with these factors, and what is orthogonal to them.
+    fn split(&self, v: &Vec3) -> ([f64; 3], Vec3) {
+        let [a, b, c] = &self.normals;
+        match self.count {
+            0 => ([0.0; 3], *v),
+            1 => ([v.dot(a), 0.0, 0.0], v - a * v.dot(a)),
+            count => {
+                let c = if count == 3 { *c } else { a.cross(b) };
+                let (to_a, to_b, to_c) = (b.cross(&c), c.cross(a), a.cross(b));
+                let parts = [to_a, to_b, to_c].map(|to| v.dot(&to) / to_a.dot(a));
+                (parts, if count == 3 { Vec3::zeros() } else { c * parts[2] })
+            }
+        }
     }
-    if c2 >= 0.0 && c1 <= c2 {
-        return *c;
-    }
-    let (beside_ab, beside_ac, beside_bc) = (a1 * b2 - b1 * a2, c1 * a2 - a1 * c2, b1 * c2 - c1 * b2);
-    if beside_ab <= 0.0 && a1 >= 0.0 && b1 <= 0.0 {
-        return a + ab * (a1 / (a1 - b1));
-    }
-    if beside_ac <= 0.0 && a2 >= 0.0 && c2 <= 0.0 {
-        return a + ac * (a2 / (a2 - c2));
-    }
-    let (to_b, to_c) = (b2 - b1, c1 - c2);
-    if beside_bc <= 0.0 && to_b >= 0.0 && to_c >= 0.0 {
-        return b + (c - b) * (to_b / (to_b + to_c));
-    }
-    let sum = beside_ab + beside_ac + beside_bc;
-    a + ab * (beside_ac / sum) + ac * (beside_ab / sum)
 }
 
 #[cfg(test)]

@@ -41,8 +41,9 @@ pub fn octree(
     options: &Options,
 ) -> Result<Octree, MeshError> {
     let lengths = grid.lengths();
-    // Base grid of the largest size; refused before it is allocated.
-    let counts = lengths.map(|length| (length / options.size_m).round().max(1.0));
+    // Base grid of the largest size, refused before it is allocated: none is larger, or those of half the size that a point asks for would
+    // be halved once more.
+    let counts = lengths.map(|length| (length / options.size_m - 1e-6).ceil().max(1.0));
     let most = 8 * options.max_elements;
     if !(counts.product() <= most as f64) {
         within(counts.product().min(1e18) as u64, options)?;
@@ -71,16 +72,14 @@ pub fn octree(
     let mut asks = |tree: &Octree, leaf: Leaf| {
         let [low, high] = tree.bounds(leaf);
         labelling::fractions(grid, [low, high], &mut fractions);
-        let is_solid = |class: usize| classes.is_part[class];
-        if !(0..grid.count).any(|class| fractions[class] > 0.0 && is_solid(class)) {
-            return false;
-        }
+        // Holes have no elements, but are to be resolved.
+        let has_part = (0..grid.count).any(|class| fractions[class] > 0.0 && classes.is_part[class]);
         let edge = tree.edge(leaf.level);
         let is_coarse = |(point, size, within): &(Vec3, f64, f64)| {
             let distance = (point - point.sup(&low).inf(&high)).norm();
             edge > (size + GROWTH * (distance - within).max(0.0)).min(options.size_m) * (1.0 + 1e-6)
         };
-        if edge > options.size_m * 1.5 || places.iter().any(is_coarse) {
+        if has_part && places.iter().any(is_coarse) {
             return true;
         }
         found.clear();

@@ -209,6 +209,25 @@ fn deviations(mesh: &crate::mesh::Mesh, exact: &[(&str, f64)]) -> Vec<f64> {
 }
 
 #[test]
+fn a_hole_as_wide_as_an_element_is_resolved() {
+    // The element in the middle is all bone.
+    let from_axis = |n: usize| (n % 60) as f64 - 29.5;
+    let label = |n: usize| if from_axis(n).hypot(from_axis(n / 60)) < 9.0 { 4 } else { 3 };
+    let volume = LabelVolume {
+        dims: [60, 60, 24],
+        labels: (0..60 * 60 * 24).map(label).collect(),
+        values: (0..6).collect(),
+        origin: Vec3::zeros(),
+        steps: [Vec3::x() * 0.001, Vec3::y() * 0.001, Vec3::z() * 0.001],
+        notes: Vec::new(),
+    };
+    let options = Options { size_m: 0.012, thin_size_m: Some(0.006), ..options() };
+    let mesh = mesh(&volume, &options).unwrap();
+    assert_eq!(mesh.notes.iter().filter(|note| note.starts_with("radius: ")).count(), 1, "{:?}", mesh.notes);
+    check(&mesh);
+}
+
+#[test]
 fn a_limb_keeps_its_volumes_with_skin_from_the_scan() {
     let limb = Limb::default();
     let options = Options { thin_size_m: Some(0.001), max_elements: 400_000, ..options() };

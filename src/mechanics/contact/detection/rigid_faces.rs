@@ -152,8 +152,7 @@ struct Obstacle {
 enum Core {
     /// A smaller shape of the same kind, the centre of a ball, or the axis of a capsule.
     Smaller(Shape),
-    /// A polyhedron whose planes are further inwards by at least that [m]: shrunk about a point inside, so that those far from the point
-    /// move more, and faces may enter deeper there.
+    /// A polyhedron whose planes are further inwards by that [m].
     Shrunk(Shape, f64),
 }
 

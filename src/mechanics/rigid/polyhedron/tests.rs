@@ -34,6 +34,11 @@ fn a_brick_of_triangles_is_the_brick() {
         }];
         assert!((exact.0 - found.0).abs() < 1e-12, "{local}: {} instead of {}", found.0, exact.0);
         assert!((exact.1 - found.1).norm() < 1e-9, "{local}");
+        // So are those of the cores.
+        let core = Shape::Box { half: Vec3::new(0.29, 0.49, 0.89) };
+        let p = solid.axes.inverse_transform_vector(&(turn * local + way - solid.centre));
+        let (distance, _) = solid.hull.eval_core_distance(&p, 0.01);
+        assert!((core.eval_distance(&local).0 - distance).abs() < 1e-12, "{local}: {distance}");
     }
 }
 
@@ -77,7 +82,7 @@ fn the_mass_of_a_body_with_a_notch_is_that_of_the_body_and_its_contact_that_of_t
 #[test]
 fn flat_surfaces_are_refused() {
     let x = [Vec3::zeros(), Vec3::x(), Vec3::y()];
-    let error = Solid::new(&x, &[[0, 1, 2], [0, 2, 1]]).unwrap_err();
+    let Err(NoHull::Flat(error)) = Solid::new(&x, &[[0, 1, 2], [0, 2, 1]]) else { panic!("it is flat") };
     assert!(error.contains("volume of 0"), "{error}");
     assert!(Solid::new(&[], &[]).is_err());
 }
