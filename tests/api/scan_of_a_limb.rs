@@ -164,7 +164,7 @@ fn elements_of_every_size_have_the_volumes_of_the_limb() {
             let mass = part(&body["parts"], "name")["mass_kg"].as_f64().unwrap();
             let deviation = mass / asked["density_kg_per_m3"].as_f64().unwrap() / exact - 1.0;
             println!("  {name}: {:+.2} % of {:.4} cm³", 100.0 * deviation, 1e6 * exact);
-            assert!(deviation.abs() < 0.02, "{name}: {deviation}");
+            assert!(deviation.abs() < 0.01, "{name}: {deviation}");
         }
     }
 }
