@@ -62,7 +62,7 @@ fn validate_reports_bodies_quality_and_masses() {
     let mass = answer["bodies"][0]["mass_kg"].as_f64().unwrap();
     assert!((0.5 * mass * 100.0 * 100.0 - 33.917).abs() < 5e-4, "{mass}");
     assert!((answer["bodies"][1]["mass_kg"].as_f64().unwrap() - 0.53).abs() < 1e-9);
-    assert!(answer["bodies"][0]["min_scaled_jacobian"].as_f64().unwrap() > 0.5);
+    assert!(answer["bodies"][0]["quality"]["min_scaled_jacobian"].as_f64().unwrap() > 0.5);
 }
 
 #[test]

@@ -112,11 +112,14 @@ fn write_bodies(bodies: &[BodySummary], out: &mut dyn Write) -> io::Result<()> {
             body.volume_m3,
             size.join(" × ")
         )?;
-        if body.elements > 0 {
+        if let Some(quality) = &body.quality {
             writeln!(
                 out,
                 "  quality: scaled Jacobian ≥ {:.3} (element {}), aspect ratio ≤ {:.1}, shortest edge {:.3e} m",
-                body.min_scaled_jacobian, body.worst_element, body.max_aspect_ratio, body.min_edge_m
+                quality.min_scaled_jacobian,
+                quality.worst_element,
+                quality.max_aspect_ratio,
+                quality.min_edge_m
             )?;
         }
         for part in &body.parts {

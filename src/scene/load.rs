@@ -264,7 +264,7 @@ fn examine(
     // Checks of the whole scene.
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
     overlap::check(document, &bodies, &mut out);
-    let edges = summaries.iter().filter(|body| body.elements > 0).map(|body| body.min_edge_m);
+    let edges = summaries.iter().filter_map(|body| body.quality.as_ref()).map(|quality| quality.min_edge_m);
     let chosen = integrator_choice::choose(document, &bodies, edges.fold(f64::INFINITY, f64::min), budget);
     let (integrator, choice) =
         chosen.map_or_else(|| (document.integrator.clone(), None), |(i, c)| (i, Some(c)));

@@ -8,8 +8,7 @@ use crate::mesh::quality::Quality;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-// The docs of these types are part of the service's contract. A rigid body has no mesh: volume and mass are those of its
-// shape, and its quality is that of a brick, with a shortest edge of zero.
+// The docs of these types are part of the service's contract. A rigid body has no mesh: volume and mass are those of its shape.
 
 /// A body of a scene, with its mesh in place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,6 +28,19 @@ pub struct BodySummary {
     pub mass_kg: f64,
     /// Lower and upper corner of the bounding box [m].
     pub bounding_box_m: [[f64; 3]; 2],
+    /// Quality of its elements; absent for a rigid body, which has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<BodyQuality>,
+    /// Parts of the body.
+    pub parts: Vec<PartSummary>,
+    /// Remarks of the mesh reader or generator.
+    pub notes: Vec<String>,
+}
+
+/// Quality of the elements of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct BodyQuality {
     /// Smallest scaled Jacobian over all corners and quadrature points, 1 for a brick [-].
     pub min_scaled_jacobian: f64,
     /// Index of the element with that Jacobian.
@@ -38,10 +50,6 @@ pub struct BodySummary {
     pub max_aspect_ratio: f64,
     /// Length of the shortest edge [m].
     pub min_edge_m: f64,
-    /// Parts of the body.
-    pub parts: Vec<PartSummary>,
-    /// Remarks of the mesh reader or generator.
-    pub notes: Vec<String>,
 }
 
 /// A part of a body.
@@ -70,10 +78,7 @@ impl BodySummary {
             volume_m3: rigid.shape.volume(),
             mass_kg: rigid.mass,
             bounding_box_m: [(centre - half).into(), (centre + half).into()],
-            min_scaled_jacobian: 1.0,
-            worst_element: 0,
-            max_aspect_ratio: 1.0,
-            min_edge_m: 0.0,
+            quality: None,
             parts: Vec::new(),
             notes: vec![format!("a rigid {}, without a mesh", rigid.shape.name())],
         }
@@ -97,10 +102,12 @@ impl BodySummary {
             volume_m3: quality.volume_m3,
             mass_kg: parts.iter().map(|p| p.mass_kg).sum(),
             bounding_box_m: [corner(&quality.bounding_box_m[0]), corner(&quality.bounding_box_m[1])],
-            min_scaled_jacobian: quality.min_scaled_jacobian,
-            worst_element: quality.worst_element,
-            max_aspect_ratio: quality.max_aspect_ratio,
-            min_edge_m: quality.min_edge_m,
+            quality: Some(BodyQuality {
+                min_scaled_jacobian: quality.min_scaled_jacobian,
+                worst_element: quality.worst_element,
+                max_aspect_ratio: quality.max_aspect_ratio,
+                min_edge_m: quality.min_edge_m,
+            }),
             parts,
             notes: mesh.notes.clone(),
         }

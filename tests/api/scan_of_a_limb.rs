@@ -151,7 +151,7 @@ fn elements_of_every_size_have_the_volumes_of_the_limb() {
         let scene = from_scan(&limb, &id, size);
         let valid = client.post_json("/v1/jobs/validate", &scene).json();
         let body = valid["bodies"].as_array().unwrap().iter().find(|body| body["name"] == "limb").unwrap();
-        let least = body["min_scaled_jacobian"].as_f64().unwrap();
+        let least = body["quality"]["min_scaled_jacobian"].as_f64().unwrap();
         println!(
             "{size} m: {} elements, scaled Jacobian from {least:.3}, {}",
             body["elements"], body["notes"]

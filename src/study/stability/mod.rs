@@ -260,7 +260,8 @@ fn compiled(document: &Value) -> Result<Compiled, Refusal> {
             )
         })?;
     // Rigid bodies have no edges.
-    let edges = loaded.bodies.iter().map(|body| body.min_edge_m).filter(|edge| *edge > 0.0);
+    let edges =
+        loaded.bodies.iter().filter_map(|body| body.quality.as_ref()).map(|quality| quality.min_edge_m);
     let shortest_edge = edges.fold(f64::INFINITY, f64::min);
     let plan = compile(&loaded.scene).map_err(|error| internal(error.to_string()))?;
     Ok(Compiled { plan, shortest_edge })

@@ -144,10 +144,7 @@ impl Engine for ScriptedEngine {
             volume_m3: 1.0,
             mass_kg: 1.0,
             bounding_box_m: [[0.0; 3], [1.0; 3]],
-            min_scaled_jacobian: 1.0,
-            worst_element: 0,
-            max_aspect_ratio: 1.0,
-            min_edge_m: 1.0,
+            quality: None,
             parts: vec![],
             notes: vec![],
         };
