@@ -28,7 +28,7 @@ use super::state::State;
 use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, ElementForces, Threads};
+use crate::mechanics::force::{Activity, ElementForces, ForceInput, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
@@ -333,7 +333,7 @@ impl ExplicitStepper<'_> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.viscous.fill(0.0);
-        let input = state.force_input();
+        let input = ForceInput { v: &state.v, ..state.force_input() };
         self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
         self.branches.evaluate(self.plan, &self.forces);

@@ -120,7 +120,7 @@ impl State {
     /// Input of the internal force evaluation at t_n.
     pub(super) fn force_input(&self) -> ForceInput<'_> {
         let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
-        ForceInput { u: &self.u, inverse_step, history: &self.history, fractions: &self.fractions }
+        ForceInput { u: &self.u, inverse_step, history: &self.history, fractions: &self.fractions, v: &[] }
     }
 
     /// Position x of a node [m].

@@ -80,6 +80,8 @@ pub struct ChunkForces {
     pub(super) force: Vec<Vec3>,
     /// Force of viscosity and memory on each node of the chunk [N]; empty without.
     pub(super) viscous: Vec<Vec3>,
+    /// Whether the last evaluation of internal forces has put those of shear viscosity there.
+    pub(super) has_shear_viscosity: bool,
     /// Displacements of the nodes of the chunk, gathered [m].
     pub(super) u: Vec<Vec3>,
     /// Velocities of the nodes of the chunk, gathered [m/s].

@@ -154,6 +154,7 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
         active: ChunkForces::all(batches),
         force: vec![Vec3::zeros(); nodes],
         viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
+        has_shear_viscosity: false,
         u: vec![Vec3::zeros(); nodes],
         v: vec![Vec3::zeros(); nodes],
         dilatation: vec![0.0; averaged],

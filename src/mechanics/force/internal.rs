@@ -9,10 +9,9 @@ use super::parameters::BlockParameters;
 use super::pressure::{
     Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
 };
-use super::rows::{
-    add, balance, gather, keep_still, load_corners, load_fibres, store_corners, subtract_first,
-};
+use super::rows::{add_in, gather_in, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
+use super::viscous::ShearViscosity;
 use crate::element::{Element, eval_corner_penalty};
 use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters};
 use crate::material::{Invariants, Kinematics, Law, Material};
@@ -39,17 +38,23 @@ pub struct ForceInput<'a> {
     /// What the assembled mesh leaves of the volumetric stiffness of each element in its critical time step, chunk by chunk,
     /// see [`AssembledBound`](super::AssembledBound); empty for all of it.
     pub fractions: &'a [Vec<AssembledRows>],
+    /// Velocities [m/s], nodes × 3, at which shear viscosity is evaluated in the same pass over the elements; empty to leave it to
+    /// [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
+    pub v: &'a [Vec3],
 }
 
 impl<'a> ForceInput<'a> {
     /// At these displacements [m], with no step behind the elements.
     pub fn at(u: &'a [Vec3]) -> Self {
-        Self { u, inverse_step: 0.0, history: &[], fractions: &[] }
+        Self { u, inverse_step: 0.0, history: &[], fractions: &[], v: &[] }
     }
 }
 
 /// What a formulation does to the elements of a batch that fit into a register.
 pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>: Copy {
+    /// Whether it leaves the first pass over all points of the elements in [`BatchLanes::first_pass`].
+    const HAS_POINTS: bool;
+
     /// Forces and totals of the elements in the `part`-th register.
     fn evaluate<S: Registers, L: Law>(
         self,
@@ -147,13 +152,18 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             *u = input.u[*node as usize];
         }
         forces.force.fill(Vec3::zeros());
+        let eta = block.parameters.shear_viscosity;
+        forces.has_shear_viscosity = K::HAS_POINTS && eta > 0.0 && !input.v.is_empty();
+        if forces.has_shear_viscosity {
+            forces.begin_viscous(block, input.v);
+        }
         // Lanes of one batch, reused for all.
         let zero = Row([0.0; BATCH]);
         let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
-        let (nodal, of_nodes) = ([[zero; N]; 3], [zero; 3]);
+        let (nodal, mut rates, of_nodes) = ([[zero; N]; 3], [[zero; N]; 3], [zero; 3]);
         let (before, after) = ([zero; BULK_ROWS], [zero; BULK_ROWS]);
         let mut lanes = BatchLanes { nodal, before, after, of_nodes, fraction: WHOLE[0], first_pass };
-        // Constants of the chunk: history of the last step, fractions of the assembled bound, interval of the cycle.
+        // Constants of the chunk: history of the last step, fractions of the assembled bound.
         let fraction = block.nodal_volumes.as_ref().map_or(1.0, |volumes| volumes.fraction);
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let number = block.chunk_number(forces.chunk as usize);
@@ -180,22 +190,35 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
                 lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
             }
             lanes.fraction = fractions.and_then(|rows| rows.get(i)).unwrap_or(&WHOLE)[0];
-            gather(nodes, &forces.u, &mut lanes.nodal);
-            keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
-            if S::IS_SINGLE {
-                subtract_first(&mut lanes.nodal);
+            gather_in::<S, N>(nodes, &forces.u, forces.eroded_lanes(i), &mut lanes.nodal);
+            if forces.has_shear_viscosity {
+                gather_in::<S, N>(nodes, &forces.v, forces.eroded_lanes(i), &mut rates);
             }
             forces.average_over_nodes(nodes, &mut lanes.of_nodes);
-            // Corner forces, register by register.
+            // Corner forces, register by register; those of shear viscosity from the same first pass.
             for part in 0..BATCH / S::LANES {
-                formulation.evaluate(&element, simd, part, &mut lanes, &mut forces.batches[i]);
+                let totals = &mut forces.batches[i];
+                formulation.evaluate(&element, simd, part, &mut lanes, totals);
+                if forces.has_shear_viscosity {
+                    let (batch, first) = (element.batch, &lanes.first_pass);
+                    let rates = &mut rates;
+                    Lane::splat(simd, 0.0).outlined(ShearViscosity {
+                        simd,
+                        batch,
+                        part,
+                        eta,
+                        first,
+                        rates,
+                        totals,
+                    });
+                }
             }
             // Scatter to the sums of the chunk; in single precision the forces of an element are made to sum to zero.
             forces.history[history].copy_from_slice(&lanes.after[..bulk]);
-            if S::IS_SINGLE {
-                balance(&mut lanes.nodal);
+            add_in::<S, N>(&mut lanes.nodal, nodes, &mut forces.force);
+            if forces.has_shear_viscosity {
+                add_in::<S, N>(&mut rates, nodes, &mut forces.viscous);
             }
-            add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
     }
@@ -222,6 +245,8 @@ pub(super) struct GaussPoints<const MEAN: bool, const NODAL: bool>;
 impl<const MEAN: bool, const NODAL: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize>
     ElementKernel<E, N, Q> for GaussPoints<MEAN, NODAL>
 {
+    const HAS_POINTS: bool = true;
+
     #[inline(always)]
     fn evaluate<S: Registers, L: Law>(
         self,

@@ -20,6 +20,8 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementKernel<E, N, Q> f
 where
     E::OnePoint: OnePointEvaluation<E, N, Q>,
 {
+    const HAS_POINTS: bool = false;
+
     #[inline(always)]
     fn evaluate<S: Registers, L: Law>(
         self,

@@ -49,9 +49,37 @@ pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N
     }
 }
 
+/// [`gather`] in the precision of `S`, with the elements of the lanes `still` at rest.
+#[inline(always)]
+pub(super) fn gather_in<S: Registers, const N: usize>(
+    nodes: &[[u16; BATCH]; N],
+    from: &[Vec3],
+    still: u8,
+    to: &mut [[Row; N]; 3],
+) {
+    gather(nodes, from, to);
+    keep_still(still, to);
+    if S::IS_SINGLE {
+        subtract_first(to);
+    }
+}
+
+/// [`add`] of forces in the precision of `S`.
+#[inline(always)]
+pub(super) fn add_in<S: Registers, const N: usize>(
+    from: &mut [[Row; N]; 3],
+    nodes: &[[u16; BATCH]; N],
+    to: &mut [Vec3],
+) {
+    if S::IS_SINGLE {
+        balance(from);
+    }
+    add(from, nodes, to);
+}
+
 /// Displacements relative to that of the first node, on which the digits of a lower precision are not spent.
 #[inline(always)]
-pub(super) fn subtract_first<const N: usize>(nodal: &mut [[Row; N]; 3]) {
+fn subtract_first<const N: usize>(nodal: &mut [[Row; N]; 3]) {
     for rows in nodal {
         let first = rows[0];
         for row in rows {
@@ -62,7 +90,7 @@ pub(super) fn subtract_first<const N: usize>(nodal: &mut [[Row; N]; 3]) {
 
 /// Makes nodal forces of rounded numbers balance to all digits, so that no momentum is made.
 #[inline(always)]
-pub(super) fn balance<const N: usize>(nodal: &mut [[Row; N]; 3]) {
+fn balance<const N: usize>(nodal: &mut [[Row; N]; 3]) {
     for rows in nodal {
         let mut sum = Row::default();
         for row in &rows[..N - 1] {

@@ -15,13 +15,13 @@ use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::parameters::BlockParameters;
-use super::rows::{add, balance, gather, keep_still, load_corners, store_corners, subtract_first};
+use super::rows::{add_in, gather_in, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, ForceInput, Threads};
 use crate::element::Element;
 use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters, dispatch_single};
 use crate::material::bound_largest;
-use crate::real::Real;
+use crate::real::{Outlined, Real};
 use crate::registers::Registers;
 use crate::tensor::{Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
@@ -91,14 +91,15 @@ impl ElementBlock {
         if !block.parameters.is_viscous() || chunk.active == 0 {
             return;
         }
-        chunk.viscous.fill(Vec3::zeros());
-        for (i, node) in block.nodes_of_chunk(chunk.chunk as usize).iter().enumerate() {
-            chunk.u[i] = input.u[*node as usize];
-            chunk.v[i] = v[*node as usize];
-        }
         let arch = pulp::Arch::new();
-        if block.parameters.shear_viscosity > 0.0 {
-            with_elements!(&block.packed, elements => eval_viscous(Viscous { elements, block, chunk }));
+        if !chunk.has_shear_viscosity {
+            for (u, node) in chunk.u.iter_mut().zip(block.nodes_of_chunk(chunk.chunk as usize)) {
+                *u = input.u[*node as usize];
+            }
+            chunk.begin_viscous(block, v);
+            if block.parameters.shear_viscosity > 0.0 {
+                with_elements!(&block.packed, elements => eval_viscous(Viscous { elements, block, chunk }));
+            }
         }
         if !block.parameters.memory.is_empty() {
             with_elements!(&block.packed, elements => arch.dispatch(Memory { elements, block, input, chunk }));
@@ -146,25 +147,50 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithRegisters for Viscou
         let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         for i in (0..chunk.batches.len()).filter(|i| chunk.active & (1 << i) != 0) {
             let batch = &elements.batches[first + i];
-            gather(&batch.nodes, &chunk.u, &mut x);
-            gather(&batch.nodes, &chunk.v, &mut rates);
-            let eroded = chunk.eroded_lanes(i);
-            keep_still(eroded, &mut x);
-            keep_still(eroded, &mut rates);
-            if S::IS_SINGLE {
-                subtract_first(&mut x);
-                subtract_first(&mut rates);
-            }
+            gather_in::<S, N>(&batch.nodes, &chunk.u, chunk.eroded_lanes(i), &mut x);
+            gather_in::<S, N>(&batch.nodes, &chunk.v, chunk.eroded_lanes(i), &mut rates);
             for part in 0..BATCH / S::LANES {
                 let eta = block.parameters.shear_viscosity;
                 batch.first_pass_to(simd, part, &x, &mut first_pass);
                 batch.viscous_forces::<S>(simd, part, eta, &first_pass, &mut rates, &mut chunk.batches[i]);
             }
-            if S::IS_SINGLE {
-                balance(&mut rates);
-            }
-            add(&rates, &batch.nodes, &mut chunk.viscous);
+            add_in::<S, N>(&mut rates, &batch.nodes, &mut chunk.viscous);
         }
+    }
+}
+
+impl ChunkForces {
+    /// Takes the velocities [m/s] of its nodes, and sets the forces of viscosity and memory to zero.
+    pub(super) fn begin_viscous(&mut self, block: &ElementBlock, v: &[Vec3]) {
+        self.viscous.fill(Vec3::zeros());
+        for (of_chunk, node) in self.v.iter_mut().zip(block.nodes_of_chunk(self.chunk as usize)) {
+            *of_chunk = v[*node as usize];
+        }
+    }
+}
+
+/// Shear viscosity of the elements of a register, within the pass of the internal forces: one copy for all laws.
+pub(super) struct ShearViscosity<'a, S: Registers, E: Element<N, Q>, const N: usize, const Q: usize> {
+    pub simd: S,
+    pub batch: &'a Batch<E, N, Q>,
+    pub part: usize,
+    /// Viscosity η [Pa s].
+    pub eta: f64,
+    pub first: &'a FirstPass<Lane<S>, Q>,
+    /// Velocities on entry [m/s], viscous forces on return [N]: `[component][node]`.
+    pub rates: &'a mut [[Row; N]; 3],
+    pub totals: &'a mut BatchTotals,
+}
+
+impl<S: Registers, E: Element<N, Q>, const N: usize, const Q: usize> Outlined
+    for ShearViscosity<'_, S, E, N, Q>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { simd, batch, part, eta, first, rates, totals } = self;
+        batch.viscous_forces::<S>(simd, part, eta, first, rates, totals);
     }
 }
 
