@@ -47,6 +47,18 @@ pub fn read(
 
 /// Contact knows convex shapes only: whether another one is replaced by its hull has to be said. `None` if it is not.
 pub(super) fn check_hull(solid: &Solid, accepted: bool, here: &Pointer, out: &mut Findings) -> Option<()> {
+    if solid.hull_ratio < 1.0 / CONVEX {
+        let times = 1.0 / solid.hull_ratio;
+        let message =
+            format!("the surface encloses {times:.2} times the volume of its hull: some space twice");
+        out.push(
+            Problem::error("overlapping_surface", here, message)
+                .value(times)
+                .limit("a surface without shells in each other or on each other")
+                .remedy("remove triangles that are listed twice and shells inside others, as `clean` and `split_bodies` of PyVista do"),
+        );
+        return None;
+    }
     let more = 100.0 * (solid.hull_ratio - 1.0);
     if solid.hull_ratio <= CONVEX {
         return Some(());

@@ -39,6 +39,8 @@ const NOISE_VOXELS: f64 = 30.0;
 
 /// Largest deviation of the volume of a label from that of its voxels without a remark [-].
 const VOLUME_TOLERANCE: f64 = 0.01;
+/// How the note on the volume of a label ends where it deviates by more.
+pub const POORLY_RESOLVED: &str = ": smaller elements resolve it better";
 
 /// The mesh of a label volume, in the space of the scan. Parts are those of the options; node sets are `outer` (the surface
 /// towards the outside), the names of holes, and `x_min` … `z_max`: where the scan, or the crop, cuts the body.
@@ -187,8 +189,7 @@ fn volume_notes(elements: &Elements, classes: &Classes, aims: &[f64]) -> Result<
             continue;
         }
         let deviation = found / aim - 1.0;
-        let remark =
-            if deviation.abs() > VOLUME_TOLERANCE { ": smaller elements resolve it better" } else { "" };
+        let remark = if deviation.abs() > VOLUME_TOLERANCE { POORLY_RESOLVED } else { "" };
         notes.push(format!("{name}: {found:.4e} m³, {:+.2} % of its voxels{remark}", 100.0 * deviation));
     }
     Ok(notes)

@@ -99,6 +99,48 @@ fn a_skin_of_given_thickness_is_a_part() {
 }
 
 #[test]
+fn what_a_scan_does_not_have_and_what_a_mesh_loses_of_it_is_warned_of() {
+    assert_eq!(load_scan(&scene()).unwrap().warnings, []);
+    let mut document = scene();
+    let segmentation = &mut document["bodies"][1]["mesh"]["segmentation"];
+    segmentation["labels"][3] = json!({"label": 17, "part": "vessel"});
+    segmentation["near"][0]["point_m"] = json!([30, 25, 30]);
+    let warnings = load_scan(&document).unwrap().warnings;
+    let found: Vec<(&str, &str)> = warnings.iter().map(|p| (&*p.pointer, &*p.code)).collect();
+    let at = "/bodies/1/mesh/segmentation";
+    let expected = [
+        (format!("{at}/labels/3/label"), "absent_label"),
+        (format!("{at}/near/0/point_m"), "outside_of_scan"),
+    ];
+    assert_eq!(found, expected.each_ref().map(|(pointer, code)| (pointer.as_str(), *code)));
+
+    // Elements as thick as the fat.
+    let mut document = scene();
+    let segmentation = &mut document["bodies"][1]["mesh"]["segmentation"];
+    segmentation.as_object_mut().unwrap().retain(|key, _| !["near", "thin_size_m"].contains(&key.as_str()));
+    segmentation["size_m"] = json!(0.015);
+    let warnings = load_scan(&document).unwrap().warnings;
+    assert!(
+        warnings.iter().any(|p| p.code == "label_volume" && p.to_string().contains("fat")),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn a_scan_of_impossible_size_is_refused() {
+    let at_z = |value: f32| {
+        let mut file = scan();
+        file[320..324].copy_from_slice(&value.to_le_bytes());
+        file
+    };
+    for (value, words) in [(1e30, "check the unit"), (1e-20, "check the unit")] {
+        let files = Files(vec![("limb.nii", at_z(value)), ("cube.msh", cube(false))]);
+        let refused = load(scene().to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap_err();
+        assert!(refused.to_string().contains(words), "{refused}");
+    }
+}
+
+#[test]
 fn what_is_wrong_with_a_scan_is_listed_with_its_place() {
     let at = "/bodies/1/mesh/segmentation";
     let place = |rest: &str| format!("{at}{rest}");

@@ -59,6 +59,7 @@ fn load_surface(changes: &[(&str, Value)]) -> Result<Loaded, Problems> {
     let files = Files(vec![
         ("brick.stl", stl(&[brick()])),
         ("hammer.stl", stl(&hammer)),
+        ("twice.stl", stl(&[brick(), brick()])),
         ("ball.stl", stl(&ball)),
         ("open.stl", open),
         ("short.stl", stl(&[brick()])[..300].to_vec()),
@@ -109,6 +110,7 @@ fn what_is_wrong_with_a_surface_is_listed_with_its_place() {
         (name("none.stl"), "/bodies/0/rigid/shape/name", "mesh_not_found", "none.stl"),
         (name("short.stl"), "/bodies/0/rigid/shape/name", "bad_mesh", "announces 12 triangles"),
         (name("open.stl"), "/bodies/0/rigid/shape/name", "bad_mesh", "is open at 3 edges"),
+        (name("twice.stl"), "/bodies/0/rigid/shape/convex_hull", "overlapping_surface", "2.00 times"),
         (name("cube.msh"), "/bodies/0/rigid/shape/name", "bad_mesh", "byte"),
         (name("ball.stl"), "/bodies/0/rigid/shape/name", "too_many_planes", "decimate"),
         (("/bodies/0/rigid/shape/scale", json!(0)), "/bodies/0/rigid/shape/scale", "not_positive", "0.001"),

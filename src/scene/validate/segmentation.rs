@@ -1,8 +1,10 @@
-//! Checks of meshes made of the labels of a scan that need the document alone.
+//! Checks of meshes made of the labels of a scan: of the document alone, of its numbers against the scan, and of the volumes of the mesh.
 
 use super::Findings;
 use crate::mechanics::contact::Discretisation;
+use crate::mesh::Mesh;
 use crate::mesh::names::fault;
+use crate::mesh::segmentation::{LabelVolume, POORLY_RESOLVED};
 use crate::scene::document::{BodyDocument, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::segmentation_document::{LabelDocument, SegmentationDocument};
@@ -22,6 +24,53 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 .limit("another contact.discretisation with the mesh of a scan")
                 .remedy("remove contact.discretisation")
         });
+    }
+}
+
+/// Warns of points outside of the scan, and of labels that it does not have.
+pub fn check_scan(scan: &SegmentationDocument, volume: &LabelVolume, here: &Pointer, out: &mut Findings) {
+    for (i, label) in
+        scan.labels.iter().enumerate().filter(|(_, label)| !volume.values.contains(&label.label))
+    {
+        let message = format!("the scan has no voxel with label {}", label.label);
+        out.push(
+            Problem::warning("absent_label", &here.key("labels").index(i).key("label"), message)
+                .value(label.label)
+                .limit("a label of the scan; `contuse mesh info` lists them")
+                .remedy("correct the label, or omit the entry"),
+        );
+    }
+    // A grid with shear is refused where it is meshed.
+    let Ok(frame) = volume.frame() else { return };
+    let lengths = frame.lengths();
+    for (i, near) in scan.near.iter().enumerate() {
+        let local = frame.local(&near.point_m.into());
+        let reach = near.within_m + scan.size_m;
+        if (0..3).all(|k| local[k] >= -reach && local[k] <= lengths[k] + reach) {
+            continue;
+        }
+        let message = "the point is outside of the scan, so that elements are not smaller there";
+        out.push(
+            Problem::warning("outside_of_scan", &here.key("near").index(i).key("point_m"), message)
+                .value(near.point_m.to_vec())
+                .limit("a point of the scan in metres; `contuse mesh info` shows its box")
+                .remedy("give the point in metres, in the space of the scan: before the placement"),
+        );
+    }
+}
+
+/// Warns of labels whose volume the mesh does not have.
+pub fn check_label_volumes(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
+    for note in mesh.notes.iter().filter(|note| note.ends_with(POORLY_RESOLVED)) {
+        out.push(
+            Problem::warning(
+                "label_volume",
+                here,
+                format!("the mesh does not have the volume of a label: {note}"),
+            )
+            .limit("within 1 % of its voxels")
+            .remedy("give smaller elements by thin_size_m, near or size_m, or skin_thickness_m for a skin"),
+        );
     }
 }
 

@@ -45,6 +45,8 @@ struct Reader<'a> {
     compressor: Option<Compressor>,
     /// Bytes that may still be decompressed.
     left: u64,
+    /// Memory that values may still take [bytes]: arrays may share their bytes in the file.
+    memory: u64,
 }
 
 /// What follows the underscore of `<AppendedData>`.
@@ -92,7 +94,8 @@ impl<'a> Reader<'a> {
             }
         };
         let appended = Appended::new(appended);
-        Ok(Self { xml, appended, big_endian, header, compressor, left: most_decompressed(size) })
+        let most = most_decompressed(size);
+        Ok(Self { xml, appended, big_endian, header, compressor, left: most, memory: most })
     }
 
     /// The grid of the only piece of the file.
@@ -186,6 +189,15 @@ impl<'a> Reader<'a> {
     /// The values of an array; `count` of them.
     fn values(&mut self, array: Node<'a, 'a>, count: usize) -> Result<Values, MeshError> {
         let kind = self.xml.attribute(array, "type")?;
+        let taken = 8 * count as u64;
+        self.memory = self.memory.checked_sub(taken).ok_or_else(|| {
+            let message = format!(
+                "{count} values take {taken} bytes of memory, of which {} are left for a file of this size: omit arrays that a mesh has no \
+                 use for",
+                self.memory
+            );
+            self.xml.error(array, message)
+        })?;
         let scalar = match kind {
             "String" => None,
             _ => Some(Scalar::of_xml(kind).ok_or_else(|| {

@@ -58,6 +58,13 @@ impl Sample {
     }
 }
 
+/// Edges of voxels that a scan of a body can have [m].
+const VOXEL_LENGTHS: std::ops::RangeInclusive<f64> = 1e-9..=10.0;
+/// Largest distance of a scan from the origin of its space [m].
+const FARTHEST: f64 = 1e3;
+/// Volume of a voxel over that of a box with its edges, below which it is flat [-].
+const FLATTEST: f64 = 1e-9;
+
 /// What a header says of the voxels that follow it.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -87,9 +94,27 @@ impl Layout {
         if a.min(b).min(c) == 0 {
             return Err(malformed(self.place, format!("{a} × {b} × {c} voxels: an axis has none")));
         }
+        let lengths = self.steps.map(|step| step.norm());
+        if let Some(length) = lengths.iter().find(|length| !VOXEL_LENGTHS.contains(length)) {
+            let [least, most] = [VOXEL_LENGTHS.start(), VOXEL_LENGTHS.end()];
+            let message = format!(
+                "a voxel has an edge of {length:e} m, expected {least:e} to {most} m: check the unit"
+            );
+            return Err(malformed(self.place, message));
+        }
+        if !(self.origin.norm() <= FARTHEST) {
+            let [x, y, z] = self.origin.into();
+            let message = format!(
+                "the first voxel is at ({x:e}, {y:e}, {z:e}) m, expected at most {FARTHEST} m from 0"
+            );
+            return Err(malformed(self.place, message));
+        }
         let volume = Mat3::from_columns(&self.steps).determinant().abs();
-        if !(volume > 0.0 && volume.is_finite() && self.origin.iter().all(|x| x.is_finite())) {
-            return Err(malformed(self.place, format!("a voxel has the volume {volume} m³")));
+        if !(volume > FLATTEST * lengths.iter().product::<f64>()) {
+            return Err(malformed(
+                self.place,
+                format!("a voxel has the volume {volume} m³: its axes lie in a plane"),
+            ));
         }
         let voxels = a.checked_mul(b).and_then(|n| n.checked_mul(c));
         let bytes = voxels.and_then(|n| n.checked_mul(self.sample.size() as u64));
