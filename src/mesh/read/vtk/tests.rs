@@ -372,7 +372,7 @@ fn arrays_that_share_their_bytes_are_counted_each() {
     const COUNT: usize = 100_000;
     let data = [&u32::try_from(COUNT).unwrap().to_le_bytes()[..], &vec![1_u8; COUNT]].concat();
     let with = |arrays: usize| {
-        let marks: String = (0..arrays)
+        let marks: Vec<String> = (0..arrays)
             .map(|i| {
                 format!("<DataArray type=\"UInt8\" Name=\"set{i}\" format=\"appended\" offset=\"0\"/>\n")
             })
@@ -381,9 +381,10 @@ fn arrays_that_share_their_bytes_are_counted_each() {
             "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"{COUNT}\" NumberOfCells=\"0\">\
              <Points><DataArray type=\"UInt8\" NumberOfComponents=\"3\" format=\"appended\" offset=\"{}\"/></Points>\
              <Cells><DataArray type=\"UInt8\" Name=\"types\"/><DataArray type=\"Int64\" Name=\"offsets\"/>\
-             <DataArray type=\"Int64\" Name=\"connectivity\"/></Cells><PointData>{marks}</PointData></Piece></UnstructuredGrid>\
+             <DataArray type=\"Int64\" Name=\"connectivity\"/></Cells><PointData>{}</PointData></Piece></UnstructuredGrid>\
              <AppendedData encoding=\"raw\">_",
-            data.len()
+            data.len(),
+            marks.concat()
         );
         let points = [&u32::try_from(3 * COUNT).unwrap().to_le_bytes()[..], &vec![0_u8; 3 * COUNT]].concat();
         read_mesh(&[text.as_bytes(), &data, &points].concat(), MeshFormat::Vtu).unwrap_err().to_string()
