@@ -93,6 +93,6 @@ mod tests {
         let nodes = message.cell_nodes.unwrap();
         let numbers: Vec<u32> =
             nodes.data.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
-        assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 6, 7, 4, 6, 5, 8, 10, 9]);
+        assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 8, 9, 10]);
     }
 }

@@ -101,10 +101,9 @@ def check_deformable(recording: Recording, series: dict) -> str:
 
 def check_orientation(grid, what: str) -> None:
     """Nodes are in VTK's order: the outward surface encloses the sum of the volumes of the cells."""
-    surface = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=0).triangulate()
-    # In the order that its documentation asks for, VTK's volume of a wedge is negative.
-    volumes = np.abs(grid.compute_cell_sizes(length=False, area=False)["Volume"])
-    need(bool((volumes > 0).all()), f"{what}: a cell has no volume")
+    surface = grid.extract_surface(algorithm="geometry", nonlinear_subdivision=0).triangulate()
+    volumes = grid.compute_cell_sizes(length=False, area=False)["Volume"]
+    need(bool((volumes > 0).all()), f"{what}: a cell is inside out")
     a, b, c = (surface.points.astype(float)[surface.regular_faces[:, i]] for i in range(3))
     enclosed = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
     # Faces that are not plane are triangles on one side and bilinear on the other.

@@ -166,15 +166,14 @@ fn foreign_orders_are_orders_and_names_are_found() {
     for other in ["C3D20", "C3D8T", "C3D15", "C3D5", "S4R", "AC3D4"] {
         assert_eq!(CellKind::of_abaqus(other), None, "{other}");
     }
-    // VTK's wedge begins with the triangle that faces outwards (vtkWedge.cxx): its first three nodes are in the opposite
-    // order.
+    // VTK's wedge begins with the triangle that faces inwards (vtkWedge of VTK 9.7, whose volume is positive then).
     let wedge = CellKind::Wedge6.table();
     let mut points = [Vec3::zeros(); 6];
     for (&place, &xi) in wedge.vtk.order.iter().zip(wedge.points) {
         points[place] = xi.into();
     }
     let normal = (points[1] - points[0]).cross(&(points[2] - points[0]));
-    assert!(normal.dot(&(points[3] - points[0])) < 0.0);
+    assert!(normal.dot(&(points[3] - points[0])) > 0.0);
 }
 
 proptest! {

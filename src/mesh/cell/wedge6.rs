@@ -72,7 +72,7 @@ pub(super) static TABLE: CellTable = CellTable {
         ],
     }),
     // In VTK, the triangle 0–2 faces outwards.
-    vtk: Foreign { number: 13, order: &[0, 2, 1, 3, 5, 4] },
+    vtk: Foreign { number: 13, order: &[0, 1, 2, 3, 4, 5] },
     gmsh: Foreign { number: 6, order: &[0, 1, 2, 3, 4, 5] },
     abaqus: AbaqusName { name: "C3D6", suffixes: "H" },
 };

@@ -80,10 +80,10 @@ fn tower() -> ReferenceMesh {
         positions: Some(packed::f64s("position_m", "m", positions)),
         part_of: Some(packed::u32s("part_of", [[0], [1]])),
         cell_types: Some(packed::u8s("cell_types", [12, 13])),
-        // The wedge as VTK has it: 4, 6, 5 is the triangle that faces outwards.
+        // The wedge as VTK has it: 4, 5, 6 is the triangle that faces inwards.
         cell_nodes: Some(packed::u32s(
             "cell_nodes",
-            [0, 1, 2, 3, 4, 5, 6, 7, 4, 6, 5, 8, 10, 9].map(|n| [n]),
+            [0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 8, 9, 10].map(|n| [n]),
         )),
         ..ReferenceMesh::default()
     }
@@ -223,7 +223,7 @@ fn a_body_has_its_nodes_cells_and_fields() {
     let points = floats(file, "Points");
     assert_eq!(points.len(), 33);
     assert_eq!(points[30..], [1.0, 1.0, 2.01]);
-    assert_eq!(integers(file, "connectivity"), [0, 1, 2, 3, 4, 5, 6, 7, 4, 6, 5, 8, 10, 9]);
+    assert_eq!(integers(file, "connectivity"), [0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 8, 9, 10]);
     assert_eq!(integers(file, "offsets"), [8, 14]);
     assert_eq!(data(file, "types"), [12, 13]);
     assert_eq!(floats(file, "von_mises_pa")[10..], [1000.0]);

@@ -227,8 +227,8 @@ impl<'a> Grid<'a> {
         Ok(())
     }
 
-    /// Places of our nodes of a wedge in its list. The first triangle of a wedge faces outwards in VTK, but inwards in
-    /// files of other programs; then all wedges read as VTK has them are inside out.
+    /// Places of our nodes of a wedge in its list. Its first triangle faces inwards, but outwards in files that follow the documentation
+    /// of earlier versions of VTK; then all wedges read in the order of today are inside out.
     fn order_of_wedges(&self, assembly: &mut Assembly) -> &'static [usize] {
         let table = CellKind::Wedge6.table();
         let wedges = (0..self.types.len()).filter(|&cell| {
@@ -248,11 +248,14 @@ impl<'a> Grid<'a> {
             return table.vtk.order;
         }
         assembly.notes.push(format!(
-            "{count} wedges list the triangle that faces inwards first, as Gmsh does and VTK does not"
+            "{count} wedges list the triangle that faces outwards first, as earlier versions of VTK documented them"
         ));
-        table.gmsh.order
+        &OUTWARD_FIRST
     }
 }
+
+/// Places of our nodes of a wedge whose first triangle faces outwards.
+const OUTWARD_FIRST: [usize; 6] = [0, 2, 1, 3, 5, 4];
 
 /// Node numbers in our order, as many as `order` has. They were checked to be in range.
 fn reordered(nodes: &[i64], order: &[usize]) -> [u64; MOST_NODES] {

@@ -10,7 +10,7 @@ const TYPES: [u8; 5] = [24, 12, 13, 10, 5];
 const ENDS: [u32; 5] = [10, 18, 24, 28, 31];
 #[rustfmt::skip]
 const POINTS: [u32; 31] = [
-    0, 1, 3, 4, 8, 9, 10, 11, 12, 13, 0, 1, 2, 3, 4, 5, 6, 7, 0, 2, 1, 4, 6, 5, 0, 1, 3, 4, 0, 1, 2,
+    0, 1, 3, 4, 8, 9, 10, 11, 12, 13, 0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 4, 5, 6, 0, 1, 3, 4, 0, 1, 2,
 ];
 const PARTS: [i32; 5] = [7, 7, 7, -2, 9];
 /// Points of the set "bottom".
@@ -268,12 +268,12 @@ fn texts_name_parts() {
 }
 
 #[test]
-fn wedges_in_the_order_of_other_programs_are_noted() {
-    let gmsh_order = plain().replace("0 2 1 4 6 5", "0 1 2 4 5 6");
-    let mesh = read_mesh(gmsh_order.as_bytes(), MeshFormat::Vtu).unwrap();
+fn wedges_in_the_order_of_earlier_versions_are_noted() {
+    let earlier = plain().replace("0 1 2 4 5 6", "0 2 1 4 6 5");
+    let mesh = read_mesh(earlier.as_bytes(), MeshFormat::Vtu).unwrap();
     is_the_mesh_of_each(&mesh);
     assert!(
-        mesh.notes[0].starts_with("1 wedges list the triangle that faces inwards first"),
+        mesh.notes[0].starts_with("1 wedges list the triangle that faces outwards first"),
         "{:?}",
         mesh.notes
     );
