@@ -101,7 +101,10 @@ def check_deformable(recording: Recording, series: dict) -> str:
 
 def check_orientation(grid, what: str) -> None:
     """Nodes are in VTK's order: the outward surface encloses the sum of the volumes of the cells."""
-    surface = grid.extract_surface(algorithm="geometry", nonlinear_subdivision=0).triangulate()
+    # The other algorithm turns the sides of wedges around.
+    is_linear = not (grid.celltypes == pyvista.CellType.QUADRATIC_TETRA).any()
+    options = {"algorithm": "geometry"} if is_linear else {"algorithm": "dataset_surface", "nonlinear_subdivision": 0}
+    surface = grid.extract_surface(**options).triangulate()
     volumes = grid.compute_cell_sizes(length=False, area=False)["Volume"]
     need(bool((volumes > 0).all()), f"{what}: a cell is inside out")
     a, b, c = (surface.points.astype(float)[surface.regular_faces[:, i]] for i in range(3))
