@@ -10,8 +10,8 @@ use super::pressure::{
     Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
 };
 use super::rows::{add_in, gather_in, load_corners, load_fibres, store_corners};
+use super::shear_viscosity::ShearViscosity;
 use super::totals::{BatchTotals, BlockTotals};
-use super::viscous::ShearViscosity;
 use crate::element::{Element, eval_corner_penalty};
 use crate::lanes::{Aligned, BATCH, Lane, Row, WithRegisters};
 use crate::material::{Invariants, Kinematics, Law, Material};

@@ -31,6 +31,7 @@ mod rate;
 mod rate_stiffness;
 mod reduced;
 mod rows;
+mod shear_viscosity;
 mod stiffness;
 mod totals;
 mod viscous;

@@ -10,7 +10,7 @@ use super::packed::{Batch, InBlocks, with_elements};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, keep_still, load_corners, load_fibres};
-use super::viscous::stress_over_viscosity;
+use super::shear_viscosity::stress_over_viscosity;
 use crate::element::POINTS;
 use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::material::{Inelastic, Kinematics, Law, Material, Memories};

@@ -16,10 +16,10 @@ use super::memory::{Past, elastic_point, sizes};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, load_corners};
+use super::shear_viscosity::viscous_stress;
 use super::stiffness::{
     CORNER_PAIRS, StiffnessBatch, add_pairs, fixed, fixed_fibres, fixed_tensor, gradients, store_column,
 };
-use super::viscous::viscous_stress;
 use crate::dual::Dual;
 use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::material::{Kinematics, Material, Memories, MemorySteps, volume_change};

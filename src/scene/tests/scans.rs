@@ -103,7 +103,7 @@ fn what_a_scan_does_not_have_and_what_a_mesh_loses_of_it_is_warned_of() {
     assert_eq!(load_scan(&scene()).unwrap().warnings, []);
     let mut document = scene();
     let segmentation = &mut document["bodies"][1]["mesh"]["segmentation"];
-    segmentation["labels"][3] = json!({"label": 17, "part": "vessel"});
+    segmentation["labels"].as_array_mut().unwrap().push(json!({"label": 17, "part": "vessel"}));
     segmentation["near"][0]["point_m"] = json!([30, 25, 30]);
     let warnings = load_scan(&document).unwrap().warnings;
     let found: Vec<(&str, &str)> = warnings.iter().map(|p| (&*p.pointer, &*p.code)).collect();

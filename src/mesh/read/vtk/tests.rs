@@ -368,35 +368,6 @@ fn with_points(header: &[u64], block: &[u8]) -> MeshError {
 }
 
 #[test]
-fn arrays_that_share_their_bytes_are_counted_each() {
-    const COUNT: usize = 100_000;
-    let data = [&u32::try_from(COUNT).unwrap().to_le_bytes()[..], &vec![1_u8; COUNT]].concat();
-    let with = |arrays: usize| {
-        let marks: Vec<String> = (0..arrays)
-            .map(|i| {
-                format!("<DataArray type=\"UInt8\" Name=\"set{i}\" format=\"appended\" offset=\"0\"/>\n")
-            })
-            .collect();
-        let text = format!(
-            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"{COUNT}\" NumberOfCells=\"0\">\
-             <Points><DataArray type=\"UInt8\" NumberOfComponents=\"3\" format=\"appended\" offset=\"{}\"/></Points>\
-             <Cells><DataArray type=\"UInt8\" Name=\"types\"/><DataArray type=\"Int64\" Name=\"offsets\"/>\
-             <DataArray type=\"Int64\" Name=\"connectivity\"/></Cells><PointData>{}</PointData></Piece></UnstructuredGrid>\
-             <AppendedData encoding=\"raw\">_",
-            data.len(),
-            marks.concat()
-        );
-        let points = [&u32::try_from(3 * COUNT).unwrap().to_le_bytes()[..], &vec![0_u8; 3 * COUNT]].concat();
-        read_mesh(&[text.as_bytes(), &data, &points].concat(), MeshFormat::Vtu).unwrap_err().to_string()
-    };
-    // 24 bytes a point and 8 a mark: 400 MB would be more than what a file of half a megabyte may take.
-    let message = with(500);
-    assert!(message.contains("omit arrays that a mesh has no use for"), "{message}");
-    let message = with(20);
-    assert!(!message.contains("omit arrays"), "{message}");
-}
-
-#[test]
 fn bytes_that_grow_without_end_are_refused() {
     // 64 MB of zeros in some 64 kB: more than the block declares.
     let bomb = miniz_oxide::deflate::compress_to_vec_zlib(&vec![0; 64 << 20], 9);

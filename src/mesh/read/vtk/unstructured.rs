@@ -189,15 +189,6 @@ impl<'a> Reader<'a> {
     /// The values of an array; `count` of them.
     fn values(&mut self, array: Node<'a, 'a>, count: usize) -> Result<Values, MeshError> {
         let kind = self.xml.attribute(array, "type")?;
-        let taken = 8 * count as u64;
-        self.memory = self.memory.checked_sub(taken).ok_or_else(|| {
-            let message = format!(
-                "{count} values take {taken} bytes of memory, of which {} are left for a file of this size: omit arrays that a mesh has no \
-                 use for",
-                self.memory
-            );
-            self.xml.error(array, message)
-        })?;
         let scalar = match kind {
             "String" => None,
             _ => Some(Scalar::of_xml(kind).ok_or_else(|| {
@@ -207,6 +198,16 @@ impl<'a> Reader<'a> {
         if array.attribute("format").is_none_or(|format| format == "ascii") {
             return self.text(array, scalar, count);
         }
+        // Text has a character for each value at least; other arrays may be compressed, or share their bytes.
+        let taken = 8_u64.saturating_mul(count as u64);
+        self.memory = self.memory.checked_sub(taken).ok_or_else(|| {
+            let message = format!(
+                "{count} values take {taken} bytes of memory, of which {} are left for a file of this size: omit arrays that a mesh has no \
+                 use for",
+                self.memory
+            );
+            self.xml.error(array, message)
+        })?;
         let size = scalar.map_or(1, Scalar::size);
         let bytes = self.bytes(array).map_err(|message| self.xml.error(array, message))?;
         match scalar {
@@ -291,5 +292,40 @@ fn texts(bytes: &[u8], count: usize) -> Result<Values, String> {
         Ok(Values::Texts(texts))
     } else {
         Err(format!("{} texts, not {count}", texts.len()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::read::{MeshFormat, read_mesh};
+
+    #[test]
+    fn arrays_that_share_their_bytes_are_counted_each() {
+        const COUNT: usize = 100_000;
+        let data = [&u32::try_from(COUNT).unwrap().to_le_bytes()[..], &vec![1_u8; COUNT]].concat();
+        let with = |arrays: usize| {
+            let marks: Vec<String> = (0..arrays)
+                .map(|i| {
+                    format!("<DataArray type=\"UInt8\" Name=\"set{i}\" format=\"appended\" offset=\"0\"/>\n")
+                })
+                .collect();
+            let text = format!(
+                "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"{COUNT}\" NumberOfCells=\"0\">\
+                 <Points><DataArray type=\"UInt8\" NumberOfComponents=\"3\" format=\"appended\" offset=\"{}\"/></Points>\
+                 <Cells><DataArray type=\"UInt8\" Name=\"types\"/><DataArray type=\"Int64\" Name=\"offsets\"/>\
+                 <DataArray type=\"Int64\" Name=\"connectivity\"/></Cells><PointData>{}</PointData></Piece></UnstructuredGrid>\
+                 <AppendedData encoding=\"raw\">_",
+                data.len(),
+                marks.concat()
+            );
+            let points =
+                [&u32::try_from(3 * COUNT).unwrap().to_le_bytes()[..], &vec![0_u8; 3 * COUNT]].concat();
+            read_mesh(&[text.as_bytes(), &data, &points].concat(), MeshFormat::Vtu).unwrap_err().to_string()
+        };
+        // 24 bytes a point and 8 a mark: 400 MB would be more than what a file of half a megabyte may take.
+        let message = with(500);
+        assert!(message.contains("omit arrays that a mesh has no use for"), "{message}");
+        let message = with(20);
+        assert!(!message.contains("omit arrays"), "{message}");
     }
 }

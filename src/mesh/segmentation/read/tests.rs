@@ -240,8 +240,8 @@ fn voxels_that_are_no_labels_are_refused_with_their_byte() {
     // A grid without volume, a matrix that is not finite, several volumes, no magic.
     let plain = written.nifti(2, |v| vec![v]);
     for (at, bytes, word) in [
-        (280, [0_u8; 48].to_vec(), "volume"),
-        (280, f32::NAN.to_le_bytes().to_vec(), "volume"),
+        (280, [0_u8; 48].to_vec(), "an edge of 0e0 m"),
+        (280, f32::NAN.to_le_bytes().to_vec(), "an edge of NaN m"),
         (48, [0, 1].to_vec(), "one volume"),
         (40, [9, 0].to_vec(), "dimensions"),
         (42, [0, 0].to_vec(), "has none"),
