@@ -114,11 +114,11 @@ fn what_a_scan_does_not_have_and_what_a_mesh_loses_of_it_is_warned_of() {
     ];
     assert_eq!(found, expected.each_ref().map(|(pointer, code)| (pointer.as_str(), *code)));
 
-    // Elements as thick as the fat.
+    // Elements almost as large as the bone.
     let mut document = scene();
     let segmentation = &mut document["bodies"][1]["mesh"]["segmentation"];
     segmentation.as_object_mut().unwrap().retain(|key, _| !["near", "thin_size_m"].contains(&key.as_str()));
-    segmentation["size_m"] = json!(0.015);
+    segmentation["size_m"] = json!(0.0105);
     let warnings = load_scan(&document).unwrap().warnings;
     assert!(
         warnings.iter().any(|p| p.code == "label_volume" && p.to_string().contains("fat")),
