@@ -291,7 +291,7 @@ impl Stepper for ImplicitStepper<'_> {
         let aimed = state.implicit.target_step;
         let mut target = if aimed > 0.0 { aimed } else { self.options.step };
         let mut was_cut = false;
-        let mut under_constrained = None;
+        let mut first_failure = None;
         loop {
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
@@ -307,14 +307,15 @@ impl Stepper for ImplicitStepper<'_> {
                     target = 0.5 * self.step;
                     was_cut = true;
                     self.cuts.note(state.time, target, &failure);
-                    let is_unheld = failure.cause == FailureCause::NothingHolds;
+                    let is_under_constrained = failure.cause == FailureCause::NothingHolds;
                     if target < self.options.smallest_step {
                         // The diagnosis of the whole step is more informative than that of its last part.
-                        let cause = if is_unheld { under_constrained.unwrap_or(failure) } else { failure };
+                        let cause =
+                            if is_under_constrained { first_failure.unwrap_or(failure) } else { failure };
                         return Err(cause.into());
                     }
-                    if is_unheld {
-                        under_constrained.get_or_insert(failure);
+                    if is_under_constrained {
+                        first_failure.get_or_insert(failure);
                     }
                 }
             }
