@@ -144,6 +144,11 @@ pub struct Contact {
 }
 
 impl Contact {
+    /// The contacts of a step are in ascending order of it.
+    pub fn key(&self) -> (u32, u32, u32) {
+        (self.pair, self.slave, self.face)
+    }
+
     /// Gives it the law of its pair, and the relative flight velocity of its two sides [m/s].
     pub fn complete(&mut self, law: ContactLaw, drift: Vec3) {
         self.law = if self.kind == Kind::Side { ContactLaw::Frictionless } else { law };

@@ -9,9 +9,9 @@
 use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
 use super::system::{Linearisation, System};
-use crate::mechanics::contact::detection::finder::VALLEY;
+use crate::mechanics::contact::detection::known::is_known;
 use crate::mechanics::contact::solution::compliance::add_impulse;
-use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
+use crate::mechanics::contact::{Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
@@ -312,34 +312,12 @@ impl Newton {
         // Add the unknown contacts that close.
         let mut is_new = false;
         for candidate in found {
-            // A mesh node has one contact per pair except in concave regions; a rigid body touches at several points.
-            let slave_is_rigid = sides.of_pair(candidate.pair)[0].is_some();
-            let is_known = contacts.iter().any(|c| {
-                let is_same = match candidate.kind {
-                    Kind::Node | Kind::Averaged => {
-                        matches!(c.kind, Kind::Node | Kind::Averaged | Kind::Side)
-                            && (!slave_is_rigid || c.point == candidate.point)
-                    }
-                    // A rigid body may touch a face at several points.
-                    Kind::Side => {
-                        matches!(c.kind, Kind::Node | Kind::Side)
-                            && c.frame[0].dot(&candidate.frame[0]) > VALLEY
-                    }
-                    Kind::Fixed if sides.of_pair(candidate.pair) != [None; 2] => {
-                        c.kind == candidate.kind && c.stencil == candidate.stencil
-                    }
-                    Kind::Fixed | Kind::Bulge | Kind::Guard => {
-                        c.kind == candidate.kind && c.stencil.nodes() == candidate.stencil.nodes()
-                    }
-                };
-                (c.pair, c.slave) == (candidate.pair, candidate.slave) && is_same
-            });
+            let is_known = is_known(contacts, &candidate, sides.of_pair(candidate.pair));
             let opening = closing(step, &candidate, &sides, &self.end.v)[0];
             let size = candidate.stencil.slave().map(|(n, w)| self.end.v[n as usize].amax() * w).sum::<f64>()
                 + candidate.drift.amax();
             if !is_known && opening < -CLOSING * size {
-                let key = |c: &Contact| (c.pair, c.slave, c.face);
-                let place = contacts.partition_point(|c| key(c) < key(&candidate));
+                let place = contacts.partition_point(|c| c.key() < candidate.key());
                 contacts.insert(place, candidate);
                 reactions.insert(place, Reaction::default());
                 is_new = true;

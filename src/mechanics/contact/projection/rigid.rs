@@ -11,7 +11,8 @@
 //! That is the frictionless law of [`crate::contact::solution::gauss_seidel`] with gaps in the place of velocities, so its solver is
 //! used: corners of one face do not lift each other in turn, and open gaps are unaffected.
 
-use super::meshes::{CAP, MovableNodes, SLOW, TOLERANCE};
+use super::meshes::{CAP, MovableNodes, SLOW};
+use crate::contact::detection::penetration::TOLERANCE;
 use crate::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
 use crate::contact::detection::rigid_faces::ALLOWED;
 use crate::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};

@@ -226,7 +226,7 @@ fn stacked_blocks_of_other_meshes_touch_with_every_slave_node() {
     assert_eq!(found.iter().filter(|c| c.pair == 0).count(), 36);
     assert_eq!(found.iter().filter(|c| c.pair == 1).count(), 25);
     assert!(found.iter().all(|c| c.gap.abs() < 1e-15 && (c.frame[0] - Vec3::z()).norm() < 1e-14));
-    assert!(found.is_sorted_by_key(|c| (c.pair, c.slave, c.face)));
+    assert!(found.is_sorted_by_key(Contact::key));
 }
 
 #[test]
