@@ -93,18 +93,21 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         _ => own,
     };
     let (mut level, mut mesh) = meshes.first();
+    let mut started = clock.elapsed_s();
     loop {
         // Error bars of this level, and what it and the next are expected to take.
-        let started = clock.elapsed_s();
         let expected = last_s.map(|(growth, seconds)| growth * seconds);
-        let Ahead { next, growth, is_affordable } = meshes.look_ahead(&clock, (&mesh, expected), level)?;
+        let Ahead { next, growth, is_affordable } =
+            meshes.look_ahead(&clock, (&mesh, expected), (level, done.last()))?;
         let is_only = done.is_empty() && !is_affordable;
         if is_only && level < 0 {
             // Two levels are too many: the scene's own mesh, with the error bars of any run.
             (level, mesh) = (0, meshes.scene.clone());
             continue;
         }
+        let without_bars_s = clock.elapsed_s();
         let bars = meshes.bars(&done, &mesh, level, is_only);
+        let bars_s = clock.elapsed_s() - without_bars_s;
         let accuracy = RequestedAccuracy {
             relative: requested.relative,
             of: requested.of.clone(),
@@ -144,7 +147,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
 
         // Whether it is good enough, or there is nothing that a finer mesh would show.
         clock.count(&result.plan_report);
-        let seconds = clock.elapsed_s() - started;
+        let seconds = clock.elapsed_s() - started - bars_s;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });
         let is_final = result.summary.values().nothing_touched || (is_withheld && was_withheld);
@@ -164,14 +167,17 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         if is_over && !has_stopped && level < 0 {
             result.summary.warnings.push(coarser(meshes.factor(level)));
         }
-        let next = match next {
-            Ok(next) if !has_stopped && !is_over => next,
-            Err(why) if !has_stopped && !is_over => {
+        if has_stopped || is_over {
+            return Ok(result);
+        }
+        started = clock.elapsed_s();
+        let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1)) {
+            Ok(next) => next,
+            Err(why) => {
                 let warning = format!("There is no finer mesh to reach the accuracy with: {why}");
                 result.summary.warnings.push(warning);
                 return Ok(result);
             }
-            _ => return Ok(result),
         };
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished {
@@ -200,17 +206,12 @@ fn coarser(mesh_factor: f64) -> String {
 
 /// The level after one, and its time.
 struct Ahead {
-    /// The scene, or why there is none.
-    next: Result<Scene, String>,
+    /// The scene, or why there is none; not made yet where the clock counts.
+    next: Option<Result<Scene, String>>,
     /// Its run time in units of that of the level itself [-].
     growth: f64,
     /// Whether both are within the estimates; always, where the clock counts.
     is_affordable: bool,
-}
-
-/// Time of a run on a finer mesh in units of that on a coarser one, by their numbers of elements: h⁻⁴, elements and steps.
-fn growth_of_time(coarse: &Scene, fine: &Scene) -> f64 {
-    (fine.element_count() as f64 / coarse.element_count().max(1) as f64).powf(ORDER_OF_TIME / 3.0) * CAUTION
 }
 
 /// A sink that discards a run which the time has stopped, or which failed on a finer mesh than that of the scene.
@@ -270,12 +271,14 @@ impl<'a> Meshes<'a> {
         &self,
         clock: &Clock,
         (mesh, expected_s): (&Scene, Option<f64>),
-        level: i32,
+        (level, before): (i32, Option<&Done>),
     ) -> Result<Ahead, RunError> {
         if !clock.is_estimated() {
-            let next = self.scene_of(level + 1);
-            let growth = next.as_ref().map_or(f64::INFINITY, |next| growth_of_time(mesh, next));
-            return Ok(Ahead { next, growth, is_affordable: true });
+            return Ok(Ahead {
+                next: None,
+                growth: self.growth_of_time((level, mesh), before),
+                is_affordable: true,
+            });
         }
         let estimate = |scene: &Scene| compile(scene).map(|plan| plan.report.expected_run_time_s);
         let own_s = expected_s.map_or_else(|| estimate(mesh), Ok)?;
@@ -284,14 +287,29 @@ impl<'a> Meshes<'a> {
         let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| ratio.powf(order));
         if !is_affordable(least) {
             let next = Err("it would take longer than the estimates allow".into());
-            return Ok(Ahead { next, growth: usual, is_affordable: false });
+            return Ok(Ahead { next: Some(next), growth: usual, is_affordable: false });
         }
         let next = self.scene_of(level + 1);
         let growth = match &next {
             Ok(next) => estimate(next)? / own_s,
             Err(_) => f64::INFINITY,
         };
-        Ok(Ahead { is_affordable: is_affordable(growth), next, growth })
+        Ok(Ahead { is_affordable: is_affordable(growth), next: Some(next), growth })
+    }
+
+    /// Run time of the level after one in units of its own [-]: h⁻¹ steps, and elements as their number grew from the level `before`,
+    /// where thin directions and regions refined to a given size keep theirs. Infinite for more elements than there may be.
+    fn growth_of_time(&self, (level, mesh): (i32, &Scene), before: Option<&Done>) -> f64 {
+        let elements = mesh.element_count() as f64;
+        let dimensions = before.map_or(ORDER_OF_TIME - 1.0, |before| {
+            let ratio = self.factor(level) / self.factor(before.level);
+            (elements / before.scene.element_count() as f64).log(ratio).clamp(1.0, ORDER_OF_TIME - 1.0)
+        });
+        let ratio = self.factor(level + 1) / self.factor(level);
+        if elements * ratio.powf(dimensions) > Budget::COMMAND_LINE.elements as f64 {
+            return f64::INFINITY;
+        }
+        ratio.powf(dimensions + 1.0) * CAUTION
     }
 
     /// Numbers of elements of a level relative to the scene's own [-].

@@ -21,7 +21,6 @@ pub struct Penetration {
     pub size: f64,
 }
 
-
 /// The gap of a contact of the step at new positions `x` [m], if it is negative: for the same node and face, or with the same
 /// weights. A node that has slid off its face is left to the next detection.
 pub fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
