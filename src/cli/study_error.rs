@@ -253,7 +253,7 @@ fn cells(row: &Row, study: &ErrorStudy) -> Vec<String> {
 }
 
 fn advice_cells(advice: &[Advice]) -> Vec<String> {
-    let title = advice.first().and_then(|a| a.quantity).map_or("all of them", |q| q.title().0);
+    let title = advice.first().and_then(|a| a.quantity).map_or("headline numbers", |q| q.title().0);
     let choice = |a: &Advice| match (&a.setting, a.cost_s) {
         (Some(setting), Some(cost)) => format!("{setting} ({})", duration(cost)),
         _ => "none of these".into(),

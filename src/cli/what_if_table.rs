@@ -10,10 +10,6 @@ use crate::study::what_if::surrogate::Surrogate;
 use crate::study::what_if::{Answer, CaseAnswer, LimitAnswer, Matrix, Number, Origin};
 use std::io::{self, Write};
 
-/// Headline numbers shown in the table.
-const SHOWN: [Quantity; 4] =
-    [Quantity::PeakForceN, Quantity::PatchAreaMm2, Quantity::StressDepthMm, Quantity::AbsorbedEnergyJ];
-
 /// Remark on a change that the mesh does not resolve.
 const BELOW_ERROR: &str = "smaller than the numerical error of the number itself";
 
@@ -34,7 +30,7 @@ pub(super) fn write_case_line(
         let (title, unit) = q.title();
         case.numbers.get(&q).map(|n| format!("{title} {} {unit}", with_error(n)))
     };
-    let numbers: Vec<String> = SHOWN.into_iter().filter_map(number).collect();
+    let numbers: Vec<String> = Quantity::HEADLINE.into_iter().filter_map(number).collect();
     let what = if numbers.is_empty() { case.ending.replace('_', " ") } else { numbers.join(", ") };
     let remark = if awaits_errors && !numbers.is_empty() { " (numerical errors not yet known)" } else { "" };
     writeln!(out, "{:>3} of {of}  {}: {what}{remark}", case.index + 1, case.name)
@@ -58,11 +54,11 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     writeln!(out, "\n{}: {extent}\n", answer.scene)?;
     // Headline numbers of the first cases.
     let mut header = vec!["case".to_owned()];
-    header.extend(SHOWN.map(|q| title(answer, q)));
+    header.extend(Quantity::HEADLINE.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
     write_table(&header, &rows, out)?;
     let has_brackets = |case: &CaseAnswer| {
-        SHOWN.iter().filter_map(|q| case.numbers.get(q)).any(|number| !number.is_resolved())
+        Quantity::HEADLINE.iter().filter_map(|q| case.numbers.get(q)).any(|number| !number.is_resolved())
     };
     if answer.cases.iter().any(has_brackets) {
         writeln!(
@@ -111,7 +107,8 @@ fn of_stopped(answer: &Answer) -> &'static str {
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
     let number = |q: Quantity| case.numbers.get(&q).map_or_else(|| "-".into(), with_error);
-    let mut cells: Vec<String> = std::iter::once(case.name.clone()).chain(SHOWN.map(number)).collect();
+    let mut cells: Vec<String> =
+        std::iter::once(case.name.clone()).chain(Quantity::HEADLINE.map(number)).collect();
     if case.numbers.is_empty() {
         cells[1] = case.ending.replace('_', " ");
     }
@@ -133,7 +130,8 @@ fn with_error(shown: &Number) -> String {
 
 /// Accuracy of the surrogates.
 fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
-    let shown: Vec<&Surrogate> = answer.surrogates.iter().filter(|s| SHOWN.contains(&s.quantity)).collect();
+    let shown: Vec<&Surrogate> =
+        answer.surrogates.iter().filter(|s| Quantity::HEADLINE.contains(&s.quantity)).collect();
     let Some(first) = shown.first() else { return Ok(()) };
     let degrees = if shown.iter().all(|s| s.degree == 2) { "second" } else { "first" };
     writeln!(
@@ -173,7 +171,7 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         "",
     ];
     let unit_of = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
-    let shown = answer.sensitivities.iter().filter(|s| SHOWN.contains(&s.quantity));
+    let shown = answer.sensitivities.iter().filter(|s| Quantity::HEADLINE.contains(&s.quantity));
     // One row per number and parameter.
     let rows: Vec<[String; 9]> = shown
         .map(|s| {
@@ -209,7 +207,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "\nSpread over the sample{}:", of_stopped(answer))?;
         let header =
             ["number", "cases", "mean", "deviation", "P5", "median", "P95", "correlates with (Spearman)", ""];
-        let shown = answer.spread.iter().filter(|s| SHOWN.contains(&s.quantity));
+        let shown = answer.spread.iter().filter(|s| Quantity::HEADLINE.contains(&s.quantity));
         let rows: Vec<[String; 9]> = shown
             .map(|s| {
                 let with = answer.correlations.iter().filter(|c| c.quantity == s.quantity);
@@ -238,7 +236,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         let rows: Vec<[String; 5]> = answer
             .sobol_indices
             .iter()
-            .filter(|s| SHOWN.contains(&s.quantity))
+            .filter(|s| Quantity::HEADLINE.contains(&s.quantity))
             .map(|s| {
                 let interval = |x: f64, [low, high]: [f64; 2]| format!("{x:.2} ({low:.2} … {high:.2})");
                 let (first, total) =

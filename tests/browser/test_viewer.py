@@ -302,7 +302,7 @@ def test_sliders_propose_numbers_once_cases_are_spread_over_them(page):
     # Both errors; the numerical one is that of the base, in proportion.
     answer = page.request.get(f"/v1/jobs/{page.url.rsplit('=', 1)[1]}/summary").json()
     base = answer["cases"][0]["numbers"]
-    for row, key in zip(proposals.all(), ["peak_force_n", "patch_area_mm2", "stress_depth_mm", "absorbed_energy_j"]):
+    for row, key in zip(proposals.all(), ["peak_force_n", "largest_patch_area_mm2", "stress_depth_mm", "energy_given_j"]):
         words = re.search(r"(\(?)([\d.]+)(\)?) ±\s([\d.]+) numerical, ±\s([\d.]+) proposal", row.inner_text())
         bracket, closing = words[1], words[3]
         number, numerical, proposal = (float(words[group]) for group in (2, 4, 5))

@@ -220,7 +220,7 @@ def test_an_error_study_is_shown_as_tables(page, jobs):
         assert float(error) == pytest.approx(100 * row["errors"]["peak_force_n"], rel=0.05)
     expect(limits).to_have_count(len(study["references"]))
     for advice in study["advice"]:
-        name = advice.get("quantity", "all of them").replace("_", " ")
+        name = advice.get("quantity", "headline numbers").replace("_", " ")
         expect(cheapest.filter(has=page.get_by_role("rowheader", name=name, exact=True))).to_contain_text(advice.get("setting", "none of these"))
     with page.expect_download() as download:
         page.get_by_role("button", name="Results (JSON)").click()

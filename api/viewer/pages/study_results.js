@@ -22,7 +22,7 @@ export function studyResults(name, study) {
 const percent = (fraction) => withUnit(100 * fraction, "%", 2);
 const seconds = (value) => withUnit(value, "s", 2);
 /** A quantity in words; its unit is the end of its name. */
-const quantityWords = (quantity) => quantity?.replaceAll("_", " ") ?? "all of them";
+const quantityWords = (quantity) => quantity?.replaceAll("_", " ") ?? "headline numbers";
 
 function errorTables(study) {
   const quantities = Object.keys(study.references);

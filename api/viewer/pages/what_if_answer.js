@@ -9,9 +9,9 @@ import { effectsTable } from "./what_if_effects.js";
 function numbersAbove(pascal) {
   return [
     ["peak_force_n", "peak force [N]"],
-    ["patch_area_mm2", "contact patch [mm²]"],
+    ["largest_patch_area_mm2", "largest patch [mm²]"],
     ["stress_depth_mm", `depth of stress above ${pascal == null ? "the first threshold of the scene" : threshold(pascal)} [mm]`],
-    ["absorbed_energy_j", "absorbed energy [J]"],
+    ["energy_given_j", "energy given [J]"],
   ];
 }
 

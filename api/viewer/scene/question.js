@@ -14,7 +14,7 @@ export const NUMBERS = [
   { id: "fat", key: "stress_depth_mm", layer: "fat", words: (t) => `At which speed does the fat see stress above ${t} kPa?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the fat`, unit: "mm" },
   { id: "depth", key: "stress_depth_mm", words: (t) => `How deep does stress above ${t} kPa go?`, axis: (t) => `depth of stress above ${t} kPa, below the skin`, unit: "mm" },
   { id: "force", key: "peak_force_n", words: () => "How large is the force?", axis: () => "peak force", unit: "N" },
-  { id: "energy", key: "absorbed_energy_j", words: () => "How much energy does the tissue take up?", axis: () => "energy absorbed by the tissue", unit: "J" },
+  { id: "energy", key: "energy_given_j", words: () => "How much energy does the impact give to the tissue?", axis: () => "energy given to the tissue", unit: "J" },
 ];
 
 /** Thickness of the fat of a person [m], to a tenth of a millimetre. */

@@ -10,7 +10,7 @@ pub const TARGETS: [f64; 3] = [0.01, 0.03, 0.1];
 /// The cheapest setting for one quantity and one target.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
-    /// Quantity in question; absent for all of them at once.
+    /// Quantity in question; absent for the headline numbers of the scene at once.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<Quantity>,
     /// Relative error that must not be exceeded, the uncertainty of the reference included [-].
@@ -23,15 +23,15 @@ pub struct Advice {
     pub cost_s: Option<f64>,
 }
 
-/// Advice for each quantity, then for all at once.
+/// Advice for each quantity, then for the headline numbers at once.
 pub(super) fn advice(rows: &[Row], references: &BTreeMap<Quantity, Reference>) -> Vec<Advice> {
     let quantities: Vec<Quantity> = references.keys().copied().collect();
     if quantities.is_empty() {
         return Vec::new();
     }
     let each = quantities.iter().map(|q| (Some(*q), vec![*q]));
-    let all = std::iter::once((None, quantities.clone()));
-    each.chain(all)
+    let headline = Quantity::HEADLINE.into_iter().filter(|q| references.contains_key(q)).collect();
+    each.chain(std::iter::once((None, headline)))
         .flat_map(|(quantity, requested)| {
             TARGETS.map(|target| choose(rows, references, quantity, &requested, target))
         })

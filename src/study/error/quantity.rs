@@ -14,8 +14,12 @@ pub enum Quantity {
     /// Impulse of the contact [N s].
     #[serde(rename = "impulse_n_s")]
     ImpulseNS,
+    /// Energy given to the tissue by the impact [J].
+    EnergyGivenJ,
     /// Energy absorbed by the tissue at the end [J].
     AbsorbedEnergyJ,
+    /// Largest area of the contact patch [mm²].
+    LargestPatchAreaMm2,
     /// Area of the contact patch at the peak force [mm²].
     PatchAreaMm2,
     /// Depth of von Mises stress above the first threshold [mm].
@@ -30,10 +34,12 @@ pub enum Quantity {
 
 impl Quantity {
     /// All quantities of interest.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::PeakForceN,
         Self::ImpulseNS,
+        Self::EnergyGivenJ,
         Self::AbsorbedEnergyJ,
+        Self::LargestPatchAreaMm2,
         Self::PatchAreaMm2,
         Self::StressDepthMm,
         Self::PrincipalStrain,
@@ -41,13 +47,19 @@ impl Quantity {
         Self::DeflectionMm,
     ];
 
+    /// The numbers that stand first in every answer.
+    pub const HEADLINE: [Self; 4] =
+        [Self::PeakForceN, Self::LargestPatchAreaMm2, Self::StressDepthMm, Self::EnergyGivenJ];
+
     /// Name in documents, title and unit.
     fn words(self) -> [&'static str; 3] {
         match self {
             Self::PeakForceN => ["peak_force_n", "peak force", "N"],
             Self::ImpulseNS => ["impulse_n_s", "impulse", "N s"],
+            Self::EnergyGivenJ => ["energy_given_j", "energy given", "J"],
             Self::AbsorbedEnergyJ => ["absorbed_energy_j", "absorbed energy", "J"],
-            Self::PatchAreaMm2 => ["patch_area_mm2", "contact patch", "mm²"],
+            Self::LargestPatchAreaMm2 => ["largest_patch_area_mm2", "largest patch", "mm²"],
+            Self::PatchAreaMm2 => ["patch_area_mm2", "patch at the peak force", "mm²"],
             Self::StressDepthMm => ["stress_depth_mm", "depth of stress", "mm"],
             Self::PrincipalStrain => ["principal_strain", "principal strain", "-"],
             Self::PrincipalStrainInVolume => {
@@ -73,7 +85,7 @@ impl Quantity {
         Self::ALL.into_iter().find(|quantity| quantity.name() == name)
     }
 
-    /// Value in a summary, for the contact with the largest impulse; `None` if the scene has none.
+    /// Value in a summary, for the headline contact; `None` if the scene has none.
     pub fn of(self, summary: &Summary) -> Option<f64> {
         self.number(summary).map(|number| number.value)
     }
@@ -81,13 +93,14 @@ impl Quantity {
     /// As [`Self::of`], with the error bar.
     pub fn number(self, summary: &Summary) -> Option<&Number> {
         let results: &Results = summary.values();
-        let impacts = results.impacts.iter();
-        let impact = impacts.max_by(|a, b| a.impulse_n_s.value.total_cmp(&b.impulse_n_s.value));
+        let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
         let tissue = results.tissue.as_ref();
         match self {
             Self::PeakForceN => impact.map(|i| &i.peak_force_n),
             Self::ImpulseNS => impact.map(|i| &i.impulse_n_s),
+            Self::LargestPatchAreaMm2 => impact.map(|i| &i.largest_patch_area_mm2),
             Self::PatchAreaMm2 => impact.map(|i| &i.patch_area_mm2),
+            Self::EnergyGivenJ => tissue.map(|t| &t.energy_given_j),
             Self::AbsorbedEnergyJ => tissue.map(|t| &t.absorbed_energy_j),
             Self::StressDepthMm => tissue.and_then(|t| {
                 t.significant_stress.get(results.headline.significant_stress?)?.depth_mm.as_ref()
