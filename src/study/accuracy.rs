@@ -146,7 +146,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         }
 
         // Whether it is good enough, or there is nothing that a finer mesh would show.
-        clock.count(&result.plan_report);
+        clock.count(&result.plan_report, result.outcome.steps);
         let seconds = clock.elapsed_s() - started - bars_s;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });

@@ -32,9 +32,10 @@ impl Clock {
         self.estimated_s.is_some()
     }
 
-    /// Counts a completed level.
-    pub fn count(&mut self, report: &PlanReport) {
-        self.estimated_s = self.estimated_s.map(|seconds| seconds + report.expected_run_time_s);
+    /// Counts a completed level, with the steps that it took: strain and contact shorten them.
+    pub fn count(&mut self, report: &PlanReport, steps: u64) {
+        let more = steps as f64 / report.expected_steps.max(1) as f64;
+        self.estimated_s = self.estimated_s.map(|seconds| seconds + report.expected_run_time_s * more);
     }
 
     /// Time spent so far, by the clock that counts [s].
