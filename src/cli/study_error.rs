@@ -32,6 +32,9 @@ pub struct ErrorArgs {
     /// Finest mesh: each level splits every element into eight, and takes sixteen times as long.
     #[arg(long, default_value_t = *USUAL_LEVELS.end(), allow_negative_numbers = true, value_parser = levels(&FINEST))]
     pub finest: i32,
+    /// A mesh between each level and the next, √2 times as fine, so that limits are fitted to more meshes.
+    #[arg(long)]
+    pub half_levels: bool,
     /// Additional formulations, each run on all meshes.
     #[arg(long, value_delimiter = ',')]
     pub formulations: Vec<FormulationName>,
@@ -109,6 +112,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let formulations: Vec<Formulation> = args.formulations.iter().map(|f| (*f).into()).collect();
     let ladder = Ladder {
         levels: args.coarsest..=args.finest,
+        half_levels: args.half_levels,
         formulations: &formulations,
         implicit_steps_s: &args.implicit_steps,
         contact_solvers: &args.contact_solvers,
@@ -214,6 +218,9 @@ fn describe(reference: &Reference, unit: &str) -> String {
         Reference::Exact { .. } => "exact".into(),
         Reference::Extrapolated { order, .. } => {
             format!("limit of the meshes, observed order {order:.2}, ± {fraction}")
+        }
+        Reference::Fitted { order, meshes, .. } => {
+            format!("limit of a fit of order {order} to {meshes} meshes, ± {fraction}")
         }
         Reference::Finest { reason, .. } => format!("the finest mesh, ± {fraction}, since {reason}"),
         Reference::Unknown { reason, .. } => return format!("–: no reference, since {reason}"),

@@ -36,6 +36,17 @@ pub enum Reference {
         /// Uncertainty of the value: the grid convergence index of the finest mesh.
         uncertainty: f64,
     },
+    /// Limit of a curve fitted to four meshes or more.
+    Fitted {
+        /// Value of the curve for vanishing element size.
+        value: f64,
+        /// Its order.
+        order: f64,
+        /// Number of meshes.
+        meshes: usize,
+        /// Uncertainty of the value: with it the finest mesh is off by no more than its own fitted uncertainty.
+        uncertainty: f64,
+    },
     /// The finest mesh itself, if the sequence allows no extrapolation.
     Finest {
         /// Value on the finest mesh.
@@ -60,6 +71,7 @@ impl Reference {
         match self {
             Self::Exact { value }
             | Self::Extrapolated { value, .. }
+            | Self::Fitted { value, .. }
             | Self::Finest { value, .. }
             | Self::Unknown { value, .. } => *value,
         }
@@ -72,7 +84,9 @@ impl Reference {
     pub fn uncertainty(&self) -> f64 {
         match self {
             Self::Exact { .. } => 0.0,
-            Self::Extrapolated { uncertainty, .. } | Self::Finest { uncertainty, .. } => *uncertainty,
+            Self::Extrapolated { uncertainty, .. }
+            | Self::Fitted { uncertainty, .. }
+            | Self::Finest { uncertainty, .. } => *uncertainty,
             Self::Unknown { .. } => f64::INFINITY,
         }
     }
@@ -101,18 +115,12 @@ pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f
 /// the size, in proportion to 1/(h − 1) beyond, which covers the error of orders from ½ on.
 pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     let Some((finest, value)) = levels.last().copied() else { return f64::INFINITY };
-    let fits = FITTED_ORDERS.map(|order| Fit::new(levels, order));
-    let fit = fits.into_iter().reduce(|best, next| if next.scatter < best.scatter { next } else { best });
-    let Some(fit) = fit else { return f64::INFINITY };
-    // What the values differ by from one to the next, on average.
-    let values = levels.iter().map(|(_, phi)| *phi);
-    let spread = (values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min))
-        / (levels.len() as f64 - 1.0);
+    let Some(fit) = Fit::best(levels) else { return f64::INFINITY };
+    let spread = spread(levels);
     if spread == 0.0 {
         return 0.0;
     }
-    let (of_curve, off_curve) =
-        ((fit.slope * finest.powf(fit.order)).abs(), fit.scatter + (value - fit.at(finest)).abs());
+    let (of_curve, off_curve) = fit.errors((finest, value));
     if fit.scatter < spread {
         return SAFETY_OBSERVED * of_curve + off_curve;
     }
@@ -120,6 +128,26 @@ pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
         |(h, phi): &(f64, f64)| SAFETY_ASSUMED * (phi - value).abs() / f64::max(h / finest - 1.0, 1.0);
     let most = levels.iter().map(allowed).fold(0.0, f64::max);
     (SAFETY_ASSUMED * fit.scatter / spread * (of_curve + off_curve)).min(most)
+}
+
+/// Limit of at least four values on meshes of sizes h, from coarse to fine: `(h, value)`; the curve is that of [`fitted_uncertainty`].
+/// Where the values scatter about every such curve, it is the last of them.
+pub fn fitted_limit(levels: &[(f64, f64)]) -> Option<Reference> {
+    let (finest, fit) = (*levels.last()?, Fit::best(levels)?);
+    if fit.scatter >= spread(levels) {
+        let reason = "the values scatter about every curve φ₀ + a hᵖ with p from ½ to 1".into();
+        return Some(Reference::Finest { value: finest.1, uncertainty: fitted_uncertainty(levels), reason });
+    }
+    let (of_curve, off_curve) = fit.errors(finest);
+    let uncertainty = (SAFETY_OBSERVED - 1.0) * of_curve + off_curve;
+    Some(Reference::Fitted { value: fit.limit, order: fit.order, meshes: levels.len(), uncertainty })
+}
+
+/// What the values differ by from one to the next, on average.
+fn spread(levels: &[(f64, f64)]) -> f64 {
+    let values = levels.iter().map(|(_, phi)| *phi);
+    (values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min))
+        / (levels.len() as f64 - 1.0)
 }
 
 /// The curve φ₀ + a hᵖ of a given order p through values on meshes of the sizes h, by least squares with weights 1/h.
@@ -132,6 +160,17 @@ struct Fit {
 }
 
 impl Fit {
+    /// The one with the least scatter.
+    fn best(levels: &[(f64, f64)]) -> Option<Self> {
+        let fits = FITTED_ORDERS.map(|order| Self::new(levels, order)).into_iter();
+        fits.reduce(|best, next| if next.scatter < best.scatter { next } else { best })
+    }
+
+    /// What the curve leaves of the error of a mesh and its value, and how far values are from the curve.
+    fn errors(&self, (h, value): (f64, f64)) -> (f64, f64) {
+        ((self.slope * h.powf(self.order)).abs(), self.scatter + (value - self.at(h)).abs())
+    }
+
     fn new(levels: &[(f64, f64)], order: f64) -> Self {
         let weight_sum: f64 = levels.iter().map(|(h, _)| h.recip()).sum();
         let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
@@ -250,6 +289,24 @@ mod tests {
         assert!(scattered > 2.0 * smooth, "{scattered}");
         assert_eq!(fitted_uncertainty(&[(2.0, 3.0), (1.5, 3.0), (1.0, 3.0)]), 0.0);
         assert_eq!(fitted_uncertainty(&[]), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_fitted_limit_leaves_the_finest_mesh_its_uncertainty() {
+        let levels: Vec<(f64, f64)> =
+            [4.0, 2.0, 1.41, 1.0].into_iter().map(|h: f64| (h, 5.0 + 0.1 * h)).collect();
+        let Some(Reference::Fitted { value, order, meshes, uncertainty }) = fitted_limit(&levels) else {
+            panic!("not fitted")
+        };
+        assert!((value - 5.0).abs() < 1e-12 && order == 1.0 && meshes == 4, "{value} {order} {meshes}");
+        assert!((0.1 + uncertainty - fitted_uncertainty(&levels)).abs() < 1e-12, "{uncertainty}");
+        // No curve: the finest mesh, with an uncertainty that holds the others.
+        let scattered = fitted_limit(&[(4.0, 5.0), (2.0, 6.0), (1.41, 5.0), (1.0, 6.0)]);
+        assert!(
+            matches!(scattered, Some(Reference::Finest { value, uncertainty, .. }) if value == 6.0 && uncertainty >= 1.0),
+            "{scattered:?}"
+        );
+        assert_eq!(fitted_limit(&[]), None);
     }
 
     #[test]

@@ -43,7 +43,9 @@ fn choose(
     clock: &mut Clock,
 ) -> Result<LoweredBulkModulus, String> {
     let variants = Variants { document: &coarsest.document, ..*resources };
-    let mut run = |scene: &Scene| compared(&variants, scene, &[]).inspect(|(run, report)| clock.count(report, run.steps));
+    let mut run = |scene: &Scene| {
+        compared(&variants, scene, &[]).inspect(|(run, report)| clock.count(report, run.steps))
+    };
     let (as_given, _) = run(coarsest)?;
     let mut nearest = None;
     for factor in FACTORS {

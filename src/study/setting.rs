@@ -4,6 +4,7 @@ use crate::scene::document::{
     ContactSolver, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
 };
 use serde::Serialize;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Ratio of requested to mean implicit step from which the mean is named [-].
 const NAMED_CUT: f64 = 2.0;
@@ -119,9 +120,19 @@ impl Setting {
     }
 
     fn named(&self, implicit_steps: impl Fn(f64) -> String) -> String {
+        let is_between = self.mesh_factor.to_bits() == FRAC_1_SQRT_2.to_bits();
+        let mesh = if is_between {
+            // Half a level below its own: −½ is between −1 and 0.
+            let (sign, whole) =
+                if self.mesh_level > 0 { ('+', self.mesh_level - 1) } else { ('-', -self.mesh_level) };
+            format!("mesh {sign}{whole}½").replace("0½", "½")
+        } else {
+            format!("mesh {:+}", self.mesh_level).replace("+0", "0")
+        };
         let parts = [
-            Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
-            (!is_one(&self.mesh_factor)).then(|| format!("numbers of elements × {:.2}", self.mesh_factor)),
+            Some(mesh),
+            (!is_one(&self.mesh_factor) && !is_between)
+                .then(|| format!("numbers of elements × {:.2}", self.mesh_factor)),
             self.on_facets.then(|| "on the facets".to_owned()),
             self.formulation_name().map(str::to_owned),
             (!is_one(&self.bulk_factor)).then(|| format!("bulk moduli × {}", self.bulk_factor)),

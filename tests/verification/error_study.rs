@@ -95,6 +95,7 @@ fn geometry_is_separated_where_a_generator_knows_a_curved_surface() {
     let study_of = |document: &SceneDocument| {
         let ladder = Ladder {
             levels: 0..=1,
+            half_levels: false,
             formulations: &[],
             implicit_steps_s: &[],
             contact_solvers: &[],

@@ -56,10 +56,11 @@ function cheapest(advice) {
   return table("Cheapest setting, the uncertainty of the limit included", ["number", ...targets.map((target) => `for ${setting(100 * target)} %`)], rows);
 }
 
-function limitRow(quantity, { kind, value, uncertainty, order, reason }) {
+function limitRow(quantity, { kind, value, uncertainty, order, meshes, reason }) {
   const words = {
     exact: "exact",
     extrapolated: `limit of the meshes, observed order ${number(order, 3)}`,
+    fitted: `limit of a fit of order ${number(order, 2)} to ${meshes} meshes`,
     finest: `the finest mesh, since ${reason}`,
     unknown: `no reference, since ${reason}`,
   };

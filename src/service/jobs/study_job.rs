@@ -50,6 +50,9 @@ pub struct ErrorStudyDocument {
     #[serde(default)]
     #[schema(value_type = Vec<String>)]
     formulations: Vec<Formulation>,
+    /// Whether there is a mesh between each level and the next, √2 times as fine, so that limits are fitted to more meshes.
+    #[serde(default)]
+    half_levels: bool,
     /// Lengths of additional implicit steps, from 1e-12 to `end_time_s` of the scene, without repetition [s].
     #[serde(default)]
     implicit_steps_s: Vec<f64>,
@@ -220,6 +223,7 @@ pub(super) fn run(
         StudyDocument::Error(study) => {
             let ladder = Ladder {
                 levels: study.coarsest..=study.finest,
+                half_levels: study.half_levels,
                 formulations: &study.formulations,
                 implicit_steps_s: &study.implicit_steps_s,
                 contact_solvers: &study.contact_solvers,

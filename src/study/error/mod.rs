@@ -27,6 +27,7 @@ use crate::scene::{Budget, MeshSource};
 use crate::step::{Ending, Interrupt};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::RangeInclusive;
 
 /// Admissible coarsest meshes: −1 halves the numbers of elements of generated meshes.
@@ -86,6 +87,8 @@ pub struct ErrorStudy {
 pub struct Ladder<'a> {
     /// Mesh levels, from coarse to fine.
     pub levels: RangeInclusive<i32>,
+    /// Whether there is a mesh between each level and the next, √2 times as fine; meshes from files have none.
+    pub half_levels: bool,
     /// Formulations in addition to the scene's own.
     pub formulations: &'a [Formulation],
     /// Implicit steps on the scene's own mesh in addition to its own time integration [s].
@@ -130,8 +133,13 @@ impl Ladder<'_> {
     /// All meshes, in the scene's own formulation and in each of the others.
     fn meshes(&self) -> Vec<Setting> {
         let formulations = std::iter::once(None).chain(self.formulations.iter().copied().map(Some));
+        let of_level = |mesh_level: i32| {
+            let below = Setting { mesh_level, mesh_factor: FRAC_1_SQRT_2, ..Setting::OWN };
+            let has_below = self.half_levels && mesh_level > *self.levels.start();
+            has_below.then_some(below).into_iter().chain([Setting { mesh_level, ..Setting::OWN }])
+        };
         let of_formulation = |formulation| {
-            self.levels.clone().map(move |mesh_level| Setting { mesh_level, formulation, ..Setting::OWN })
+            self.levels.clone().flat_map(of_level).map(move |mesh| Setting { formulation, ..mesh })
         };
         formulations.flat_map(of_formulation).collect()
     }
@@ -139,7 +147,7 @@ impl Ladder<'_> {
     /// A mesh with reduced boundary mass, and with implicit steps in proportion to its elements.
     fn combinations(&self, mesh: Setting) -> impl Iterator<Item = Setting> {
         let lighter = Setting { mass_redistribution: Some(0.5), ..mesh };
-        let shorter = 0.5_f64.powi(mesh.mesh_level);
+        let shorter = 0.5_f64.powi(mesh.mesh_level) / mesh.mesh_factor;
         let implicit = self.implicit_steps_s.iter();
         let implicit = implicit.map(move |h| Setting { implicit_step_s: Some(h * shorter), ..mesh });
         std::iter::once(lighter).chain(implicit)
@@ -226,5 +234,27 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         ending: ending_name(&result.outcome.ending),
         reason,
         ..row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_levels_are_between_the_levels() {
+        let ladder = Ladder {
+            levels: -2..=2,
+            half_levels: true,
+            formulations: &[],
+            implicit_steps_s: &[],
+            contact_solvers: &[],
+            geometry: false,
+            combined: false,
+        };
+        let names: Vec<String> = ladder.settings().iter().take(9).map(Setting::name).collect();
+        let meshes =
+            ["-2", "-1½", "-1", "-½", "0", "+½", "+1", "+1½", "+2"].map(|level| format!("mesh {level}"));
+        assert_eq!(names, meshes);
     }
 }

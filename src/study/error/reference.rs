@@ -1,13 +1,15 @@
 //! References for the errors, and convergence of the meshes to them.
 
 use super::{Quantity, Reference, Row};
-use crate::measure::convergence::extrapolate;
+use crate::measure::convergence::{extrapolate, fitted_limit};
 use crate::study::Setting;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Smallest order at which an error counts as decreasing [-].
 const FALLS: f64 = 0.2;
+/// Numbers of meshes that a limit is fitted to: at least, and the finest of them at most.
+const FITTED: [usize; 2] = [4, 5];
 /// Relative errors up to this are rounding [-].
 const ROUNDING: f64 = 1e-9;
 
@@ -33,6 +35,8 @@ pub enum Approach {
 
 /// A quantity on meshes of consecutive levels, the last being the finest that has it.
 struct Levels {
+    /// Element size and value on every mesh that has it, those between levels included, from coarse to fine.
+    sizes: Vec<(f64, f64)>,
     coarsest: i32,
     values: Vec<f64>,
     /// Levels of the ladder without the quantity: gaps from which no order can be inferred.
@@ -42,6 +46,13 @@ struct Levels {
 impl Levels {
     /// `None` if no mesh has it.
     fn of(rows: &[Row], quantity: Quantity) -> Option<Self> {
+        let of_sizes = |row: &&Row| {
+            let Setting { mesh_level, mesh_factor, .. } = row.setting;
+            row.setting == Setting { mesh_level, mesh_factor, ..Setting::OWN }
+        };
+        let size = |row: &Row| Some(((row.elements as f64).cbrt().recip(), *row.values.get(&quantity)?));
+        let mut sizes: Vec<(f64, f64)> = rows.iter().filter(of_sizes).filter_map(size).collect();
+        sizes.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         let of_meshes =
             |row: &&Row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN };
         let requested: BTreeSet<i32> =
@@ -56,11 +67,15 @@ impl Levels {
         let values = in_a_row.into_iter().map(|(_, value)| value).collect();
         let (first, last) = (requested.first().copied()?, requested.last().copied()?);
         let missing = (first..=last).filter(|level| !known.contains_key(level)).collect();
-        Some(Self { coarsest, values, missing })
+        Some(Self { sizes, coarsest, values, missing })
     }
 
     /// Limit of the meshes. With fewer than three no order is known: the reason names the missing ones.
     fn reference(&self) -> Option<Reference> {
+        let [fewest, most] = FITTED;
+        if self.sizes.len() >= fewest {
+            return fitted_limit(&self.sizes[self.sizes.len().saturating_sub(most)..]);
+        }
         let found = extrapolate(&self.values)?;
         if self.missing.is_empty() || self.values.len() > 2 {
             return Some(found);
@@ -146,7 +161,7 @@ mod tests {
                 name: setting.name(),
                 ending: if value.is_some() { "finished" } else { "inverted_element" }.into(),
                 reason: None,
-                elements: 1,
+                elements: 8_usize.pow((mesh_level + 4).unsigned_abs()),
                 steps: 1,
                 wall_s: 1.0,
                 cpu_s: None,
@@ -171,10 +186,11 @@ mod tests {
             vec![value(-1), value(0), value(1), (2, None)],
         ] {
             let found = reference(&values);
-            assert!(
-                matches!(found, Reference::Extrapolated { order, .. } if (order - 1.0).abs() < 1e-12),
-                "{found:?}"
-            );
+            let order = match found {
+                Reference::Extrapolated { order, .. } | Reference::Fitted { order, meshes: 4, .. } => order,
+                _ => panic!("{found:?}"),
+            };
+            assert!((order - 1.0).abs() < 1e-12, "{found:?}");
             assert!((found.value() - 2.0).abs() < 1e-12, "{found:?}");
         }
         // A ratio of four across a missing level is not mistaken for two.
