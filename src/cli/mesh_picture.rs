@@ -137,7 +137,7 @@ impl Faces {
         }
         if !worst.is_empty() {
             line("", "", svg);
-            line("", "worst elements (scaled Jacobian)", svg);
+            line("", "worst: scaled Jacobian", svg);
         }
         for (rank, element) in worst.iter().enumerate() {
             line(

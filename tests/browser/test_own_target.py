@@ -64,6 +64,7 @@ def test_a_scan_becomes_the_target_of_an_impact(page, panel, pictures):
     choose(panel, "thigh.seg.nrrd", scan())
     expect(panel).to_contain_text("voxels with labels")
     expect(panel).to_contain_text("box 48 × 32 × 48 mm")
+    expect(panel.locator("progress")).to_be_hidden()
     # Names say what fat and bone are; of the other label nothing is known.
     fat, bone, other = (panel.get_by_label(f"What is {name}?") for name in ("subcutaneous fat", "femur", "label_1"))
     expect(fat).to_have_value(re.compile("^fat/"))
@@ -81,7 +82,7 @@ def test_a_scan_becomes_the_target_of_an_impact(page, panel, pictures):
     panel.get_by_label("Mass [g]").fill("50")
     panel.get_by_label("Speed [m/s]").fill("8")
     panel.get_by_label("Size of the elements [mm]").fill("8")
-    panel.get_by_label("Size at the impact [mm]").fill("8")
+    panel.get_by_label("Size at the impact [mm]").fill("4")
     panel.get_by_label("Time to simulate [ms]").fill("1")
     panel.get_by_label("Point of impact, y [mm]").fill("2")
     panel.get_by_label("From where?").select_option("0,0,-1")
@@ -107,3 +108,34 @@ def test_a_scan_becomes_the_target_of_an_impact(page, panel, pictures):
     page.wait_for_url(re.compile("#/job/"))
     expect(page.get_by_label("The four numbers")).to_be_visible()
     expect(page.locator("h1")).to_contain_text("thigh")
+
+
+def block(n=(4, 4, 3), size=20):
+    """A block in millimetres as Abaqus writes it: muscle under skin, held at the bottom."""
+    nx, ny, nz = n
+    node = lambda i, j, k: 1 + i + (nx + 1) * (j + (ny + 1) * k)
+    nodes = [(node(i, j, k), i * size, j * size, k * size) for k in range(nz + 1) for j in range(ny + 1) for i in range(nx + 1)]
+    cells = [(i, j, k) for k in range(nz) for j in range(ny) for i in range(nx)]
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    lines = ["*NODE", *(", ".join(map(str, one)) for one in nodes)]
+    for part, is_own in (("muscle", lambda k: k < nz - 1), ("skin", lambda k: k == nz - 1)):
+        lines.append(f"*ELEMENT, TYPE=C3D8, ELSET={part}")
+        lines += [", ".join(map(str, [1 + e, *(node(i + a, j + b, k + c) for a, b, c in corners)])) for e, (i, j, k) in enumerate(cells) if is_own(k)]
+    lines += ["*NSET, NSET=bottom", *(str(node(i, j, 0)) for j in range(ny + 1) for i in range(nx + 1))]
+    return "\n".join(lines).encode()
+
+
+def test_a_mesh_in_millimetres_becomes_the_target(page, panel):
+    choose(panel, "block.inp", block())
+    expect(panel).to_contain_text("its numbers are taken as millimetres")
+    expect(panel.get_by_label("What is muscle?")).to_have_value(re.compile("^muscle/"))
+    expect(panel.get_by_label("bottom")).to_be_checked()
+    expect(panel.get_by_label("Size of the elements [mm]")).to_have_count(0)
+    panel.get_by_label("From where?").select_option("-1,0,0")
+    expect(panel.get_by_label("Point of impact, x [mm]")).to_have_value("80")
+    panel.get_by_role("button", name="Use it as the target").click()
+    scene = scene_of(page)
+    tissue = scene["bodies"][1]
+    assert tissue["placement"] == {"scale": 0.001} and tissue["fixed"] == [{"set": "bottom"}]
+    assert scene["bodies"][0]["velocity_m_per_s"] == [-10, 0, 0]
+    expect(page.get_by_text("ready to run")).to_be_visible()

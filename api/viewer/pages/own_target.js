@@ -28,7 +28,9 @@ export class OwnTarget {
   #contents = html("div");
   #chosen = null;
   #timer = null;
+  /** Uploads, and questions where the ball touches: only the last of each counts. */
   #asked = 0;
+  #aimed = 0;
 
   /** `onScene(scene)` takes the finished scene; `accuracy` is that of a new impact. */
   constructor(accuracy, onScene) {
@@ -84,12 +86,12 @@ export class OwnTarget {
     this.#chosen = { id: mesh.id, file: file.name, name: file.name.replace(/\.(nii\.gz|[^.]*)$/i, ""), first, uses, held, projectile: PROJECTILES.at(-1), way: WAYS[0][0], through: null };
     this.#state.textContent = [
       `${file.name}: ${bytes(mesh.bytes)}, ${mesh.elements} ${scan ? "voxels with labels" : `elements, ${mesh.nodes} nodes`}`,
-      `box ${millimetres(this.#box(first))} mm${tissue.placement ? " (its numbers are taken as millimetres)" : ""}`, ...mesh.notes.filter((note) => !note.startsWith("label ")),
+      `box ${millimetres(this.#box(first.parts))} mm${tissue.placement ? " (its numbers are taken as millimetres)" : ""}`, ...mesh.notes.filter((note) => !note.startsWith("label ")),
     ].join("; ");
     const rows = names.map((name) => {
       const own = first.parts.filter(({ part }) => part === name);
       const volume = own.reduce((sum, { volume_m3 }) => sum + volume_m3, 0);
-      return [name, number(1e6 * volume, 3), millimetres(own[0].bounding_box_m), this.#use(name, materials, scan)];
+      return [name, this.#use(name, materials, scan), number(1e6 * volume, 3), millimetres(this.#box(own))];
     });
     this.#size = this.#field("Size of the elements [mm]", size && setting(1e3 * size));
     this.#near = this.#field("Size at the impact [mm]", size && setting(1e3 * Number((FINER * size).toPrecision(2))));
@@ -104,7 +106,7 @@ export class OwnTarget {
       select("Accuracy", [["own", "elements as given"], ["refined", "refined until errors are below 10 %"]], "own", (choice) => (this.#chosen.accuracy = choice === "refined" ? this.#accuracy : null)),
     ];
     this.#contents.replaceChildren(
-      table(scan ? "Labels, and what they are" : "Parts, and what they are", [scan ? "label" : "part", "volume [cm³]", "box [mm]", "what it is"], rows),
+      table(scan ? "Labels, and what they are" : "Parts, and what they are", [scan ? "label" : "part", "what it is", "volume [cm³]", "box [mm]"], rows),
       first.sets.length ? html("fieldset", { class: "held" }, html("legend", {}, "Held without motion at"), first.sets.map((set) => this.#hold(set))) : "",
       html("div", { class: "form-grid" }, fields),
       html("div", { class: "tools" }, button("Use it as the target", () => this.#make(), { class: "primary" }), this.#verdict),
@@ -112,7 +114,8 @@ export class OwnTarget {
     this.#takeProjectile(this.#chosen.projectile.id);
   }
 
-  #box({ parts }) {
+  /** The box around parts. */
+  #box(parts) {
     const corner = (of, end) => [0, 1, 2].map((k) => of(...parts.map(({ bounding_box_m }) => bounding_box_m[end][k])));
     return [corner(Math.min, 0), corner(Math.max, 1)];
   }
@@ -168,19 +171,19 @@ export class OwnTarget {
   /** Asks the service where the ball touches the target on its way. */
   async #aim() {
     const chosen = this.#chosen;
-    const asked = ++this.#asked;
+    const asked = ++this.#aimed;
     chosen.touch = null;
     this.#verdict.textContent = "";
     if (!chosen.projectile) return;
     const through = chosen.through ? `&through_m=${chosen.through.join(",")}` : "";
     try {
       const { touches } = await getJson(`/v1/meshes/${chosen.id}/first-scene?radius_m=${chosen.projectile.diameter_mm / 2e3}${through}`);
-      if (asked !== this.#asked) return;
+      if (asked !== this.#aimed) return;
       chosen.touch = touches.find(({ direction }) => direction.join(",") === chosen.way) ?? null;
       if (!chosen.touch) this.#verdict.textContent = "On this way the ball misses: choose another point, or come from elsewhere.";
       else if (!chosen.through) this.#point.forEach((input, k) => (input.value = setting(Number((1e3 * chosen.touch.point_m[k]).toFixed(2)))));
     } catch (error) {
-      if (asked === this.#asked) this.#verdict.textContent = error.message;
+      if (asked === this.#aimed) this.#verdict.textContent = error.message;
     }
   }
 

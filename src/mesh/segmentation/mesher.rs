@@ -64,6 +64,10 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     let below = below.as_ref().unwrap_or(&grid);
     let tree = octree(below, &frame, &classes, options).map_err(|error| limits.reason(error))?;
     let mut leaves = labelling::classes(below, &tree);
+    // Before what takes long.
+    let is_part = |class: &&u8| classes.is_part.get(usize::from(**class)).is_some_and(|is_part| *is_part);
+    let count = leaves.iter().filter(is_part).count();
+    within(count as u64, options).map_err(|error| limits.reason(error))?;
     labelling::repair(&tree, &mut leaves, &classes.is_part);
     let mut elements = Elements::new(&tree, &leaves);
     within(elements.hexes.len() as u64, options).map_err(|error| limits.reason(error))?;
