@@ -103,11 +103,12 @@ pub fn first_scene_of_scan(volume: &LabelVolume, file_name: &str) -> Value {
     // Labels with one name form one part.
     let parts: Vec<Value> = parts.collect::<BTreeSet<_>>().iter().map(|name| part(name)).collect();
     let held: Vec<Value> = holes.collect::<BTreeSet<_>>().iter().map(|set| json!({"set": set})).collect();
+    let voxel = volume.spacing_m().into_iter().fold(f64::INFINITY, f64::min);
     let volume_m3: f64 = labels.iter().map(|count| count.volume_m3).sum();
     let mut body = json!({
         "name": "tissue",
         "role": "tissue",
-        "mesh": {"segmentation": {"name": file_name, "labels": listed, "size_m": element_size(volume_m3)}},
+        "mesh": {"segmentation": {"name": file_name, "labels": listed, "size_m": element_size(volume_m3, voxel)}},
         "parts": parts,
     });
     if !held.is_empty() {
@@ -124,9 +125,9 @@ pub fn first_scene_of_scan(volume: &LabelVolume, file_name: &str) -> Value {
     })
 }
 
-/// Size of elements with which a volume has about [`ELEMENTS_OF_SCAN`] [m], to two digits.
-fn element_size(volume_m3: f64) -> Value {
-    let size = (volume_m3 / ELEMENTS_OF_SCAN).cbrt();
+/// Size of elements with which a volume has about [`ELEMENTS_OF_SCAN`], at least two voxels [m], to two digits.
+fn element_size(volume_m3: f64, voxel_m: f64) -> Value {
+    let size = (volume_m3 / ELEMENTS_OF_SCAN).cbrt().max(2.0 * voxel_m);
     format!("{size:.1e}").parse::<f64>().ok().filter(|size| *size > 0.0).map_or(Value::Null, Value::from)
 }
 
@@ -280,7 +281,7 @@ mod tests {
             {"label": 3, "part": "label_3"}, {"label": 8, "hole": "Femur left"}, {"label": 9, "part": "Subcutaneous fat"}
         ]);
         assert_eq!(scan["labels"], labels);
-        assert_eq!(scan["size_m"], 0.079);
+        assert_eq!(scan["size_m"], 2.0, "two voxels");
         assert_eq!(body["fixed"], json!([{"set": "Femur left"}]));
         let material = |part: usize| body["parts"][part]["material"]["library"].as_str().unwrap();
         assert!(material(0).starts_with("fat/") && material(1) == TO_BE_CHOSEN, "{body}");

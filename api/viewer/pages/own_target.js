@@ -3,7 +3,7 @@
 import { getJson, upload } from "../api.js";
 import { button, html, select, table } from "../dom.js";
 import { bytes, number, setting } from "../format.js";
-import { FIXED, LEFT_OUT, STIFF, guessOf, isScan, ownScene, tissueOf } from "../scene/own_scene.js";
+import { FIXED, OMITTED, STIFF, guessOf, isScan, ownScene, tissueOf } from "../scene/own_scene.js";
 import { PROJECTILES, rigidBall } from "../scene/projectiles.js";
 
 const ACCEPT = ".msh,.inp,.vtu,.vtk,.k,.key,.dyn,.feb,.bdf,.nas,.nii,.gz,.nrrd,.mha";
@@ -126,7 +126,7 @@ export class OwnTarget {
     const option = (value, words = value) => html("option", { value, selected: value === uses.get(name) }, words);
     const choice = html("select", { "aria-label": `What is ${name}?`, onchange: () => uses.set(name, choice.value) },
       option("", "not chosen yet"),
-      html("optgroup", { label: "bone and outside" }, scan ? option(FIXED, "bone, rigid and fixed") : "", option(STIFF, "bone, stiff, moves"), option(LEFT_OUT, "no part of the body")),
+      html("optgroup", { label: "bone and outside" }, scan ? option(FIXED, "bone, rigid and fixed") : "", option(STIFF, "bone, stiff, moves"), option(OMITTED, "no part of the body")),
       [...families].map(([family, sets]) => html("optgroup", { label: family }, sets.map((set) => option(set.name)))));
     return choice;
   }
@@ -188,15 +188,19 @@ export class OwnTarget {
   }
 
   /** Hands the scene over, or says what is missing. */
-  #make() {
+  async #make() {
+    // Of what stands there now, however recently it was typed.
+    clearTimeout(this.#timer);
+    await this.#aim();
     const { uses, held, touch } = this.#chosen;
     const scan = this.#size.input.isConnected;
     const [speed, end, size, near] = [this.#speed.read(), 1e-3 * this.#end.read(), 1e-3 * this.#size.read(), 1e-3 * this.#near.read()];
+    const miss = this.#verdict.textContent;
     const missing = [
       ...[...uses].filter(([, use]) => !use).map(([name]) => `what ${name} is`),
-      ...[[touch, "a point of impact"], [speed > 0, "a speed"], [end > 0, "a time"], [!scan || (size > 0 && near > 0), "sizes of the elements"]].filter(([has]) => !has).map(([, words]) => words),
+      ...[[touch, "a place where it touches"], [speed > 0, "a speed"], [end > 0, "a time"], [!scan || (size > 0 && near > 0), "sizes of the elements"]].filter(([has]) => !has).map(([, words]) => words),
     ];
-    this.#verdict.textContent = missing.length ? `Still missing: ${missing.join(", ")}.` : "";
+    this.#verdict.textContent = missing.length ? `Still missing: ${missing.join(", ")}. ${miss}` : "";
     if (missing.length) return;
     const digits = (x) => Number(x.toPrecision(6));
     const within = this.#chosen.projectile.diameter_mm / 4e3;

@@ -1,7 +1,7 @@
 // A scene of an uploaded mesh or scan: the first scene of the service, with what the reader has chosen in the places that it leaves open.
 
 /** Uses of a part beside the materials of the library. */
-export const [FIXED, STIFF, LEFT_OUT] = ["fixed", "stiff", "left out"];
+export const [FIXED, STIFF, OMITTED] = ["fixed", "stiff", "omitted"];
 
 /** A stand-in for bone that moves: a thousand times stiffer in shear than tissue, and not so stiff that explicit steps get shorter. */
 const STIFF_PART = { density_kg_per_m3: 1800, material: { law: "neo_hookean", c10_pa: 2.5e7, bulk_modulus_pa: 1e8 } };
@@ -28,7 +28,7 @@ export function guessOf(scene, name) {
 
 /** The body with the uses of its parts; null if nothing of it is left. */
 function used(body, parts, { uses, size, near, touch, held }) {
-  const kept = [...new Set(parts.map(({ part }) => part))].filter((name) => uses.get(name) !== LEFT_OUT && uses.get(name) !== FIXED);
+  const kept = [...new Set(parts.map(({ part }) => part))].filter((name) => uses.get(name) !== OMITTED && uses.get(name) !== FIXED);
   const own = isScan(body) ? kept : kept.filter((name) => body.parts.some(({ part }) => part === name));
   if (!own.length) return null;
   const made = own.map((part) => ({ part, ...(uses.get(part) === STIFF ? STIFF_PART : { material: { library: uses.get(part) } }) }));
@@ -37,7 +37,7 @@ function used(body, parts, { uses, size, near, touch, held }) {
     const mesh = own.length === body.parts.length ? body.mesh : { file: { ...body.mesh.file, parts: own } };
     return { ...rest, mesh, parts: made, ...(body.role === "tissue" ? fixedAt(held) : {}) };
   }
-  const labels = parts.map(({ label, part }) => ({ label, ...(uses.get(part) === FIXED ? { hole: part } : uses.get(part) === LEFT_OUT ? {} : { part }) }));
+  const labels = parts.map(({ label, part }) => ({ label, ...(uses.get(part) === FIXED ? { hole: part } : uses.get(part) === OMITTED ? {} : { part }) }));
   const finer = near.size < size ? { near: [{ point_m: touch.point_m, size_m: near.size, within_m: near.within }] } : {};
   const holes = [...new Set(labels.flatMap(({ hole }) => hole ?? []))];
   const segmentation = { ...body.mesh.segmentation, labels, size_m: size, ...finer };
