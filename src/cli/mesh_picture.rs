@@ -82,7 +82,7 @@ impl Faces {
 
     /// The picture as SVG, with the worst elements of the mesh.
     pub(super) fn svg(&self, title: &str, worst: &[WorstElement]) -> String {
-        let view = View::of(self.faces.iter().flat_map(|(corners, _)| corners));
+        let view = View::of(&self.faces);
         let mut seen: Vec<Seen> =
             self.faces.iter().filter_map(|(corners, part)| view.face(corners, *part)).collect();
         seen.sort_by(|a, b| a.depth.total_cmp(&b.depth));
@@ -93,9 +93,9 @@ impl Faces {
             escaped(title)
         );
         if seen.len() <= MOST_POLYGONS {
-            polygons(&seen, &mut svg)
+            polygons(&seen, &mut svg);
         } else {
-            squares(&seen, &mut svg)
+            squares(&seen, &mut svg);
         }
         axes(&view, &mut svg);
         for (rank, element) in worst.iter().enumerate() {
@@ -169,12 +169,12 @@ struct View {
 }
 
 impl View {
-    fn of<'a>(points: impl Iterator<Item = &'a Vec3> + Clone) -> Self {
+    fn of(faces: &[([Vec3; 4], usize)]) -> Self {
         let towards = Vec3::new(0.55, -0.65, 0.52).normalize();
         let right = Vec3::z().cross(&towards).normalize();
         let up = towards.cross(&right);
         let range = |axis: &Vec3| {
-            let along = points.clone().map(|x| x.dot(axis));
+            let along = faces.iter().flat_map(|(corners, _)| corners).map(|x| x.dot(axis));
             along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
         };
         let [across, height, depth] = [range(&right), range(&up), range(&towards)];

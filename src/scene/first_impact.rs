@@ -94,7 +94,7 @@ impl FirstScene {
             let at = |n: u32| f64::from(n) / f64::from(INTERVALS);
             for (s, t) in (0..=INTERVALS).flat_map(|i| (0..=INTERVALS).map(move |j| (at(i), at(j)))) {
                 let point = (a * (1.0 - s) + b * s) * (1.0 - t) + (d * (1.0 - s) + c * s) * t;
-                paths.iter_mut().for_each(|path| path.meet(&point));
+                meet(&mut paths, &point);
             }
         }
         let mut of_part = vec![(Bounds::default(), 0.0); mesh.parts.len()];
@@ -147,7 +147,7 @@ impl FirstScene {
             for corner in (0..8).filter(|_| is_outer) {
                 let index = Vec3::from_fn(|axis, _| (voxel[axis] + (corner >> axis & 1)) as f64);
                 let point = frame.world(&index.component_mul(&Vec3::from(frame.spacing)));
-                paths.iter_mut().for_each(|path| path.meet(&point));
+                meet(&mut paths, &point);
             }
         }
         let scene = first_scene_of_scan(volume, name);
@@ -164,6 +164,12 @@ impl FirstScene {
             touches: paths.iter().filter_map(Path::touch).collect(),
             scene,
         })
+    }
+}
+
+fn meet(paths: &mut [Path], point: &Vec3) {
+    for path in paths {
+        path.meet(point);
     }
 }
 
@@ -236,7 +242,7 @@ impl Path {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)] // tests may panic
+#[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::*;
     use crate::mesh::generate::block::Block;

@@ -69,13 +69,14 @@ impl Simulator {
 
     /// Reads a mesh, a scan or a surface, in the given or the detected format.
     fn read_mesh_file(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshContent), MeshRefusal> {
+        let MeshFile { content, bytes, format, .. } = file;
         let mut read = Vec::new();
-        if let Err(error) = file.content.take(file.bytes).read_to_end(&mut read) {
+        if let Err(error) = content.take(bytes).read_to_end(&mut read) {
             tracing::error!(%error, "an upload cannot be read");
             return Err(refusal("the storage of the service failed: send it again".into()));
         }
         let bytes = read.as_slice();
-        let format = file.format.or_else(|| MeshFormat::sniff(bytes));
+        let format = format.or_else(|| MeshFormat::sniff(bytes));
         let format =
             format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
         let invalid = |error: MeshError| refusal(error.to_string());

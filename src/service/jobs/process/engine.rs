@@ -107,9 +107,9 @@ impl ProcessEngine {
         file: MeshFile<'_>,
         answer: impl Fn(FromChild) -> Option<Result<T, MeshRefusal>>,
     ) -> Result<T, MeshRefusal> {
-        let within = Duration::from_secs(LEAST_READING_S + file.bytes / BYTES_PER_S);
-        let patience = Patience { within: within.min(self.settings.deadline), is_wanted: file.is_wanted };
-        let asked = self.ask(work, (file.bytes, file.content), None, &patience, answer);
+        let MeshFile { content, bytes, is_wanted, .. } = file;
+        let within = Duration::from_secs(LEAST_READING_S + bytes / BYTES_PER_S).min(self.settings.deadline);
+        let asked = self.ask(work, (bytes, content), None, &Patience { within, is_wanted }, answer);
         asked.unwrap_or_else(|lost| Err(MeshRefusal { message: lost.words() }))
     }
 
