@@ -108,10 +108,7 @@ impl Limits {
             100.0 * noise,
             100.0 * NOISE
         );
-        refused(
-            what,
-            "smooth the labels (a median filter), raise noise_m3, or enlarge the sizes of the elements",
-        )
+        refused(what, "smooth the labels (a median filter), or enlarge the sizes of the elements")
     }
 }
 
