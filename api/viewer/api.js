@@ -47,6 +47,28 @@ export async function postJson(path, body, { headers, signal } = {}) {
   return (await request(path, { method: "POST", body: text, headers: all, signal })).json();
 }
 
+/** Posts a file; `onProgress(part)` says how much of it is sent, 1 when all. What `fetch` cannot: it reports no progress. */
+export function upload(path, file, onProgress, signal) {
+  return new Promise((resolve, reject) => {
+    const sending = new XMLHttpRequest();
+    const bodyOf = () => {
+      try {
+        return JSON.parse(sending.responseText);
+      } catch {
+        return { title: sending.statusText };
+      }
+    };
+    sending.open("POST", address(path));
+    for (const [name, value] of Object.entries(authorised({ "Content-Type": "application/octet-stream" }))) sending.setRequestHeader(name, value);
+    sending.upload.onprogress = ({ loaded, total }) => onProgress(total ? Math.min(1, loaded / total) : 1);
+    sending.onload = () => (sending.status < 300 ? resolve(bodyOf()) : reject(new ApiProblem(sending.status, bodyOf())));
+    sending.onerror = () => reject(new Error("The upload broke off: the service closed the connection, or cannot be reached."));
+    sending.onabort = () => reject(new DOMException("The upload was cancelled.", "AbortError"));
+    signal.addEventListener("abort", () => sending.abort());
+    sending.send(file);
+  });
+}
+
 /** Follows a job: calls `onEvent({id, event, data})` until the job has ended or `signal` aborts. */
 export async function followEvents(path, onEvent, signal) {
   let last = 0;

@@ -2,6 +2,8 @@
 
 use super::json::write_json;
 use super::mesh_file::{is_scan, is_surface, read_mesh_file, read_scan_file, read_surface_file};
+use super::mesh_picture::Faces;
+use super::picture::{picture_path, write_by_name};
 use super::plan::write_table;
 use super::{CliError, Exit};
 use crate::mechanics::rigid::Solid;
@@ -27,6 +29,9 @@ pub enum MeshCommand {
 pub struct InfoArgs {
     /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or a surface: .stl.
     pub file: PathBuf,
+    /// Write a picture: the surface with a colour for each part, the worst elements marked (.svg; .png if built with the feature `png`).
+    #[arg(long, value_name = "FILE", value_parser = picture_path)]
+    pub picture: Option<PathBuf>,
     /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
@@ -41,6 +46,11 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
     if is_scan(&args.file) {
         let (volume, name) = read_scan_file(&args.file)?;
         let found = ScanInspection::of(&volume);
+        if let Some(path) = &args.picture {
+            let faces =
+                Faces::of_scan(&volume).map_err(|error| CliError::Usage(format!("{name}: {error}")))?;
+            write_by_name(path, || Ok(faces.svg(&name, &[])))?;
+        }
         if args.json {
             write_json(&found, out)?;
         } else {
@@ -49,6 +59,10 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
         return Ok(Exit::Success);
     }
     if is_surface(&args.file) {
+        if args.picture.is_some() {
+            let words = "--picture draws meshes and scans, no surface of a rigid body: leave it out";
+            return Err(CliError::Usage(words.into()));
+        }
         let (solid, name) = read_surface_file(&args.file)?;
         let found = SurfaceInspection::of(&solid);
         if args.json {
@@ -60,6 +74,9 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
     }
     let (mesh, name) = read_mesh_file(&args.file)?;
     let found = inspect(&mesh).ok_or_else(|| CliError::Usage(format!("{name}: {}", MeshError::Empty)))?;
+    if let Some(path) = &args.picture {
+        write_by_name(path, || Ok(Faces::of_mesh(&mesh).svg(&name, &found.worst)))?;
+    }
     if args.json {
         write_json(&found, out)?;
     } else {
@@ -131,11 +148,22 @@ fn write_scan(name: &str, found: &ScanInspection, out: &mut dyn Write) -> io::Re
         words(found.bounding_box_m[1])
     )?;
     writeln!(out, "\nLabels (0 is outside)")?;
-    let rows = found
-        .labels
-        .iter()
-        .map(|l| [l.label.to_string(), l.voxels.to_string(), format!("{:.6e}", l.volume_m3)]);
-    write_table(&["label", "voxels", "volume, m³"], &rows.collect::<Vec<_>>(), out)?;
+    let short = |numbers: [f64; 3]| numbers.map(|x| format!("{:.1}", 1e3 * x)).join(", ");
+    let rows = found.labels.iter().map(|l| {
+        let [low, high] = l.bounding_box_m.map(short);
+        let name = l.name.as_deref().map_or_else(|| "-".to_owned(), shortened);
+        let volume = format!("{:.6e}", l.volume_m3);
+        [
+            l.label.to_string(),
+            name,
+            l.voxels.to_string(),
+            volume,
+            format!("({low}) to ({high})"),
+            short(l.centre_m),
+        ]
+    });
+    let header = ["label", "name", "voxels", "volume, m³", "bounding box, mm", "centre, mm"];
+    write_table(&header, &rows.collect::<Vec<_>>(), out)?;
     found.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
 }
 

@@ -16,6 +16,7 @@ mod material_fit;
 pub mod materials;
 pub mod mesh;
 mod mesh_file;
+mod mesh_picture;
 mod output_file;
 pub mod plan;
 mod recording_output;

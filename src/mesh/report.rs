@@ -3,7 +3,7 @@
 use super::Mesh;
 use super::quality::{Quality, quality};
 use super::read::stl::ClosedSurface;
-use super::segmentation::{LabelVolume, ScanInspection};
+use super::segmentation::{LabelCount, LabelVolume, ScanInspection};
 use crate::mechanics::tensor::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -81,7 +81,10 @@ impl MeshReport {
         let found = ScanInspection::of(volume);
         let [low, high] = found.bounding_box_m;
         let labelled = || found.labels.iter().filter(|label| label.label != 0);
-        let volumes = labelled().map(|label| format!("label {}: {:.4e} m³", label.label, label.volume_m3));
+        let name =
+            |label: &LabelCount| label.name.as_ref().map_or(String::new(), |name| format!(" ({name})"));
+        let volumes = labelled()
+            .map(|label| format!("label {}{}: {:.4e} m³", label.label, name(label), label.volume_m3));
         Self {
             nodes: found.voxels.iter().map(|n| *n as u64 + 1).product(),
             elements: labelled().map(|label| label.voxels).sum(),

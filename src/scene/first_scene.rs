@@ -1,10 +1,12 @@
 //! A first scene of a mesh: a body for each group of parts that share nodes, with guessed roles, and a placeholder for everything
 //! that only the user knows. Validation of the scene names each of them.
 
+use super::materials::library::{MaterialSet, sets};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::segmentation::LabelVolume;
+use crate::mesh::segmentation::{LabelCount, LabelVolume};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// In the place of a set of the library.
 pub const TO_BE_CHOSEN: &str = "to be chosen";
@@ -15,6 +17,26 @@ const STRIKING: [&str; 9] =
 
 /// Words in the names of node sets that hold a body.
 const HOLDING: [&str; 7] = ["fixed", "fix", "clamp", "support", "bottom", "base", "bone"];
+
+/// Families of the library, and words in the names of their parts and labels.
+const TISSUES: [(&str, &[&str]); 3] = [
+    ("fat", &["fat", "adipos", "subcut"]),
+    ("skin", &["skin", "dermis", "cutis"]),
+    (
+        "muscle",
+        &["muscle", "muscul", "vastus", "rectus", "biceps", "triceps", "gastrocnem", "soleus", "glute"],
+    ),
+];
+
+/// Words in the names of bones.
+const BONES: [&str; 9] =
+    ["bone", "femur", "tibia", "fibula", "humerus", "skull", "sternum", "pelvis", "vertebra"];
+
+/// Number of elements that the size of those of a scan is chosen for.
+const ELEMENTS_OF_SCAN: f64 = 6000.0;
+
+/// A millimetre [m].
+pub(super) const MILLIMETRE: f64 = 0.001;
 
 /// Extent of a mesh above which it is not in metres, as bodies of people are smaller.
 const LARGEST_M: f64 = 5.0;
@@ -51,42 +73,74 @@ pub fn first_scene(mesh: &Mesh, file_name: &str) -> Value {
         })
         .collect();
     let guessed = if in_millimetres {
-        "roles, fixed sets and the scale are guessed"
+        "roles, fixed sets, materials by names and the scale are guessed"
     } else {
-        "roles and fixed sets are guessed"
+        "roles, fixed sets and materials by names are guessed"
     };
     json!({
         "name": file_name.rsplit_once('.').map_or(file_name, |(stem, _)| stem),
-        "description": format!("From the mesh {file_name}: {guessed}; materials, velocities and the end time are to be given."),
+        "description": format!("From the mesh {file_name}: {guessed}; other materials, velocities and the end time are to be given."),
         "end_time_s": null,
         "bodies": bodies,
     })
 }
 
-/// A scene with the labels of a scan, read from `file_name` in the folder of the scene: every label a part of one body.
+/// A scene with the labels of a scan, read from `file_name` in the folder of the scene: every label is a part of one body, or a hole
+/// that is held where it is named as a bone.
 pub fn first_scene_of_scan(volume: &LabelVolume, file_name: &str) -> Value {
-    let labels = volume.counts().into_iter().map(|count| count.label).filter(|label| *label != 0);
-    let named: Vec<(i64, String)> = labels.map(|label| (label, format!("label_{label}"))).collect();
-    let listed: Vec<Value> =
-        named.iter().map(|(label, part)| json!({"label": label, "part": part})).collect();
-    let parts: Vec<Value> =
-        named.iter().map(|(_, part)| json!({"part": part, "material": {"library": TO_BE_CHOSEN}})).collect();
+    let labels: Vec<LabelCount> = volume.counts().into_iter().filter(|count| count.label != 0).collect();
+    let [holes, parts] = [true, false].map(|is_hole| {
+        labels.iter().map(LabelCount::part).filter(move |name| names_any(name, &BONES) == is_hole)
+    });
+    let listed: Vec<Value> = labels
+        .iter()
+        .map(|count| {
+            let name = count.part();
+            let usage = if names_any(&name, &BONES) { "hole" } else { "part" };
+            json!({"label": count.label, usage: name})
+        })
+        .collect();
+    // Labels with one name form one part.
+    let parts: Vec<Value> = parts.collect::<BTreeSet<_>>().iter().map(|name| part(name)).collect();
+    let held: Vec<Value> = holes.collect::<BTreeSet<_>>().iter().map(|set| json!({"set": set})).collect();
+    let voxel = volume.spacing_m().into_iter().fold(f64::INFINITY, f64::min);
+    let volume_m3: f64 = labels.iter().map(|count| count.volume_m3).sum();
+    let mut body = json!({
+        "name": "tissue",
+        "role": "tissue",
+        "mesh": {"segmentation": {"name": file_name, "labels": listed, "size_m": element_size(volume_m3, voxel)}},
+        "parts": parts,
+    });
+    if !held.is_empty() {
+        body["fixed"] = json!(held);
+    }
     json!({
         "name": file_name.split('.').next().unwrap_or(file_name),
-        "description": format!("From the scan {file_name}: sizes, materials, a projectile and the end time are to be given."),
+        "description": format!(
+            "From the scan {file_name}: the size of the elements, materials by names and bones, which do not move, are guessed; \
+             other materials, a projectile and the end time are to be given."
+        ),
         "end_time_s": null,
-        "bodies": [{
-            "name": "tissue",
-            "role": "tissue",
-            "mesh": {"segmentation": {"name": file_name, "labels": listed, "size_m": null}},
-            "parts": parts,
-        }],
+        "bodies": [body],
     })
 }
 
+/// Size of elements with which a volume has about [`ELEMENTS_OF_SCAN`], at least two voxels [m], to two digits.
+fn element_size(volume_m3: f64, voxel_m: f64) -> Value {
+    let size = (volume_m3 / ELEMENTS_OF_SCAN).cbrt().max(2.0 * voxel_m);
+    format!("{size:.1e}").parse::<f64>().ok().filter(|size| *size > 0.0).map_or(Value::Null, Value::from)
+}
+
+/// A part with a material of the library, where its name says of which family.
+fn part(name: &str) -> Value {
+    let family = TISSUES.iter().find(|(_, words)| names_any(name, words)).map(|(family, _)| *family);
+    let is_of = |set: &&MaterialSet| set.name.split('/').next() == family;
+    let material = sets().iter().find(is_of).map_or(TO_BE_CHOSEN, |set| set.name.as_str());
+    json!({"part": name, "material": {"library": material}})
+}
+
 fn body(group: &Group, role: &str, (file_name, is_part): (&str, bool), in_millimetres: bool) -> Value {
-    let parts: Vec<Value> =
-        group.parts.iter().map(|part| json!({"part": part, "material": {"library": TO_BE_CHOSEN}})).collect();
+    let parts: Vec<Value> = group.parts.iter().map(|name| part(name)).collect();
     let mut file = json!({"name": file_name});
     if is_part {
         file["parts"] = json!(group.parts);
@@ -98,7 +152,7 @@ fn body(group: &Group, role: &str, (file_name, is_part): (&str, bool), in_millim
         "parts": parts,
     });
     if in_millimetres {
-        body["placement"] = json!({"scale": 0.001});
+        body["placement"] = json!({"scale": MILLIMETRE});
     }
     if role == "projectile" {
         body["velocity_m_per_s"] = Value::Null;
@@ -209,21 +263,28 @@ mod tests {
     }
 
     #[test]
-    fn every_label_of_a_scan_is_a_part() {
+    fn labels_of_a_scan_are_what_their_names_say() {
         let volume = LabelVolume {
-            dims: [3, 1, 1],
-            labels: vec![0, 1, 2],
-            values: vec![0, 3, 8],
+            dims: [4, 1, 1],
+            labels: vec![0, 1, 2, 3],
+            values: vec![0, 3, 8, 9],
+            names: [(8, "Femur left".to_owned()), (9, "Subcutaneous fat".to_owned())].into(),
             origin: Vec3::zeros(),
             steps: [Vec3::x(), Vec3::y(), Vec3::z()],
             notes: Vec::new(),
         };
         let scene = first_scene_of_scan(&volume, "thigh.nii.gz");
         assert_eq!(scene["name"], "thigh");
-        let scan = &scene["bodies"][0]["mesh"]["segmentation"];
-        assert_eq!(scan["labels"], json!([{"label": 3, "part": "label_3"}, {"label": 8, "part": "label_8"}]));
-        assert_eq!(scene["bodies"][0]["parts"][1]["part"], "label_8");
-        assert!(scan["size_m"].is_null());
+        let body = &scene["bodies"][0];
+        let scan = &body["mesh"]["segmentation"];
+        let labels = json!([
+            {"label": 3, "part": "label_3"}, {"label": 8, "hole": "Femur left"}, {"label": 9, "part": "Subcutaneous fat"}
+        ]);
+        assert_eq!(scan["labels"], labels);
+        assert_eq!(scan["size_m"], 2.0, "two voxels");
+        assert_eq!(body["fixed"], json!([{"set": "Femur left"}]));
+        let material = |part: usize| body["parts"][part]["material"]["library"].as_str().unwrap();
+        assert!(material(0).starts_with("fat/") && material(1) == TO_BE_CHOSEN, "{body}");
     }
 
     #[test]
@@ -250,13 +311,7 @@ mod tests {
         pointers.sort();
         assert_eq!(
             pointers,
-            [
-                "/bodies/0/parts/0/material/library",
-                "/bodies/0/parts/1/material/library",
-                "/bodies/1/parts/0/material/library",
-                "/bodies/1/velocity_m_per_s",
-                "/end_time_s",
-            ]
+            ["/bodies/1/parts/0/material/library", "/bodies/1/velocity_m_per_s", "/end_time_s",]
         );
         // Filled in, the scene is valid.
         let mut full = document;

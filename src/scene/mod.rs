@@ -24,6 +24,7 @@ pub mod element_values;
 pub mod elements;
 pub mod exposed_faces;
 mod file_problem;
+pub mod first_impact;
 pub mod first_scene;
 pub mod frames;
 mod implied_accuracy;

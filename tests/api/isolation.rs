@@ -158,6 +158,42 @@ fn a_run_that_does_not_listen_is_killed() {
 }
 
 #[test]
+fn reading_an_upload_has_limits_of_time_and_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let task = folder.path().join("task");
+    let note = format!("echo \"$task\" > {}", task.display());
+    for (death, words) in [
+        ("kill -XCPU $$", "more than 20 s"),
+        ("echo 'memory allocation of 8 bytes failed' >&2; kill -ABRT $$", "MB of memory"),
+        ("exit 3", "exit status: 3"),
+    ] {
+        let server = Server::running(&scripted(&folder, &format!("{note}\n{death}")), |_| {});
+        let answer = server.client().send("POST", "/v1/meshes", &[], b"$MeshFormat");
+        let refused = problem(&answer, 422, "invalid-mesh");
+        assert!(refused["detail"].as_str().unwrap().contains(words), "{death}: {refused}");
+        assert!(std::fs::read_to_string(&task).unwrap().contains("\"cpu_s\":20"));
+    }
+}
+
+#[test]
+fn an_upload_that_no_one_waits_for_is_not_read_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (script, id) = ("echo $$ > \"$0.id\"; exec sleep 600", folder.path().join("run.id"));
+    let server = Server::running(&scripted(&folder, script), |_| {});
+    let request = "POST /v1/meshes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 11\r\n\r\n$MeshFormat";
+    let connection = server.client().raw(request.as_bytes());
+    let mut process = String::new();
+    eventually("it is read", || {
+        process = std::fs::read_to_string(&id).unwrap_or_default();
+        process.ends_with('\n')
+    });
+    let place = format!("/proc/{}/exe", process.trim());
+    assert!(Path::new(&place).exists());
+    drop(connection);
+    eventually("its process ends", || !Path::new(&place).exists());
+}
+
+#[test]
 fn a_run_waits_for_a_process() {
     let folder = tempfile::tempdir().unwrap();
     let program = folder.path().join("later");

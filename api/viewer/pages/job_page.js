@@ -203,6 +203,8 @@ class JobPage {
         job.links.summary && button("Bundle (FHIR)", () => fetched(`/v1/jobs/${job.id}/fhir`, `${job.name}-fhir.json`)),
         job.links.summary && button("Table (CSV)", () => fetched(`/v1/jobs/${job.id}/export.csv`, `${job.name}.csv`)),
         button("Fields for ParaView (tar)", () => fetched(`/v1/jobs/${job.id}/export.vtu.tar`, `${job.name}.tar`)),
+        button("Surfaces (STL)", () => fetched(`/v1/jobs/${job.id}/export.stl`, `${job.name}.stl`)),
+        button("Surfaces (PLY)", () => fetched(`/v1/jobs/${job.id}/export.ply`, `${job.name}.ply`)),
         button("Layout for Lichtblick and Foxglove", () => saveFile(`${job.name}-layout.json`, JSON.stringify(layoutOf(recording), null, 2), "application/json")),
         elsewhere("Open in Lichtblick ↗", "https://lichtblick-suite.github.io/lichtblick/"),
         elsewhere("Open in Foxglove ↗", "https://app.foxglove.dev/~/view"),

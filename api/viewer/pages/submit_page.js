@@ -5,6 +5,7 @@ import { button, html, select, table } from "../dom.js";
 import { bytes, number, withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { GeometryPreview } from "./geometry_preview.js";
+import { OwnTarget } from "./own_target.js";
 import { SceneForm, problemWords } from "./scene_form.js";
 
 /** Rest after the last key before the service is asked [ms]. */
@@ -39,6 +40,7 @@ function pretty(value) {
 class SubmitPage {
   #document = null;
   #form = new SceneForm(() => this.#fromForm());
+  #own = new OwnTarget(ACCURACY, (scene) => (this.take(pretty(scene)), this.#form.element.scrollIntoView({ block: "nearest" })));
   #text = html("textarea", { spellcheck: "false", "aria-label": "Scene as JSON", oninput: () => this.#fromText() });
   #meshes = select("Meshes", [["refined", "refined until errors are below 10 %"], ["own", "as given"]], "own", (choice) => this.#refine(choice === "refined"));
   #verdict = html("div", { "aria-live": "polite" });
@@ -58,6 +60,7 @@ class SubmitPage {
       "div",
       {},
       html("div", { class: "title" }, html("h1", {}, "New impact"), select("Begin with", options, options[0][0], choose), this.#meshes),
+      this.#own.element,
       html(
         "div",
         { class: "editor" },
@@ -71,6 +74,7 @@ class SubmitPage {
   }
 
   leave() {
+    this.#own.leave();
     clearTimeout(this.#timer);
     this.#asking?.abort();
   }

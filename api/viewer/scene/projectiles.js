@@ -26,6 +26,11 @@ function rigid(radius, mass) {
   });
 }
 
+/** A rigid ball of any diameter [mm] and mass [g]. */
+export function rigidBall(diameter_mm, mass_g) {
+  return { id: "own", name: `Rigid ball, ${diameter_mm} mm, ${mass_g} g`, mass_g, diameter_mm, body: rigid(diameter_mm / 2e3, mass_g / 1e3) };
+}
+
 const hollow = (outer, inner) => meshed({ kind: "hollow_ball", outer_radius_m: outer, inner_radius_m: inner, elements_around: 8, elements_through: 2 }, { density_kg_per_m3: 1000, shear_viscosity_pa_s: 5, material: rubber }, outer);
 const RUBBER = `soft rubber, about ${Math.round(shoreA(2 * (rubber.c10_pa + rubber.c01_pa)))} Shore A`;
 

@@ -53,6 +53,22 @@ impl ClassGrid {
         Self { dims, classes, first, ..*self }
     }
 
+    /// Fraction of the faces between two voxels, not both outside, on which their classes differ [-]: small where regions are
+    /// larger than voxels, and near 1 in noise.
+    pub fn roughness(&self) -> f64 {
+        let strides = [1, self.dims[0], self.dims[0] * self.dims[1]];
+        let [mut faces, mut different] = [0_u64; 2];
+        for (index, class) in self.classes.iter().enumerate() {
+            let voxel = [index % strides[1], index / strides[1] % self.dims[1], index / strides[2]];
+            for axis in (0..3).filter(|axis| voxel[*axis] + 1 < self.dims[*axis]) {
+                let other = self.classes[index + strides[axis]];
+                faces += u64::from(*class != OUTSIDE || other != OUTSIDE);
+                different += u64::from(*class != other);
+            }
+        }
+        different as f64 / faces.max(1) as f64
+    }
+
     /// Lengths of the box [m].
     pub fn lengths(&self) -> Vec3 {
         Vec3::from_fn(|k, _| self.dims[k] as f64 * self.spacing[k])

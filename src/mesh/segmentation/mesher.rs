@@ -37,6 +37,12 @@ const THICKEST: f64 = 1.25;
 /// Volume below which a group of voxels is noise, in voxels.
 const NOISE_VOXELS: f64 = 30.0;
 
+/// Roughness of the labels ([`ClassGrid::roughness`]) above which they are noise [-]: that of a ball of five voxels is 0.26.
+const NOISE: f64 = 0.3;
+
+/// Largest number of elements of noise, which its surfaces make several times slower than those of regions.
+const MOST_OF_NOISE: u64 = 20_000;
+
 /// Largest deviation of the volume of a label from that of its voxels without a remark [-].
 const VOLUME_TOLERANCE: f64 = 0.01;
 /// How the note on the volume of a label ends where it deviates by more.
@@ -51,14 +57,20 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     let frame = volume.frame()?;
     let classes = Classes::new(volume, options)?;
     let (grid, mut notes) = prepared(volume, &frame, &classes, options)?;
+    let limits = Limits::of(&grid, options);
+    let options = &limits.options;
     // The leaves are what is below the skin.
     let below = options.skin.as_ref().map(|skin| grid.eroded(skin.thickness_m));
     let below = below.as_ref().unwrap_or(&grid);
-    let tree = octree(below, &frame, &classes, options)?;
+    let tree = octree(below, &frame, &classes, options).map_err(|error| limits.reason(error))?;
     let mut leaves = labelling::classes(below, &tree);
+    // Before what takes long.
+    let is_part = |class: &&u8| classes.is_part.get(usize::from(**class)).is_some_and(|is_part| *is_part);
+    let count = leaves.iter().filter(is_part).count();
+    within(count as u64, options).map_err(|error| limits.reason(error))?;
     labelling::repair(&tree, &mut leaves, &classes.is_part);
     let mut elements = Elements::new(&tree, &leaves);
-    within(elements.hexes.len() as u64, options)?;
+    within(elements.hexes.len() as u64, options).map_err(|error| limits.reason(error))?;
     let aims = grid.volumes_m3();
     place_nodes(&mut elements, &grid, &classes, &aims, options);
     notes.extend(volume.notes.iter().cloned());
@@ -71,6 +83,33 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     mesh.notes = notes;
     check_quality(&mesh)?;
     Ok(mesh)
+}
+
+/// The options with fewer elements where the labels are noise.
+struct Limits {
+    options: Options,
+    /// Roughness of the labels, where it limits the elements.
+    noise: Option<f64>,
+}
+
+impl Limits {
+    fn of(grid: &ClassGrid, options: &Options) -> Self {
+        let noise =
+            Some(grid.roughness()).filter(|found| *found > NOISE && options.max_elements > MOST_OF_NOISE);
+        let max_elements = if noise.is_some() { MOST_OF_NOISE } else { options.max_elements };
+        Self { options: Options { max_elements, ..options.clone() }, noise }
+    }
+
+    /// Why there are too many elements.
+    fn reason(&self, error: MeshError) -> MeshError {
+        let Some(noise) = self.noise else { return error };
+        let what = format!(
+            "labels that change at {:.0} % of the faces between voxels, which is noise above {:.0} %, with more than {MOST_OF_NOISE} elements",
+            100.0 * noise,
+            100.0 * NOISE
+        );
+        refused(what, "smooth the labels (a median filter), or enlarge the sizes of the elements")
+    }
 }
 
 /// Every move of a node keeps the limit of the scaled Jacobian; should an element be below it, there is no mesh.

@@ -119,6 +119,7 @@ impl Limb {
             dims,
             labels,
             values: (0..6).collect(),
+            names: BTreeMap::new(),
             origin: rotation * first + Vec3::new(0.1, -0.2, 0.3),
             steps,
             notes: Vec::new(),
@@ -217,6 +218,7 @@ fn a_hole_as_wide_as_an_element_is_resolved() {
         dims: [60, 60, 24],
         labels: (0..60 * 60 * 24).map(label).collect(),
         values: (0..6).collect(),
+        names: BTreeMap::new(),
         origin: Vec3::zeros(),
         steps: [Vec3::x() * 0.001, Vec3::y() * 0.001, Vec3::z() * 0.001],
         notes: Vec::new(),
@@ -225,6 +227,35 @@ fn a_hole_as_wide_as_an_element_is_resolved() {
     let mesh = mesh(&volume, &options).unwrap();
     assert_eq!(mesh.notes.iter().filter(|note| note.starts_with("radius: ")).count(), 1, "{:?}", mesh.notes);
     check(&mesh);
+}
+
+#[test]
+fn noise_is_refused_before_it_takes_long() {
+    // Two labels at random: their groups are no islands.
+    let mut random = 1_u64;
+    let mut label = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        3 + (random >> 60 & 1) as u16
+    };
+    let volume = LabelVolume {
+        dims: [64, 64, 64],
+        labels: (0..64 * 64 * 64).map(|_| label()).collect(),
+        values: (0..6).collect(),
+        names: BTreeMap::new(),
+        origin: Vec3::zeros(),
+        steps: [Vec3::x() * 0.001, Vec3::y() * 0.001, Vec3::z() * 0.001],
+        notes: Vec::new(),
+    };
+    let fine = Options { size_m: 0.002, ..options() };
+    let error = mesh(&volume, &fine).unwrap_err().to_string();
+    assert!(error.contains("46 % of the faces") && error.contains("median filter"), "{error}");
+    // The remedies.
+    mesh(&volume, &Options { size_m: 0.012, ..options() }).unwrap();
+    let mut smooth = volume;
+    let [nx, ny] = [smooth.dims[0], smooth.dims[0] * smooth.dims[1]];
+    smooth.labels =
+        (0..smooth.labels.len()).map(|n| if n % nx < 20 && n / ny < 40 { 3 } else { 4 }).collect();
+    mesh(&smooth, &Options { size_m: 0.004, ..options() }).unwrap();
 }
 
 #[test]

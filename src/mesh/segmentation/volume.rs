@@ -3,6 +3,7 @@
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Largest number of different labels: more are the grey values of an image.
 pub const MOST_LABELS: usize = 1000;
@@ -19,6 +20,8 @@ pub struct LabelVolume {
     pub labels: Vec<u16>,
     /// The labels, ascending; 0, which is the outside, is always there.
     pub values: Vec<i64>,
+    /// Names of labels, where the file has them.
+    pub names: BTreeMap<i64, String>,
     /// Centre of the first voxel [m].
     pub origin: Vec3,
     /// Step from one voxel to the next along each axis of the file [m].
@@ -28,14 +31,28 @@ pub struct LabelVolume {
 }
 
 /// A label of a volume.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LabelCount {
     /// The label, as the file has it; 0 is outside.
     pub label: i64,
+    /// Its name, where the file has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// Number of voxels with this label.
     pub voxels: u64,
     /// Volume of these voxels [m³].
     pub volume_m3: f64,
+    /// Lower and upper corner of the bounding box of these voxels [m].
+    pub bounding_box_m: [[f64; 3]; 2],
+    /// Mean of their centres [m].
+    pub centre_m: [f64; 3],
+}
+
+impl LabelCount {
+    /// Name of its part: that of the file, else `label_<n>`.
+    pub fn part(&self) -> String {
+        self.name.clone().unwrap_or_else(|| format!("label_{}", self.label))
+    }
 }
 
 /// The axes of a volume, renamed and turned round so that they are right-handed and as near to x, y, z as they can be.
@@ -66,16 +83,52 @@ impl LabelVolume {
         self.steps.map(|step| step.norm())
     }
 
-    /// The labels that occur, ascending, with the number of voxels of each.
+    /// The labels that occur, ascending, with the number of voxels of each and where they are.
     pub fn counts(&self) -> Vec<LabelCount> {
-        let mut counts = vec![0_u64; self.values.len()];
-        self.labels.iter().for_each(|&index| counts[usize::from(index)] += 1);
-        let of_label = |(&label, voxels): (&i64, u64)| LabelCount {
-            label,
-            voxels,
-            volume_m3: voxels as f64 * self.voxel_m3(),
+        /// Number, and along each axis sum, smallest and largest of the indices.
+        #[derive(Clone, Default)]
+        struct Found(u64, [u64; 3], Option<[[usize; 3]; 2]>);
+        let mut found = vec![Found::default(); self.values.len()];
+        let [nx, ny, _] = self.dims;
+        for (row, labels) in self.labels.chunks_exact(nx.max(1)).enumerate() {
+            let [j, k] = [row % ny, row / ny];
+            for (i, label) in labels.iter().enumerate() {
+                let Found(count, sums, range) = &mut found[usize::from(*label)];
+                let [low, high] = range.get_or_insert([[i, j, k]; 2]);
+                *count += 1;
+                for (axis, index) in [i, j, k].into_iter().enumerate() {
+                    sums[axis] += index as u64;
+                    low[axis] = low[axis].min(index);
+                    high[axis] = high[axis].max(index);
+                }
+            }
+        }
+        let of_label = |(label, Found(voxels, sums, range)): (&i64, Found)| {
+            range.map(|[low, high]| LabelCount {
+                label: *label,
+                name: self.names.get(label).cloned(),
+                voxels,
+                volume_m3: voxels as f64 * self.voxel_m3(),
+                bounding_box_m: self.box_m(low, high),
+                centre_m: self.place(sums.map(|sum| sum as f64 / voxels as f64)).into(),
+            })
         };
-        self.values.iter().zip(counts).map(of_label).filter(|count| count.voxels > 0).collect()
+        self.values.iter().zip(found).filter_map(of_label).collect()
+    }
+
+    /// The position of a voxel, or between voxels, by its indices along the axes of the file [m].
+    fn place(&self, indices: [f64; 3]) -> Vec3 {
+        self.origin + self.steps.iter().zip(indices).map(|(step, n)| step * n).sum::<Vec3>()
+    }
+
+    /// Lower and upper corner of the box along x, y, z around the voxels between two, which count [m].
+    fn box_m(&self, low: [usize; 3], high: [usize; 3]) -> [[f64; 3]; 2] {
+        let corner = |i: usize| {
+            let end = |k: usize| if i >> k & 1 == 1 { high[k] as f64 + 0.5 } else { low[k] as f64 - 0.5 };
+            self.place([end(0), end(1), end(2)])
+        };
+        let fold = |f: fn(&Vec3, &Vec3) -> Vec3| (1..8).map(corner).fold(corner(0), |a, b| f(&a, &b));
+        [fold(Vec3::inf).into(), fold(Vec3::sup).into()]
     }
 
     /// The axes nearest to x, y, z.
@@ -152,15 +205,10 @@ pub struct ScanInspection {
 impl ScanInspection {
     /// Size, spacing and labels of a volume; the bounding box is that of the voxels, not of their centres.
     pub fn of(volume: &LabelVolume) -> Self {
-        let corner = |i: usize| {
-            let from = |k: usize| if i >> k & 1 == 1 { volume.dims[k] as f64 - 0.5 } else { -0.5 };
-            volume.origin + (0..3).map(|k| volume.steps[k] * from(k)).sum::<Vec3>()
-        };
-        let fold = |f: fn(&Vec3, &Vec3) -> Vec3| (1..8).map(corner).fold(corner(0), |a, b| f(&a, &b));
         Self {
             voxels: volume.dims,
             spacing_m: volume.spacing_m(),
-            bounding_box_m: [fold(Vec3::inf).into(), fold(Vec3::sup).into()],
+            bounding_box_m: volume.box_m([0; 3], volume.dims.map(|n| n.saturating_sub(1))),
             labels: volume.counts(),
             notes: volume.notes.clone(),
         }
@@ -201,6 +249,7 @@ mod tests {
             dims: [2, 3, 4],
             labels: (0..24).collect(),
             values: (0..24).collect(),
+            names: BTreeMap::new(),
             origin: Vec3::new(0.5, 0.25, -1.0),
             steps: [Vec3::new(0.0, -0.2, 0.0), Vec3::new(0.0, 0.0, 0.3), Vec3::new(-0.1, 0.0, 0.0)],
             notes: Vec::new(),

@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::contract::Contract;
-use super::{events, exports, fields, jobs, materials, meshes, pages, recording, studies, what_if};
+use super::{events, exports, fields, jobs, materials, meshes, pages, recording, studies, surfaces, what_if};
 use std::sync::Arc;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
@@ -23,10 +23,13 @@ pub(super) fn calls() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(exports::bundle))
         .routes(routes!(exports::table))
         .routes(routes!(fields::archive))
+        .routes(routes!(surfaces::stl))
+        .routes(routes!(surfaces::ply))
         .routes(routes!(studies::submit))
         .routes(routes!(what_if::ask))
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::get, meshes::delete))
+        .routes(routes!(meshes::first_scene))
         .routes(routes!(materials::list))
         .routes(routes!(materials::get))
         .routes(routes!(pages::healthz))

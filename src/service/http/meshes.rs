@@ -1,12 +1,14 @@
-//! `/v1/meshes`: upload, list, get or delete a mesh.
+//! `/v1/meshes`: upload, list, get or delete a mesh, begin a scene of it.
 
 use super::app::App;
 use super::extract::{Owner, Parameters, Peer, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
 use crate::blobs::{BlobDigest, Draft};
 use crate::mesh::read::MeshFormat;
+use crate::scene::first_impact::{Approach, FirstScene};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobsError;
+use crate::service::jobs::engine::MeshFile;
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::store::MeshDeletion;
 use crate::service::meshes::{StoredMesh, is_id};
@@ -78,13 +80,14 @@ pub async fn upload(
     // Limited in number: each holds a mesh in memory.
     let lane = if draft.digest().bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
     let engine = Arc::clone(&app.queue.engine);
-    let inspect = move || {
-        let bytes = draft.digest().bytes;
-        let inspected =
-            draft.open().map(|mut content| engine.inspect_mesh(&mut content, bytes, parameters.format));
+    let inspect = move |is_wanted: &dyn Fn() -> bool| {
+        let (bytes, format) = (draft.digest().bytes, parameters.format);
+        let inspected = draft.open().map(|mut content| {
+            engine.inspect_mesh(MeshFile { content: &mut content, bytes, format, is_wanted })
+        });
         (inspected, draft)
     };
-    let (inspected, draft) = app.validation_slots.call(&owner, lane, inspect).await?;
+    let (inspected, draft) = app.validation_slots.call_while_wanted(&owner, lane, inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
@@ -114,6 +117,71 @@ pub async fn get(
     let id = path.ok().map(|Path(id)| id).filter(|id| is_id(id)).ok_or_else(Problem::no_such_mesh)?;
     let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
     Ok(Json(mesh))
+}
+
+/// How a ball comes to a mesh.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ApproachParameters {
+    /// Radius of the ball [m]; 0.02 by default.
+    radius_m: Option<f64>,
+    /// A point that its path leads through [m], as `x,y,z`; by default the centre of the bounding box of the target.
+    through_m: Option<String>,
+}
+
+impl ApproachParameters {
+    fn read(&self) -> Result<Approach, Problem> {
+        let default = Approach::default();
+        let through_m = self.through_m.as_ref().map(|text| {
+            let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+            let point = numbers.and_then(|list| <[f64; 3]>::try_from(list).ok());
+            point.filter(|point| point.iter().all(|x| x.is_finite())).ok_or_else(|| {
+                Problem::bad_parameter("`through_m` has to be three numbers of metres: `x,y,z`.")
+            })
+        });
+        let radius_m = self.radius_m.unwrap_or(default.radius_m);
+        if !(radius_m > 0.0 && radius_m.is_finite()) {
+            return Err(Problem::bad_parameter("`radius_m` has to be a positive number of metres."));
+        }
+        Ok(Approach { radius_m, through_m: through_m.transpose()? })
+    }
+}
+
+/// Begin a scene of an uploaded mesh or scan, as `contuse scene from` does.
+///
+/// Bodies, parts and sets have guessed roles; what only you know is `null` or `to be chosen`, and `POST /v1/jobs/validate` names
+/// it. Beside it, where a ball that comes along x, y or z touches the target.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}/first-scene", tag = "meshes", operation_id = "first_scene",
+    params(("id" = String, Path, description = "SHA-256 of the file"), ApproachParameters),
+    responses(
+        (status = 200, description = "The scene, the parts and sets of the mesh, and where a ball touches it", body = FirstScene),
+        (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "The surface of a rigid body", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn first_scene(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    path: Result<Path<String>, axum::extract::rejection::PathRejection>,
+    Parameters(parameters): Parameters<ApproachParameters>,
+) -> Result<Json<FirstScene>, Problem> {
+    let approach = parameters.read()?;
+    let Json(mesh) = get(State(Arc::clone(&app)), Owner(owner.clone()), path).await?;
+    let blob = mesh_name(&mesh.id, mesh.format);
+    let opened = app.queue.with_files(move |queue: &Queue| Ok(queue.blobs.open(&blob)?)).await?;
+    let mut content = opened.ok_or_else(Problem::no_such_mesh)?;
+    let engine = Arc::clone(&app.queue.engine);
+    let lane = if mesh.bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
+    let begin = move |is_wanted: &dyn Fn() -> bool| {
+        let (bytes, format) = (mesh.bytes, Some(mesh.format));
+        engine.first_scene(MeshFile { content: &mut content, bytes, format, is_wanted }, &mesh.id, &approach)
+    };
+    Ok(Json(app.validation_slots.call_while_wanted(&owner, lane, begin).await??))
 }
 
 /// Page of a list of meshes.

@@ -20,6 +20,7 @@ mod range;
 mod recording;
 mod slots;
 mod studies;
+mod surfaces;
 mod viewer;
 mod what_if;
 mod wire;

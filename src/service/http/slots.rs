@@ -52,6 +52,24 @@ impl ValidationSlots {
         let slot = self.0.enter(owner, lane).await?;
         holding(slot, work).await
     }
+
+    /// As [`Self::call`], with work that may ask whether its answer is still wanted: not if the client has disconnected.
+    ///
+    /// # Errors
+    /// As [`Self::call`].
+    pub async fn call_while_wanted<T: Send + 'static>(
+        &self,
+        owner: &str,
+        lane: Lane,
+        work: impl FnOnce(&dyn Fn() -> bool) -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        // The request holds the one end, and is dropped with its connection.
+        let wanted = Arc::new(());
+        let request = Arc::downgrade(&wanted);
+        let answer = self.call(owner, lane, move || work(&|| request.strong_count() > 0)).await;
+        drop(wanted);
+        answer
+    }
 }
 
 /// Performs work that holds a slot, which the work releases, not the request: a client that disconnects ends only the

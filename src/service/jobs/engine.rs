@@ -10,6 +10,7 @@ use crate::blobs::{BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::plan::PlanReport;
+use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::json::{Parsed, read};
 use crate::scene::summary::BodySummary;
 use crate::scene::{MeshSource, MeshSourceError, Problem, Problems};
@@ -98,6 +99,18 @@ pub struct OpenMesh {
     pub content: Box<dyn Read + Send>,
 }
 
+/// A mesh file for a call of the engine, read from the front once.
+pub struct MeshFile<'a> {
+    /// The bytes.
+    pub content: &'a mut dyn Read,
+    /// Number of them.
+    pub bytes: u64,
+    /// Their format; `None`: that which they begin with.
+    pub format: Option<MeshFormat>,
+    /// Whether anyone waits for the answer; the call ends early if not.
+    pub is_wanted: &'a dyn Fn() -> bool,
+}
+
 /// A run requested by a worker.
 pub struct RunOrder<'a> {
     /// Id of the job, for the log.
@@ -179,14 +192,20 @@ pub trait Engine: Send + Sync + 'static {
     /// A sentence that explains why there is nothing yet.
     fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String>;
 
-    /// Reads and checks an uploaded mesh of so many bytes, in the given or the detected format.
+    /// Reads and checks an uploaded mesh, in the given or the detected format.
     ///
     /// # Errors
     /// Why it is not a mesh.
-    fn inspect_mesh(
+    fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal>;
+
+    /// A first scene of an uploaded mesh or scan that scenes call `name`, and where a ball touches it.
+    ///
+    /// # Errors
+    /// Why there is none.
+    fn first_scene(
         &self,
-        content: &mut dyn Read,
-        bytes: u64,
-        format: Option<MeshFormat>,
-    ) -> Result<(MeshFormat, MeshReport), MeshRefusal>;
+        file: MeshFile<'_>,
+        name: &str,
+        approach: &Approach,
+    ) -> Result<FirstScene, MeshRefusal>;
 }

@@ -1,6 +1,8 @@
 //! The production engine: loads, compiles and runs scenes as the command line does.
 
-use super::engine::{CheckedScene, Engine, JsonDocument, Meshes, RunOrder, RunReport, ScenePreview};
+use super::engine::{
+    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, RunOrder, RunReport, ScenePreview,
+};
 use super::failures::{internal, invalid_scene, without_paths};
 use super::scene_loader::{SceneLoader, checked};
 use super::scene_size;
@@ -9,12 +11,15 @@ use super::study_job;
 use super::what_if_job;
 use super::{JobKind, Phase, Progress};
 use crate::mesh::quality::first_beyond_range;
-use crate::mesh::read::stl::read_stl;
+use crate::mesh::read::stl::{ClosedSurface, read_stl};
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::mesh::report::MeshReport;
+use crate::mesh::segmentation::LabelVolume;
 use crate::mesh::segmentation::read::read_labels;
+use crate::mesh::{Mesh, MeshError};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
+use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::json;
 use crate::scene::problem::Pointer;
 use crate::scene::{Loaded, Problem, Problems};
@@ -60,6 +65,35 @@ impl Simulator {
         let loaded = self.scenes.load(&scene.parsed, meshes)?;
         let plan = compile(&loaded.scene).map_err(|error| not_compilable(&error).alone())?;
         Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
+    }
+
+    /// Reads a mesh, a scan or a surface, in the given or the detected format.
+    fn read_mesh_file(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshContent), MeshRefusal> {
+        let MeshFile { content, bytes, format, .. } = file;
+        let mut read = Vec::new();
+        if let Err(error) = content.take(bytes).read_to_end(&mut read) {
+            tracing::error!(%error, "an upload cannot be read");
+            return Err(refusal("the storage of the service failed: send it again".into()));
+        }
+        let bytes = read.as_slice();
+        let format = format.or_else(|| MeshFormat::sniff(bytes));
+        let format =
+            format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
+        let invalid = |error: MeshError| refusal(error.to_string());
+        let content = if let Some(volume) = format.volume() {
+            MeshContent::Scan(read_labels(bytes, volume, self.scenes.budget().mesh_bytes).map_err(invalid)?)
+        } else if format == MeshFormat::Stl {
+            MeshContent::Surface(read_stl(bytes).map_err(invalid)?)
+        } else {
+            let mesh = read_mesh(bytes, format).map_err(invalid)?;
+            if let Some(element) = first_beyond_range(&mesh) {
+                return Err(refusal(format!(
+                    "element {element} has no size that can be computed: scale its coordinates"
+                )));
+            }
+            MeshContent::Mesh(mesh)
+        };
+        Ok((format, content))
     }
 
     /// Runs a loaded scene and reports its ending and summary.
@@ -139,40 +173,45 @@ impl Engine for Simulator {
         snapshot(recording, target).map(|_| ()).map_err(|error| error.to_string())
     }
 
-    fn inspect_mesh(
-        &self,
-        content: &mut dyn Read,
-        bytes: u64,
-        format: Option<MeshFormat>,
-    ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
-        let refusal = |message: String| MeshRefusal { message };
-        let mut read = Vec::new();
-        if let Err(error) = content.take(bytes).read_to_end(&mut read) {
-            tracing::error!(%error, "an upload cannot be read");
-            return Err(refusal("the storage of the service failed: send it again".into()));
-        }
-        let bytes = read.as_slice();
-        let format = format.or_else(|| MeshFormat::sniff(bytes));
-        let format =
-            format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
-        if let Some(volume) = format.volume() {
-            let labels = read_labels(bytes, volume, self.scenes.budget().mesh_bytes);
-            let labels = labels.map_err(|error| refusal(error.to_string()))?;
-            return Ok((format, MeshReport::of_scan(&labels)));
-        }
-        if format == MeshFormat::Stl {
-            let surface = read_stl(bytes).map_err(|error| refusal(error.to_string()))?;
-            return Ok((format, MeshReport::of_surface(&surface)));
-        }
-        let mesh = read_mesh(bytes, format).map_err(|error| refusal(error.to_string()))?;
-        if let Some(element) = first_beyond_range(&mesh) {
-            return Err(refusal(format!(
-                "element {element} has no size that can be computed: scale its coordinates"
-            )));
-        }
-        let report = MeshReport::of(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?;
+    fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
+        let (format, content) = self.read_mesh_file(file)?;
+        let report = match content {
+            MeshContent::Mesh(mesh) => {
+                MeshReport::of(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?
+            }
+            MeshContent::Scan(labels) => MeshReport::of_scan(&labels),
+            MeshContent::Surface(surface) => MeshReport::of_surface(&surface),
+        };
         Ok((format, report))
     }
+
+    fn first_scene(
+        &self,
+        file: MeshFile<'_>,
+        name: &str,
+        approach: &Approach,
+    ) -> Result<FirstScene, MeshRefusal> {
+        match self.read_mesh_file(file)?.1 {
+            MeshContent::Mesh(mesh) => Ok(FirstScene::of_mesh(&mesh, name, approach)),
+            MeshContent::Scan(labels) => {
+                FirstScene::of_scan(&labels, name, approach).map_err(|error| refusal(error.to_string()))
+            }
+            MeshContent::Surface(_) => {
+                Err(refusal("a surface is the shape of a rigid body: it has no part to begin with".into()))
+            }
+        }
+    }
+}
+
+/// What a file has in it.
+enum MeshContent {
+    Mesh(Mesh),
+    Scan(LabelVolume),
+    Surface(ClosedSurface),
+}
+
+fn refusal(message: String) -> MeshRefusal {
+    MeshRefusal { message }
 }
 
 /// Total number of steps, extrapolated from the completed fraction of the run; from the estimate while that is too

@@ -4,16 +4,19 @@ use contuse::mesh::read::MeshFormat;
 use contuse::mesh::report::{MeshQualityReport, MeshReport};
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
+use contuse::scene::first_impact::{Approach, FirstScene};
 use contuse::scene::summary::BodySummary;
 use contuse::scene::{Problem, Problems, problem::Pointer};
-use contuse::service::jobs::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
+use contuse::service::jobs::engine::{
+    CheckedScene, Engine, JsonDocument, MeshFile, RunOrder, RunReport, ScenePreview,
+};
 use contuse::service::jobs::{JobKind, Phase, Progress};
 use contuse::service::meshes::{MeshRefusal, MeshShelf};
 use contuse::step::{Ending, Failure, FailureCause, Interrupt};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -205,18 +208,17 @@ impl Engine for ScriptedEngine {
         std::fs::copy(partial_path(recording), target).map(|_| ()).map_err(|e| e.to_string())
     }
 
-    fn inspect_mesh(
-        &self,
-        content: &mut dyn Read,
-        _: u64,
-        format: Option<MeshFormat>,
-    ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
+    fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
         let mut bytes = Vec::new();
-        content.read_to_end(&mut bytes).unwrap();
-        let format = format.or(bytes.starts_with(b"$").then_some(MeshFormat::Gmsh));
+        file.content.read_to_end(&mut bytes).unwrap();
+        let format = file.format.or(bytes.starts_with(b"$").then_some(MeshFormat::Gmsh));
         match format {
             Some(format) if !bytes.ends_with(b"broken") => Ok((format, report())),
             _ => Err(MeshRefusal { message: "line 1: not a mesh".into() }),
         }
+    }
+
+    fn first_scene(&self, _: MeshFile<'_>, name: &str, _: &Approach) -> Result<FirstScene, MeshRefusal> {
+        Ok(FirstScene { scene: json!({ "name": name }), parts: vec![], sets: vec![], touches: vec![] })
     }
 }

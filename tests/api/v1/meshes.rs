@@ -111,6 +111,30 @@ fn scan() -> Vec<u8> {
 }
 
 #[test]
+fn a_first_scene_of_a_scan_says_what_is_missing_and_where_a_ball_touches_it() {
+    let server = Server::simulating();
+    let client = server.client();
+    let id = upload(&client, "", &scan()).json()["id"].as_str().unwrap().to_owned();
+    let address = format!("/v1/meshes/{id}/first-scene");
+    let first = client.get(&format!("{address}?radius_m=0.01&through_m=-0.0275,-0.0275,0")).json();
+    let segmentation = &first["scene"]["bodies"][0]["mesh"]["segmentation"];
+    assert_eq!(segmentation["name"], json!(id));
+    assert!(first["scene"]["end_time_s"].is_null(), "{first}");
+    // It is cut at all ends but the upper one, below the air.
+    assert_eq!(first["sets"], json!(["x_min", "x_max", "y_min", "y_max", "z_min"]));
+    let touches = first["touches"].as_array().unwrap();
+    let above = touches.iter().find(|touch| touch["direction"] == json!([0.0, 0.0, -1.0])).unwrap();
+    let z = above["center_m"][2].as_f64().unwrap();
+    assert!((z - 0.0375).abs() < 1e-3, "{above}");
+    for query in ["?radius_m=0", "?radius_m=x", "?through_m=1,2", "?through_m=1,2,inf", "?speed=1"] {
+        problem(&client.get(&format!("{address}{query}")), 400, "bad-parameter");
+    }
+    problem(&client.get(&format!("/v1/meshes/{}/first-scene", "a".repeat(64))), 404, "mesh-not-found");
+    let surface = b"solid a\nfacet normal 0 0 0\nouter loop\n".as_slice();
+    problem(&upload(&client, "", surface), 422, "invalid-mesh");
+}
+
+#[test]
 fn a_scan_goes_from_upload_to_summary() {
     let server = Server::simulating();
     let client = server.client();

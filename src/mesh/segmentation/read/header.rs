@@ -56,6 +56,11 @@ impl TextHeader {
         keys.iter().find_map(|key| self.fields.get(*key)).map(|(line, value)| (*line, value.as_str()))
     }
 
+    /// The fields whose keys end so: what is before the end, and the value.
+    pub(super) fn ending(&self, end: &str) -> impl Iterator<Item = (&str, &str)> {
+        self.fields.iter().filter_map(move |(key, (_, value))| Some((key.strip_suffix(end)?, value.as_str())))
+    }
+
     /// As [`Self::get`], of a field that must be there.
     ///
     /// # Errors

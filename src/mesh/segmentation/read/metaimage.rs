@@ -8,6 +8,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::segmentation::volume::LabelVolume;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Reads a volume of at most `limit` bytes.
 ///
@@ -65,6 +66,7 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
         origin: in_space(origin[0], origin[1], origin[2]),
         steps: [step(0), step(1), step(2)],
         place: 0,
+        names: BTreeMap::new(),
         notes: Vec::new(),
     })
 }

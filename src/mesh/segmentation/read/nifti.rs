@@ -7,6 +7,7 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;
 use crate::mesh::segmentation::volume::LabelVolume;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Sizes of the headers of the two versions, which are their first numbers.
 const HEADERS: [usize; 2] = [348, 540];
@@ -266,6 +267,7 @@ fn header(bytes: &[u8]) -> Result<(Layout, u64), MeshError> {
         origin: origin * unit,
         steps: steps.map(|step| step * unit),
         place: header.places[0],
+        names: BTreeMap::new(),
         notes,
     };
     Ok((layout, header.start as u64))

@@ -6,8 +6,10 @@ use super::header::{TextHeader, counts, in_line, numbers};
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
+use crate::mesh::names::fault;
 use crate::mesh::segmentation::volume::LabelVolume;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Reads a volume of at most `limit` bytes.
 ///
@@ -105,9 +107,19 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
         scaling: [1.0, 0.0],
         origin: Vec3::from(origin).component_mul(&signs) * unit,
         steps: steps.map(|step| step.component_mul(&signs) * unit),
+        names: segment_names(header),
         place: 0,
         notes,
     })
+}
+
+/// Names of labels as 3D Slicer writes them: `Segment0_LabelValue:=1`, `Segment0_Name:=muscle`.
+fn segment_names(header: &TextHeader) -> BTreeMap<i64, String> {
+    let named = |(key, label): (&str, &str)| {
+        let name = header.get(&[&format!("{key}_name")])?.1;
+        Some((label.parse().ok()?, name.to_owned())).filter(|_| fault(name).is_none())
+    };
+    header.ending("_labelvalue").filter_map(named).collect()
 }
 
 /// Signs that turn the space of the file into that of NIfTI: right, front, up.

@@ -78,6 +78,8 @@ pub(super) struct Layout {
     /// Centre of the first voxel [m], and the step along each axis.
     pub(super) origin: Vec3,
     pub(super) steps: [Vec3; 3],
+    /// Names of labels.
+    pub(super) names: BTreeMap<i64, String>,
     /// Where in the file the header says so, for errors.
     pub(super) place: usize,
     /// Remarks on what was assumed.
@@ -171,6 +173,7 @@ impl Layout {
             dims: self.dims.map(|n| n as usize),
             labels,
             values: seen.into_keys().collect(),
+            names: self.names,
             origin: self.origin,
             steps: self.steps,
             notes: self.notes,

@@ -6,11 +6,12 @@ use super::wire::{FromChild, Settings, Task, ToChild, Work};
 use crate::blobs::{BlobError, Draft};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
+use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::{RunControl, StopReason};
 use crate::service::jobs::engine::{
-    CheckedScene, Engine, JsonDocument, Meshes, OpenMesh, RunOrder, RunReport, ScenePreview,
+    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, OpenMesh, RunOrder, RunReport, ScenePreview,
 };
 use crate::service::jobs::failures::{beyond_deadline, killed, out_of_memory, panic_elsewhere};
 use crate::service::jobs::simulator::Simulator;
@@ -31,9 +32,12 @@ const STOP_TIME: Duration = Duration::from_secs(4);
 const START_INTERVAL: Duration = Duration::from_secs(1);
 /// Processor time of a process beyond that of all its threads until the deadline [s].
 const SPARE_CPU_S: u64 = 60;
-/// Largest number of elements, and largest mesh [bytes], that the service validates itself, in a moment and in little memory.
+/// Largest number of elements that the service validates itself, in a moment and in little memory.
 const OWN_ELEMENTS: u64 = 4_000;
-const OWN_MESH: u64 = 1 << 20;
+/// Time, and processor time, that reading any mesh may take [s].
+const LEAST_READING_S: u64 = 20;
+/// Bytes of a mesh for each further second: a tenth of what is read on a slow processor.
+const BYTES_PER_S: u64 = 1 << 20;
 /// Memory that a validation may take beyond that of the largest run [bytes].
 const SPARE_MEMORY: u64 = 1 << 30;
 
@@ -50,6 +54,15 @@ pub struct ProcessEngine {
 struct Lost {
     death: Death,
     most_memory: u64,
+    /// Time that it might take.
+    within: Duration,
+    is_late: bool,
+}
+
+/// For how long an answer is waited for.
+struct Patience<'a> {
+    within: Duration,
+    is_wanted: &'a dyn Fn() -> bool,
 }
 
 impl ProcessEngine {
@@ -69,28 +82,60 @@ impl ProcessEngine {
         Self { simulator: Simulator::new(config), program: program.to_owned(), settings }
     }
 
-    fn task(&self, work: Work, memory_bytes: u64, threads: usize) -> Task {
-        let cpu_s = self.settings.deadline.as_secs().saturating_mul(threads as u64) + SPARE_CPU_S;
+    /// A task with its limits: memory [bytes], processor time [s].
+    fn task(&self, work: Work, memory_bytes: u64, cpu_s: u64) -> Task {
         Task { limits: Limits { memory_bytes, cpu_s }, settings: self.settings.clone(), work }
     }
 
-    /// Has a process validate something, with its bytes. `answer` selects the answer.
+    /// Has a process validate a document. `answer` selects the answer.
     fn validate<T>(
+        &self,
+        work: Work,
+        document: &JsonDocument,
+        meshes: &MeshShelf,
+        answer: impl Fn(FromChild) -> Option<T>,
+    ) -> Result<T, Lost> {
+        let text = (document.text.len() as u64, &mut document.text.as_slice() as &mut dyn Read);
+        let patience = Patience { within: self.settings.deadline, is_wanted: &|| true };
+        self.ask(work, text, Some(meshes), &patience, answer)
+    }
+
+    /// Has a process read a mesh. `answer` selects the answer.
+    fn read_mesh<T>(
+        &self,
+        work: Work,
+        file: MeshFile<'_>,
+        answer: impl Fn(FromChild) -> Option<Result<T, MeshRefusal>>,
+    ) -> Result<T, MeshRefusal> {
+        let MeshFile { content, bytes, is_wanted, .. } = file;
+        let within = Duration::from_secs(LEAST_READING_S + bytes / BYTES_PER_S).min(self.settings.deadline);
+        let asked = self.ask(work, (bytes, content), None, &Patience { within, is_wanted }, answer);
+        asked.unwrap_or_else(|lost| Err(MeshRefusal { message: lost.words() }))
+    }
+
+    /// Has a process do something, with its bytes, until its time is over or no one waits for it.
+    fn ask<T>(
         &self,
         work: Work,
         (count, bytes): (u64, &mut dyn Read),
         meshes: Option<&MeshShelf>,
+        Patience { within, is_wanted }: &Patience<'_>,
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
         let most_memory = self.settings.budget.memory_bytes.saturating_add(SPARE_MEMORY);
-        let never = |error: io::Error| {
-            tracing::error!(%error, "a validation has no process");
-            Lost { death: Death::default(), most_memory }
+        let mut lost = Lost { death: Death::default(), most_memory, within: *within, is_late: false };
+        let mut child = match Child::start(&self.program) {
+            Ok(child) => child,
+            Err(error) => {
+                tracing::error!(%error, "a validation has no process");
+                return Err(lost);
+            }
         };
-        let mut child = Child::start(&self.program).map_err(never)?;
-        let begun = child.begin(&self.task(work, most_memory, 1), (count, bytes), None);
+        let began = Instant::now();
+        let task = self.task(work, most_memory, within.as_secs().max(1));
+        let begun = child.begin(&task, (count, bytes), None);
         while begun.is_ok() {
-            match child.hear(self.settings.deadline) {
+            match child.hear(LOOK_INTERVAL) {
                 Heard::Message(message, _) => match (*message, meshes) {
                     (FromChild::Mesh { name, limit }, Some(meshes)) => {
                         if give_mesh(&mut child, meshes, &name, limit).is_err() {
@@ -102,10 +147,18 @@ impl ProcessEngine {
                         None => break,
                     },
                 },
-                Heard::Nothing | Heard::End => break,
+                Heard::Nothing => {
+                    lost.is_late = began.elapsed() > *within;
+                    if lost.is_late || !is_wanted() {
+                        break;
+                    }
+                }
+                Heard::End => break,
             }
         }
-        Err(Lost { death: child.end(), most_memory })
+        lost.death = child.end();
+        lost.is_late |= lost.death.is_out_of_time();
+        Err(lost)
     }
 
     /// A process for a run; waits until the system has one. `None` if the run has to stop before.
@@ -138,24 +191,22 @@ impl Engine for ProcessEngine {
         if self.elements(kind, document, meshes) <= OWN_ELEMENTS {
             return self.simulator.check(kind, document, meshes);
         }
-        let text = (document.text.len() as u64, &mut document.text.as_slice() as &mut dyn Read);
         let answer = |message| match message {
             FromChild::Checked(checked) => Some(checked),
             _ => None,
         };
-        self.validate(Work::Check { kind }, text, Some(meshes), answer).unwrap_or_else(Lost::refuse)
+        self.validate(Work::Check { kind }, document, meshes, answer).unwrap_or_else(Lost::refuse)
     }
 
     fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
         if self.elements(JobKind::Simulation, scene, meshes) <= OWN_ELEMENTS {
             return self.simulator.preview(scene, meshes);
         }
-        let text = (scene.text.len() as u64, &mut scene.text.as_slice() as &mut dyn Read);
         let answer = |message| match message {
             FromChild::Previewed(preview) => Some(preview.map(|preview| *preview)),
             _ => None,
         };
-        self.validate(Work::Preview, text, Some(meshes), answer).unwrap_or_else(Lost::refuse)
+        self.validate(Work::Preview, scene, meshes, answer).unwrap_or_else(Lost::refuse)
     }
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {
@@ -169,7 +220,8 @@ impl Engine for ProcessEngine {
             if order.kind == JobKind::WhatIf { self.settings.threads_per_what_if } else { order.threads };
         let work =
             Work::Run { kind: order.kind, recording: order.recording.to_owned(), threads: order.threads };
-        let task = self.task(work, order.most_memory, threads);
+        let cpu_s = self.settings.deadline.as_secs().saturating_mul(threads as u64) + SPARE_CPU_S;
+        let task = self.task(work, order.most_memory, cpu_s);
         let text = (order.document.len() as u64, &mut &*order.document as &mut dyn Read);
         // A process that does not listen has ended, which is found below.
         let begun = child.begin(&task, text, Some(order.job));
@@ -185,21 +237,25 @@ impl Engine for ProcessEngine {
         self.simulator.snapshot(recording, target)
     }
 
-    fn inspect_mesh(
-        &self,
-        content: &mut dyn Read,
-        bytes: u64,
-        format: Option<MeshFormat>,
-    ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
-        if bytes <= OWN_MESH {
-            return self.simulator.inspect_mesh(content, bytes, format);
-        }
-        let answer = |message| match message {
+    fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
+        self.read_mesh(Work::Inspect { format: file.format }, file, |message| match message {
             FromChild::Inspected(inspected) => Some(inspected),
             _ => None,
-        };
-        let inspected = self.validate(Work::Inspect { format }, (bytes, content), None, answer);
-        inspected.unwrap_or_else(|lost| Err(MeshRefusal { message: lost.words() }))
+        })
+    }
+
+    fn first_scene(
+        &self,
+        file: MeshFile<'_>,
+        name: &str,
+        approach: &Approach,
+    ) -> Result<FirstScene, MeshRefusal> {
+        let work =
+            Work::FirstScene { format: file.format, name: name.to_owned(), approach: approach.clone() };
+        self.read_mesh(work, file, |message| match message {
+            FromChild::Begun(begun) => Some(begun.map(|scene| *scene)),
+            _ => None,
+        })
     }
 }
 
@@ -207,6 +263,8 @@ impl Lost {
     fn words(&self) -> String {
         if self.death.was_refused_memory {
             format!("reading it takes more than {} MB of memory", self.most_memory / 1_000_000)
+        } else if self.is_late {
+            format!("reading it takes more than {} s", self.within.as_secs())
         } else {
             format!("its validation was lost: {}", self.death.how())
         }

@@ -4,11 +4,12 @@ use super::host::{Host, HostMeshes, HostResults};
 use super::limits;
 use super::wire::{self, FromChild, Settings, Task, ToChild, Work};
 use crate::blobs::BlobStore;
+use crate::mesh::read::MeshFormat;
 use crate::scene::problem::Pointer;
 use crate::scene::{Problem, Problems};
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::RunControl;
-use crate::service::jobs::engine::{Engine, JsonDocument, RunOrder, RunReport};
+use crate::service::jobs::engine::{Engine, JsonDocument, MeshFile, RunOrder, RunReport};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
 use crate::service::jobs::{JobId, JobKind, Phase, Progress};
@@ -78,10 +79,18 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
             document(bytes).and_then(|scene| simulator.preview_on(&scene, &meshes)).map(Box::new),
         ),
         Work::Inspect { format } => {
-            let count = bytes.len() as u64;
-            FromChild::Inspected(simulator.inspect_mesh(&mut bytes.as_slice(), count, *format))
+            FromChild::Inspected(simulator.inspect_mesh(whole(&mut bytes.as_slice(), *format)))
+        }
+        Work::FirstScene { format, name, approach } => {
+            let begun = simulator.first_scene(whole(&mut bytes.as_slice(), *format), name, approach);
+            FromChild::Begun(begun.map(Box::new))
         }
     }
+}
+
+/// A file that is here as a whole; the service ends a process whose answer no one waits for.
+fn whole<'a>(bytes: &'a mut &[u8], format: Option<MeshFormat>) -> MeshFile<'a> {
+    MeshFile { bytes: bytes.len() as u64, content: bytes, format, is_wanted: &|| true }
 }
 
 /// Reads a document, which the service has read before.

@@ -3,6 +3,7 @@
 use super::limits::Limits;
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
+use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Budget, MeshSourceError, Problems};
 use crate::service::jobs::control::StopReason;
 use crate::service::jobs::engine::{CheckedScene, RunReport, ScenePreview};
@@ -50,6 +51,8 @@ pub(super) enum Work {
     Preview,
     /// Read and check a mesh.
     Inspect { format: Option<MeshFormat> },
+    /// Begin a scene of a mesh that scenes call so.
+    FirstScene { format: Option<MeshFormat>, name: String, approach: Approach },
 }
 
 /// A message to a process after its task.
@@ -84,6 +87,8 @@ pub(super) enum FromChild {
     Previewed(Result<Box<ScenePreview>, Problems>),
     /// The mesh was read.
     Inspected(Result<(MeshFormat, MeshReport), MeshRefusal>),
+    /// The scene was begun.
+    Begun(Result<Box<FirstScene>, MeshRefusal>),
     /// The call panicked: this job fails, and no other.
     Panicked,
 }

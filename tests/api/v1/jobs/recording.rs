@@ -161,7 +161,7 @@ fn a_recording_that_was_removed_is_reported() {
     problem(&server.client().get(&address), 410, "recording-lost");
     std::fs::remove_file(file).unwrap();
     let job = address.strip_suffix("/recording").unwrap();
-    for what in ["recording", "report", "export.csv", "export.vtu.tar", "fhir"] {
+    for what in ["recording", "report", "export.csv", "export.vtu.tar", "export.stl", "export.ply", "fhir"] {
         problem(&server.client().get(&format!("{job}/{what}")), 410, "recording-lost");
     }
 }

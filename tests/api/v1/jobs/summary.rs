@@ -45,6 +45,22 @@ fn what_is_handed_out_of_a_job() {
     assert_eq!(bundle.json()["timestamp"], end["finished_at"]);
     let table = client.get(&format!("{job}/export.csv")).text();
     assert!(table.starts_with("# ") && table.contains("\ntime [s],"), "{table}");
+    for what in ["stl", "ply"] {
+        let surfaces = client.get(&format!("{job}/export.{what}"));
+        let kind = format!("model/{what}");
+        assert_eq!((surfaces.status, surfaces.header("content-type")), (200, Some(kind.as_str())));
+        if what == "stl" {
+            let count = u32::from_le_bytes(surfaces.body[80..84].try_into().unwrap());
+            assert_eq!(surfaces.body.len(), 84 + 50 * count as usize);
+        } else {
+            assert!(surfaces.body.starts_with(b"ply\n"));
+        }
+        let first = client.get(&format!("{job}/export.{what}?time_s=0"));
+        assert_eq!(first.status, 200);
+        assert_ne!(first.body, surfaces.body, "the first time is not the last one");
+        let late = problem(&client.get(&format!("{job}/export.{what}?time_s=1e3")), 400, "bad-parameter");
+        assert!(late["detail"].as_str().unwrap().contains("from 0 s"), "{late}");
+    }
     let archive = client.get(&format!("{job}/export.vtu.tar"));
     assert_eq!((archive.status, archive.header("content-type")), (200, Some("application/x-tar")));
     // The name of its first file, and the list, which is the last one before two empty blocks.

@@ -1,0 +1,141 @@
+"""A scan of the reader's own, on the page alone: from the file to the summary."""
+
+import json
+import re
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+# A limb along y of 48 mm diameter: voxels of 2 mm; muscle without a name, fat and a bone with theirs, as 3D Slicer names them.
+COUNT, LENGTH, VOXEL = 26, 16, 2.0
+HEADER = """NRRD0004
+type: uchar
+dimension: 3
+space: right-anterior-superior
+sizes: {0} {1} {0}
+space directions: ({2},0,0) (0,{2},0) (0,0,{2})
+space origin: ({3},{4},{3})
+encoding: raw
+Segment0_LabelValue:=2
+Segment0_Name:=subcutaneous fat
+Segment1_LabelValue:=3
+Segment1_Name:=femur
+
+"""
+
+
+def scan():
+    def label(i, k):
+        radius = VOXEL * ((i - (COUNT - 1) / 2) ** 2 + (k - (COUNT - 1) / 2) ** 2) ** 0.5
+        return 3 if radius < 7 else 1 if radius < 17 else 2 if radius < 24 else 0
+
+    middle = [-VOXEL * (n - 1) / 2 for n in (COUNT, LENGTH)]
+    header = HEADER.format(COUNT, LENGTH, VOXEL, *middle)
+    return header.encode() + bytes(label(i, k) for k in range(COUNT) for _ in range(LENGTH) for i in range(COUNT))
+
+
+@pytest.fixture
+def panel(page):
+    page.goto("/")
+    page.goto("/#/new")
+    panel = page.locator(".own-target")
+    panel.locator("summary").first.click()
+    yield panel
+    assert page.watch.errors == []
+
+
+def choose(panel, name, content):
+    panel.locator("input[type=file]").set_input_files({"name": name, "mimeType": "application/octet-stream", "buffer": content})
+
+
+def scene_of(page):
+    return json.loads(page.get_by_label("Scene as JSON").input_value())
+
+
+def test_what_is_no_mesh_is_refused_with_its_reason(page, panel):
+    choose(panel, "thigh.nrrd", scan()[:3000])
+    expect(panel.locator(".alert")).to_contain_text("thigh.nrrd cannot be used")
+    expect(panel.locator(".alert")).to_contain_text("the file ends here")
+    expect(panel.locator("progress")).to_be_hidden()
+
+
+def test_a_scan_becomes_the_target_of_an_impact(page, panel, pictures):
+    choose(panel, "thigh.seg.nrrd", scan())
+    expect(panel).to_contain_text("voxels with labels")
+    expect(panel).to_contain_text("box 48 × 32 × 48 mm")
+    expect(panel.locator("progress")).to_be_hidden()
+    # Names say what fat and bone are; of the other label nothing is known.
+    fat, bone, other = (panel.get_by_label(f"What is {name}?") for name in ("subcutaneous fat", "femur", "label_1"))
+    expect(fat).to_have_value(re.compile("^fat/"))
+    expect(bone).to_have_value("fixed")
+    expect(other).to_have_value("")
+    # It comes from above, onto the middle.
+    z = panel.get_by_label("Point of impact, z [mm]")
+    expect(z).to_have_value("24")
+    use_it = panel.get_by_role("button", name="Use it as the target")
+    use_it.click()
+    expect(panel).to_contain_text("Still missing: what label_1 is")
+    other.select_option("muscle/zhai_2019_ogden")
+    panel.get_by_label("What hits?").select_option("own")
+    panel.get_by_label("Diameter [mm]").fill("30")
+    panel.get_by_label("Mass [g]").fill("50")
+    panel.get_by_label("Speed [m/s]").fill("8")
+    panel.get_by_label("Size of the elements [mm]").fill("8")
+    panel.get_by_label("Size at the impact [mm]").fill("4")
+    panel.get_by_label("Time to simulate [ms]").fill("1")
+    panel.get_by_label("Point of impact, y [mm]").fill("2")
+    panel.get_by_label("From where?").select_option("0,0,-1")
+    for width, height in ((1440, 900), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert Axe().run(page).response["violations"] == []
+        if pictures:
+            page.screenshot(path=pictures / f"own-target-{width}.png", full_page=True)
+    page.set_viewport_size({"width": 1440, "height": 1000})
+    use_it.click()
+    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"hole": "femur"'))
+    scene = scene_of(page)
+    tissue = next(body for body in scene["bodies"] if body["role"] == "tissue")
+    labels = {entry["label"]: entry for entry in tissue["mesh"]["segmentation"]["labels"]}
+    assert labels[3] == {"label": 3, "hole": "femur"} and tissue["fixed"] == [{"set": "femur"}]
+    ball = scene["bodies"][0]
+    assert ball["rigid"]["mass_kg"] == 0.05 and ball["velocity_m_per_s"] == [0, 0, -8]
+    assert abs(ball["rigid"]["center_m"][1] - 0.002) < 1e-9
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    page.get_by_role("button", name="Run this impact").click()
+    page.wait_for_url(re.compile("#/job/"))
+    expect(page.get_by_label("The four numbers")).to_be_visible()
+    expect(page.locator("h1")).to_contain_text("thigh")
+
+
+def block(n=(4, 4, 3), size=20):
+    """A block in millimetres as Abaqus writes it: muscle under skin, held at the bottom."""
+    nx, ny, nz = n
+    node = lambda i, j, k: 1 + i + (nx + 1) * (j + (ny + 1) * k)
+    nodes = [(node(i, j, k), i * size, j * size, k * size) for k in range(nz + 1) for j in range(ny + 1) for i in range(nx + 1)]
+    cells = [(i, j, k) for k in range(nz) for j in range(ny) for i in range(nx)]
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    lines = ["*NODE", *(", ".join(map(str, one)) for one in nodes)]
+    for part, is_own in (("muscle", lambda k: k < nz - 1), ("skin", lambda k: k == nz - 1)):
+        lines.append(f"*ELEMENT, TYPE=C3D8, ELSET={part}")
+        lines += [", ".join(map(str, [1 + e, *(node(i + a, j + b, k + c) for a, b, c in corners)])) for e, (i, j, k) in enumerate(cells) if is_own(k)]
+    lines += ["*NSET, NSET=bottom", *(str(node(i, j, 0)) for j in range(ny + 1) for i in range(nx + 1))]
+    return "\n".join(lines).encode()
+
+
+def test_a_mesh_in_millimetres_becomes_the_target(page, panel):
+    choose(panel, "block.inp", block())
+    expect(panel).to_contain_text("its numbers are taken as millimetres")
+    expect(panel.get_by_label("What is muscle?")).to_have_value(re.compile("^muscle/"))
+    expect(panel.get_by_label("bottom")).to_be_checked()
+    expect(panel.get_by_label("Size of the elements [mm]")).to_have_count(0)
+    panel.get_by_label("From where?").select_option("-1,0,0")
+    expect(panel.get_by_label("Point of impact, x [mm]")).to_have_value("80")
+    panel.get_by_role("button", name="Use it as the target").click()
+    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"scale": 0.001'))
+    scene = scene_of(page)
+    tissue = scene["bodies"][1]
+    assert tissue["placement"] == {"scale": 0.001} and tissue["fixed"] == [{"set": "bottom"}]
+    assert scene["bodies"][0]["velocity_m_per_s"] == [-10, 0, 0]
+    expect(page.get_by_text("ready to run")).to_be_visible()
