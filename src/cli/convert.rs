@@ -1,9 +1,10 @@
 //! `contuse convert`: a mesh file, the elements of a scan, or the mesh of a body of a scene, in another format.
 
-use super::mesh_file::{is_scan, read_mesh_file, read_scan_file};
+use super::mesh_file::{is_scan, read_mesh_and_fields, read_scan_file};
 use super::output_file::write_file;
 use super::{CliError, Exit};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::read::FieldNames;
 use crate::mesh::segmentation::{self, Options};
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use crate::mesh::{ElementField, Mesh};
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 pub struct ConvertArgs {
     /// Mesh file to read: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or a scene: .json.
     pub input: PathBuf,
-    /// Mesh file to write: .msh, or .vtu with the fibre axes and factors of stiffness of a scene's body.
+    /// Mesh file to write: .msh; or .vtu with the cell arrays of VTK files, or the fibre axes and factors of stiffness of a scene's body.
     pub output: PathBuf,
     /// Largest edge of the elements that fill a scan [m].
     #[arg(long)]
@@ -67,7 +68,9 @@ pub fn convert(args: &ConvertArgs, out: &mut dyn Write) -> Result<Exit, CliError
     } else if is_scan(&args.input) {
         (mesh_of_scan(args)?, Fields::new())
     } else {
-        (read_mesh_file(&args.input)?.0, Fields::new())
+        let (mut mesh, _) = read_mesh_and_fields(&args.input, &FieldNames::All)?;
+        let fields = std::mem::take(&mut mesh.fields).into_map();
+        (mesh, fields)
     };
     mesh.notes.iter().for_each(|note| eprintln!("note: {note}"));
     if has("vtu") {
@@ -87,7 +90,7 @@ pub fn convert(args: &ConvertArgs, out: &mut dyn Write) -> Result<Exit, CliError
     if !mesh.hanging.is_empty() {
         let hanging = mesh.hanging.len();
         eprintln!(
-            "note: {hanging} nodes hang between elements of two sizes; files say nothing of that, so a scene cannot use this mesh"
+            "note: {hanging} nodes hang between elements of two sizes; a scene that reads this file recognises them"
         );
     }
     writeln!(out, "{}: {} elements, {} nodes", args.output.display(), mesh.cells.len(), mesh.nodes.len())?;

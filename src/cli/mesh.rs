@@ -1,7 +1,9 @@
 //! `contuse mesh info`: contents and quality of a mesh file.
 
 use super::json::write_json;
-use super::mesh_file::{is_scan, is_surface, read_mesh_file, read_scan_file, read_surface_file};
+use super::mesh_file::{
+    is_febio, is_scan, is_surface, read_febio_file, read_mesh_file, read_scan_file, read_surface_file,
+};
 use super::mesh_picture::Faces;
 use super::picture::{picture_path, write_by_name};
 use super::plan::write_table;
@@ -12,6 +14,7 @@ use crate::mesh::MeshError;
 use crate::mesh::inspect::{Inspection, PartVolume, inspect};
 use crate::mesh::names::shortened;
 use crate::mesh::segmentation::ScanInspection;
+use crate::scene::febio::NO_UNITS;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -72,7 +75,13 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
         }
         return Ok(Exit::Success);
     }
-    let (mesh, name) = read_mesh_file(&args.file)?;
+    let (mut mesh, name) = read_mesh_file(&args.file)?;
+    if is_febio(&args.file) {
+        let (_, scene) = read_febio_file(&args.file, None)?;
+        let problems = scene.err().into_iter().flat_map(|problems| problems.0);
+        let others = problems.filter(|problem| problem.code != NO_UNITS);
+        mesh.notes.extend(others.map(|problem| format!("no counterpart in a scene: {}", problem.message)));
+    }
     let found = inspect(&mesh).ok_or_else(|| CliError::Usage(format!("{name}: {}", MeshError::Empty)))?;
     if let Some(path) = &args.picture {
         write_by_name(path, || Ok(Faces::of_mesh(&mesh).svg(&name, &found.worst)))?;

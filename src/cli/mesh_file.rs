@@ -6,9 +6,11 @@ use crate::mesh::Mesh;
 use crate::mesh::read::{FieldNames, MeshFormat};
 use crate::mesh::segmentation::LabelVolume;
 use crate::scene::build::{read_file, read_scan};
+use crate::scene::febio::{UnitSystem, read_febio};
 use crate::scene::problem::Pointer;
 use crate::scene::rigid_surface;
-use crate::scene::{Budget, FolderSource};
+use crate::scene::{Budget, FolderSource, Problems};
+use serde_json::Value;
 use std::path::Path;
 
 /// The labels of a scan, and the name of its file without its folder.
@@ -39,6 +41,22 @@ pub(super) fn is_scan(path: &Path) -> bool {
     MeshFormat::from_name(&name).and_then(MeshFormat::volume).is_some()
 }
 
+/// Whether a file is one of FEBio, by its name.
+pub(super) fn is_febio(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    MeshFormat::from_name(&name) == Some(MeshFormat::Febio)
+}
+
+/// The mesh of a FEBio file, and a scene of it or what of it has no counterpart in a scene.
+pub(super) fn read_febio_file(
+    path: &Path,
+    units: Option<UnitSystem>,
+) -> Result<(Mesh, Result<Value, Problems>), CliError> {
+    let (source, name) = source_of(path);
+    let read = read_febio(&source, (&name, Budget::COMMAND_LINE.mesh_bytes), units);
+    Ok(read.map_err(crate::scene::Problem::alone)?)
+}
+
 /// The folder and the name of a file.
 fn source_of(path: &Path) -> (FolderSource, String) {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -48,9 +66,13 @@ fn source_of(path: &Path) -> (FolderSource, String) {
 
 /// The mesh of a file, and the name of the file without its folder; files that it includes are in the same folder.
 pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
+    read_mesh_and_fields(path, &FieldNames::NONE)
+}
+
+/// The same with arrays of the elements.
+pub(super) fn read_mesh_and_fields(path: &Path, fields: &FieldNames) -> Result<(Mesh, String), CliError> {
     let (source, name) = source_of(path);
-    let read =
-        read_file(&source, (&name, &FieldNames::new()), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
+    let read = read_file(&source, (&name, fields), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
     let (mesh, _) = read.map_err(crate::scene::Problem::alone)?;
     Ok((mesh, name))
 }

@@ -1,8 +1,10 @@
 //! `contuse scene from`: a first scene of a mesh file.
 
-use super::mesh_file::{is_scan, read_mesh_file, read_scan_file};
+use super::mesh_file::{is_febio, is_scan, read_febio_file, read_mesh_file, read_scan_file};
 use super::output_file::write_file;
 use super::{CliError, Exit};
+use crate::mesh::read::febio::NOT_READ;
+use crate::scene::febio::UnitSystem;
 use crate::scene::first_scene::{first_scene, first_scene_of_scan};
 use clap::{Args, Subcommand};
 use std::io::Write;
@@ -11,8 +13,8 @@ use std::path::{Path, PathBuf};
 /// Subcommands on scene documents.
 #[derive(Debug, Subcommand)]
 pub enum SceneCommand {
-    /// Write a first scene of a mesh file or a scan: bodies, parts and sets with guessed roles. What only you know is left open, and
-    /// `contuse validate` names it.
+    /// Write a first scene of a mesh file or a scan: bodies, parts and sets with guessed roles; of a FEBio file also materials, conditions,
+    /// loads and contact. What only you know is left open, and `contuse validate` names it.
     From(FromArgs),
 }
 
@@ -24,6 +26,9 @@ pub struct FromArgs {
     /// Scene to write, in the folder of the mesh [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Units of the numbers of a FEBio file that names none: SI, mm-N-s, mm-kg-s, um-nN-s, CGS, mm-g-s or mm-mg-s.
+    #[arg(long, value_name = "SYSTEM")]
+    pub units: Option<UnitSystem>,
 }
 
 /// Executes a command on scene documents.
@@ -35,7 +40,15 @@ pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliErr
     if let Some(output) = &args.output {
         check_folder(output, &args.mesh)?;
     }
-    let (document, notes) = if is_scan(&args.mesh) {
+    if args.units.is_some() && !is_febio(&args.mesh) {
+        let scale = "the scale of \"placement\" makes metres of the lengths of other files";
+        return Err(CliError::Usage(format!("--units is for FEBio files (.feb): {scale}")));
+    }
+    let (document, notes) = if is_febio(&args.mesh) {
+        let (mesh, scene) = read_febio_file(&args.mesh, args.units)?;
+        let is_of_sections = |note: &String| !note.starts_with(NOT_READ);
+        (scene?, mesh.notes.into_iter().filter(is_of_sections).collect())
+    } else if is_scan(&args.mesh) {
         let (volume, name) = read_scan_file(&args.mesh)?;
         (first_scene_of_scan(&volume, &name), volume.notes)
     } else {

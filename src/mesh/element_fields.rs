@@ -24,6 +24,11 @@ impl ElementFields {
         self.0.get(name)
     }
 
+    /// The fields by name.
+    pub fn into_map(self) -> BTreeMap<String, ElementField> {
+        self.0
+    }
+
     /// Names of all fields.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)

@@ -6,6 +6,7 @@
 
 pub mod cell;
 pub mod cells;
+pub mod cracks;
 pub mod distance;
 pub mod element_fields;
 pub mod error;

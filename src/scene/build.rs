@@ -19,6 +19,7 @@ use super::validate::segmentation::{check_label_volumes, check_scan};
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
+use crate::mesh::cracks::{Cracks, recognise_hanging};
 use crate::mesh::read::table::add_table;
 use crate::mesh::read::{FieldNames, MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
@@ -60,7 +61,7 @@ impl<'a> Builder<'a> {
             source,
             budget,
             files: BTreeMap::new(),
-            fields: parts.flat_map(PartDocument::array_names).cloned().collect(),
+            fields: FieldNames::Named(parts.flat_map(PartDocument::array_names).cloned().collect()),
             file_hashes: BTreeMap::new(),
             kept_files: BTreeMap::new(),
             elements_left: budget.elements,
@@ -74,7 +75,11 @@ impl<'a> Builder<'a> {
             MeshDocument::Generator(generator) => {
                 self.generated(&Recipe::new(generator), &here.key("mesh").key("generator"), out)?
             }
-            MeshDocument::File(file) => self.read_from_file(file, &here.key("mesh").key("file"), out)?,
+            MeshDocument::File(file) => {
+                let mesh = self.read_from_file(file, &here.key("mesh").key("file"), out)?;
+                check_hanging(body, &mesh, &here, out);
+                mesh
+            }
             MeshDocument::Segmentation(scan) => {
                 self.of_scan(scan, &here.key("mesh").key("segmentation"), out)?
             }
@@ -167,6 +172,7 @@ impl<'a> Builder<'a> {
             None => mesh,
             Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
         };
+        let mesh = with_hanging(mesh, here, out)?;
         let children = 8_u64.checked_pow(file.refine).unwrap_or(u64::MAX);
         let refine = here.key("refine");
         let place = if file.refine > 0 { refine.clone() } else { here.clone() };
@@ -296,6 +302,45 @@ pub fn read_scan(
     let volume = read_labels(&found.bytes, format, limit);
     let volume = volume.map_err(|error| scan_problem(&error, place).value(name))?;
     Ok((volume, found))
+}
+
+/// Refuses to split elements of a file with hanging nodes: their neighbours may be two levels coarser.
+fn check_hanging(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findings) {
+    out.require(mesh.hanging.is_empty() || body.refinement.is_empty(), || {
+        let message = "the file has hanging nodes already, next to which elements are not split again";
+        Problem::error("refinement_of_hanging", &here.key("refinement"), message)
+            .limit("no refinement of a file with hanging nodes")
+            .remedy("name the file of the coarse mesh, or remove the refinement")
+    });
+}
+
+/// The mesh with its hanging nodes, of which files say nothing.
+fn with_hanging(mut mesh: Mesh, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+    match recognise_hanging(&mut mesh) {
+        Ok(0) => {}
+        Ok(count) => {
+            // A set has a hanging node only with all that it hangs on.
+            for set in mesh.node_sets.values_mut() {
+                mesh.hanging.complete(set);
+            }
+            mesh.notes
+                .push(format!("{count} nodes hang in the middles of edges and faces of coarser elements"));
+        }
+        Err(Cracks { count, example: (node, x) }) => {
+            let message = format!(
+                "{count} nodes lie on a face or an edge of an element that does not have them, such as node {node} at ({}, {}, {}): the mesh would open there",
+                x.x, x.y, x.z
+            );
+            out.push(
+                Problem::error("cracks", here, message)
+                    .value(count)
+                    .limit("elements that share their nodes, or hexahedra with nodes in the middles of edges and faces of coarser ones")
+                    .remedy("make a mesh whose elements share their nodes, or a coarse one with \"refinement\" of the body"),
+            );
+            return None;
+        }
+    }
+    Some(mesh)
 }
 
 /// Only some parts of a mesh; every unknown name is a problem.

@@ -25,6 +25,9 @@ pub(super) fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
         MeshError::Malformed { .. } => {
             problem.limit("a valid file of its format").remedy("export the file again, or repair it")
         }
+        MeshError::Unsupported { what, remedy } => {
+            Problem::error("bad_mesh", here, what.clone()).remedy(remedy.clone())
+        }
         _ => problem.limit("a mesh of cells with a finite element").remedy("change the mesh"),
     }
 }
@@ -32,8 +35,8 @@ pub(super) fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
 pub(super) fn scan_problem(error: &MeshError, here: &Pointer) -> Problem {
     let problem = Problem::error("bad_scan", here, error.to_string());
     match error {
-        MeshError::Unsupported { remedy, .. } => {
-            problem.limit("labels that can be meshed as requested").remedy(remedy.clone())
+        MeshError::Unsupported { what, remedy } => {
+            Problem::error("bad_scan", here, what.clone()).remedy(remedy.clone())
         }
         _ => {
             problem.limit("a valid file of its format").remedy("export the labels again, or repair the file")

@@ -13,7 +13,7 @@ use super::scene_body::SceneBody;
 use super::source::{FolderSource, KeptFiles, MeshSource};
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, check_document, loads, meshes, overlap, softening};
+use super::validate::{Findings, check_document, loads, meshes, overlap, segmentation, softening};
 use super::{json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
@@ -318,6 +318,7 @@ fn make_body(
     meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
     loads::check_mesh(index, body, &mesh, out);
+    segmentation::check_mesh_of_file(index, document, &mesh, out);
     meshes::check_deformation(index, body, &mesh, out);
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;

@@ -23,6 +23,7 @@ pub mod document;
 pub mod element_values;
 pub mod elements;
 pub mod exposed_faces;
+pub mod febio;
 mod file_problem;
 pub mod first_impact;
 pub mod first_scene;

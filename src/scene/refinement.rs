@@ -156,6 +156,12 @@ fn without_effect(mesh: &Mesh, region: &Region, requested: &RefinementDocument, 
         |key: &str, message: String| Problem::warning("refinement_without_effect", &here.key(key), message);
     let Some([least, most]) = region.sizes_in(mesh) else {
         let distance = region.distance(mesh);
+        if !distance.is_finite() {
+            let message = "no element is split: only hexahedra are, and the mesh has none";
+            return problem("around", message.to_owned())
+                .limit("a mesh with hexahedra")
+                .remedy("mesh the body with small elements there in the program that made the mesh, and remove the refinement");
+        }
         let message = format!(
             "no element is split: none is within {} m of the place, the nearest is {distance:.4e} m away",
             requested.within_m

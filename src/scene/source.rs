@@ -139,7 +139,14 @@ impl FolderSource {
         if !path.starts_with(&folder) {
             return Err(outside());
         }
-        if path.is_file() { Ok(path) } else { Err(missing()) }
+        if path.is_file() {
+            return Ok(path);
+        }
+        if path.is_dir() {
+            return Err(missing());
+        }
+        let reason = "it is a pipe or a device: copy its content to a file".to_owned();
+        Err(MeshSourceError::Unreadable { name: name.to_owned(), reason })
     }
 
     /// Names of the mesh files directly in the folder, sorted, for suggestions.
@@ -216,6 +223,15 @@ mod tests {
             };
             assert!(known.contains(&"block.msh".into()));
         }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn pipes_and_devices_are_no_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let _socket = std::os::unix::net::UnixListener::bind(folder.path().join("mesh.k")).unwrap();
+        let error = FolderSource::new(folder.path()).read("mesh.k", 100).unwrap_err();
+        assert!(error.to_string().contains("a pipe or a device"), "{error}");
     }
 
     #[test]

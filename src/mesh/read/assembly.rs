@@ -11,19 +11,19 @@ const MOST_LISTED: usize = 50;
 /// What a file has that is not used.
 #[derive(Default)]
 pub(super) struct Unused {
-    /// Number of each of the first [`MOST_LISTED`] names.
-    counts: BTreeMap<String, usize>,
+    /// Number of each of the first [`MOST_LISTED`] names, and the byte offset of its first one, where that is known.
+    counts: BTreeMap<String, (usize, Option<usize>)>,
     /// Number of names beyond those.
     more: usize,
 }
 
 impl Unused {
-    /// Counts one of this name.
-    pub(super) fn add(&mut self, name: &str) {
-        if let Some(count) = self.counts.get_mut(name) {
+    /// Counts one of this name, at a byte offset.
+    pub(super) fn add(&mut self, name: &str, offset: Option<usize>) {
+        if let Some((count, _)) = self.counts.get_mut(name) {
             *count += 1;
         } else if self.counts.len() < MOST_LISTED {
-            self.counts.insert(name.to_owned(), 1);
+            self.counts.insert(name.to_owned(), (1, offset));
         } else {
             self.more += 1;
         }
@@ -98,12 +98,24 @@ impl Assembly {
         part
     }
 
-    /// Notes what a file has that is not used: names after `mark`, with the number of each.
-    pub(super) fn note_unused(&mut self, what: &str, mark: &str, unused: &Unused) {
+    /// Notes what a file has that is not used: names after `mark`, with the number of each and the place of the first.
+    pub(super) fn note_unused(
+        &mut self,
+        (what, mark): (&str, &str),
+        unused: &Unused,
+        place: impl Fn(usize) -> Place,
+    ) {
         if unused.counts.is_empty() {
             return;
         }
-        let named = |(name, count): (&String, &usize)| format!("{mark}{} ({count})", shortened(name));
+        let named = |(name, (count, first)): (&String, &(usize, Option<usize>))| {
+            let name = shortened(name);
+            match first.map(&place) {
+                None => format!("{mark}{name} ({count})"),
+                Some(first) if *count == 1 => format!("{mark}{name} ({first})"),
+                Some(first) => format!("{mark}{name} ({count}, first in {first})"),
+            }
+        };
         let mut list: Vec<String> = unused.counts.iter().map(named).collect();
         if unused.more > 0 {
             list.push(format!("and {} more", unused.more));

@@ -9,7 +9,7 @@ mod abaqus;
 mod assembly;
 mod cursor;
 mod entries;
-mod febio;
+pub(crate) mod febio;
 mod gmsh;
 mod include;
 mod lsdyna;
@@ -17,7 +17,7 @@ mod nastran;
 pub mod stl;
 pub mod table;
 mod vtk;
-mod xml;
+pub(crate) mod xml;
 
 #[cfg(test)]
 mod tests;
@@ -168,7 +168,7 @@ impl MeshFormat {
 /// that are not supported; `Empty` for a file without volume elements.
 pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
     let mut include = |_: &str| Err("included files are not available here".into());
-    read_mesh_with(bytes, format, &FieldNames::new(), &mut include)
+    read_mesh_with(bytes, format, &FieldNames::NONE, &mut include)
 }
 
 /// Reads a mesh from a file and those that it includes (LS-DYNA), which `include` reads, with the arrays of elements (VTK) named
@@ -182,6 +182,13 @@ pub fn read_mesh_with(
     fields: &FieldNames,
     include: Include,
 ) -> Result<Mesh, MeshError> {
+    // The byte order mark, which no other content begins with.
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes {
+        return Err(MeshError::Unsupported {
+            what: "a text file in UTF-16".into(),
+            remedy: "save it in UTF-8, as `iconv -f UTF-16 -t UTF-8 FILE` does".into(),
+        });
+    }
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),

@@ -1,8 +1,8 @@
 //! STL: the triangles of a closed surface, ASCII or binary. Corners at the same place are one point; normals in the file are not used.
 
-use super::cursor::{Cursor, Numbers, shown};
+use super::cursor::{Cursor, Numbers, place_of, shown};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::MeshError;
+use crate::mesh::{MeshError, Place};
 use std::collections::{BTreeMap, HashMap};
 
 /// Bytes before the triangles of a binary file, and of one triangle.
@@ -51,12 +51,14 @@ fn is_binary(bytes: &[u8]) -> bool {
 /// a surface that is open, or whose triangles are not turned to the same side.
 pub fn read_stl(bytes: &[u8]) -> Result<ClosedSurface, MeshError> {
     let mut corners = Corners::default();
-    if !is_binary(bytes) && bytes.trim_ascii_start().starts_with(b"solid") {
+    let is_text = !is_binary(bytes) && bytes.trim_ascii_start().starts_with(b"solid");
+    if is_text {
         read_text(bytes, &mut corners)?;
     } else {
         read_binary(bytes, &mut corners)?;
     }
-    corners.into_surface()
+    let numbers = if is_text { Numbers::Text } else { Numbers::LittleEndian };
+    corners.into_surface(|offset| place_of(bytes, offset, numbers))
 }
 
 fn read_binary(bytes: &[u8], corners: &mut Corners) -> Result<(), MeshError> {
@@ -77,7 +79,7 @@ fn read_binary(bytes: &[u8], corners: &mut Corners) -> Result<(), MeshError> {
         let number = |i: usize| f64::from(f32::from_le_bytes(numbers[i]));
         // The first three are the normal.
         let points = [3, 6, 9].map(|i| Vec3::new(number(i), number(i + 1), number(i + 2)));
-        corners.add(points).map_err(|message| cursor.error_at(place, message))?;
+        corners.add(points, place).map_err(|message| cursor.error_at(place, message))?;
     }
     Ok(())
 }
@@ -110,7 +112,7 @@ fn read_text(bytes: &[u8], corners: &mut Corners) -> Result<(), MeshError> {
                     point[i] = cursor.parsed::<f64>("a coordinate")?;
                 }
             }
-            corners.add(points).map_err(|message| cursor.error_at(start, message))?;
+            corners.add(points, start).map_err(|message| cursor.error_at(start, message))?;
             expect(&mut cursor, "endloop")?;
             expect(&mut cursor, "endfacet")?;
         }
@@ -140,11 +142,13 @@ struct Corners {
     /// Index of each place, by its bits; only looked up.
     index: HashMap<[u64; 3], u32>,
     triangles: Vec<[u32; 3]>,
+    /// Byte offset of each triangle.
+    offsets: Vec<usize>,
 }
 
 impl Corners {
-    /// Adds a triangle; one without an area, of two corners at one place, is omitted.
-    fn add(&mut self, points: [Vec3; 3]) -> Result<(), String> {
+    /// Adds a triangle at a byte offset; one without an area, of two corners at one place, is omitted.
+    fn add(&mut self, points: [Vec3; 3], offset: usize) -> Result<(), String> {
         if !points.iter().flatten().all(|x| x.is_finite()) {
             return Err("a triangle has a coordinate that is not finite".into());
         }
@@ -159,12 +163,14 @@ impl Corners {
         let [a, b, c] = points.map(&mut place);
         if a != b && b != c && c != a {
             self.triangles.push([a, b, c]);
+            self.offsets.push(offset);
         }
         Ok(())
     }
 
-    fn into_surface(self) -> Result<ClosedSurface, MeshError> {
-        let Self { points, triangles, .. } = self;
+    /// The surface; `place` names the place of a byte offset.
+    fn into_surface(self, place: impl Fn(usize) -> Place) -> Result<ClosedSurface, MeshError> {
+        let Self { points, triangles, offsets, .. } = self;
         if triangles.is_empty() {
             return Err(MeshError::Unsupported {
                 what: "the surface has no triangle".into(),
@@ -182,8 +188,13 @@ impl Corners {
         if let Some((edge, [there, back])) = uneven().next() {
             let [a, b] = edge.map(|node| points[node as usize].map(|x| format!("{x}")).as_slice().join(", "));
             let count = uneven().count();
+            let has_both = |triangle: &[u32; 3]| edge.iter().all(|node| triangle.contains(node));
+            let at = triangles.iter().position(has_both).map_or(0, |first| offsets[first]);
             let (what, remedy) = if (there + back) % 2 == 1 {
-                ("is open", "close its holes, as `fill_holes` of PyVista does, and export again")
+                (
+                    "is open",
+                    "close its holes, as `fill_holes(1e9)` of PyVista does with simple ones, or take its hull by `delaunay_3d().extract_surface()`",
+                )
             } else {
                 (
                     "is not turned to one side",
@@ -191,7 +202,10 @@ impl Corners {
                 )
             };
             return Err(MeshError::Unsupported {
-                what: format!("the surface {what} at {count} edges, the first from ({a}) to ({b})"),
+                what: format!(
+                    "{}: the surface {what} at {count} edges, the first from ({a}) to ({b})",
+                    place(at)
+                ),
                 remedy: remedy.into(),
             });
         }
@@ -281,7 +295,14 @@ mod tests {
         let mut open = faces(true);
         open.pop();
         let error = read_stl(&binary(&open)).unwrap_err().to_string();
-        assert!(error.contains("is open at 3 edges, the first from (0, 0, 0) to (0, 3, 0)"), "{error}");
+        assert!(
+            error.starts_with(
+                "byte 84: the surface is open at 3 edges, the first from (0, 0, 0) to (0, 3, 0)"
+            ),
+            "{error}"
+        );
+        let error = read_stl(text(&open).as_bytes()).unwrap_err().to_string();
+        assert!(error.starts_with("line 2: the surface is open"), "{error}");
         let mut twisted = faces(true);
         twisted[0].swap(1, 2);
         let error = read_stl(&binary(&twisted)).unwrap_err().to_string();

@@ -166,6 +166,8 @@ fn gmsh_errors_name_the_line() {
     assert_eq!(broken("3 1 1 0", "2 1 1 0"), (8, "node 2 is defined twice".into()));
     assert_eq!(broken("5 6 7 8 9", "5 6 7 8 77"), (23, "there is no node 77".into()));
     assert_eq!(broken("1 5 2 7", "1 77 2 7"), (22, "element type 77 is unknown".into()));
+    assert_eq!(broken("2 5 2 7 1 5", "1 5 2 7 1 5"), (23, "element 1 is defined twice".into()));
+    assert_eq!(broken("3 3 2 -9", "1 3 2 -9"), (24, "element 1 is defined twice".into()));
     assert_eq!(broken("2.2 0 8", "2.2 0").0, 2);
     assert_eq!(broken("$EndNodes", "$EndNode").0, 19);
     let (line, message) = broken("$Nodes\n13", "$Nodes\n4000000000000");
@@ -223,7 +225,7 @@ fn abaqus_sets_surfaces_continuations_and_spellings() {
     assert_eq!(mesh.node_sets["top"], [8, 9, 10, 11]);
     assert_eq!(mesh.node_sets["shell"], [8, 9, 10, 11]);
     assert_eq!(mesh.node_sets["odd_surface"], [0, 1, 2, 3], "a set and a surface of one name are kept apart");
-    assert_eq!(mesh.notes, ["keywords not used: *DENSITY (1), *MATERIAL (1)"]);
+    assert_eq!(mesh.notes, ["keywords not used: *DENSITY (line 39), *MATERIAL (line 38)"]);
 }
 
 #[test]

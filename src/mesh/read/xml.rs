@@ -2,7 +2,7 @@
 
 use super::cursor::{Cursor, Numbers, place_of, shown};
 use crate::mesh::{MeshError, Place};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Error, Node, ParsingOptions};
 
 /// Largest number of elements and texts: 20 million take about 2 GB.
 const MOST_NODES: u32 = 20_000_000;
@@ -14,7 +14,7 @@ const MOST_ATTRIBUTES: usize = 100;
 const MOST_NAMESPACES: usize = 100;
 
 /// A parsed file, with the text that its places refer to.
-pub(super) struct Xml<'a> {
+pub(crate) struct Xml<'a> {
     text: &'a str,
     document: Document<'a>,
 }
@@ -24,23 +24,34 @@ impl<'a> Xml<'a> {
     ///
     /// # Errors
     /// `Malformed` for a text that is not XML, or has too many attributes or namespaces.
-    pub(super) fn new(text: &'a str) -> Result<Self, MeshError> {
+    pub(crate) fn new(text: &'a str) -> Result<Self, MeshError> {
         check_numbers(text)?;
         let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options).map_err(|error| MeshError::Malformed {
-            place: Place::Line(error.pos().row as usize),
-            message: error.to_string(),
+        let document = Document::parse_with_options(text, options).map_err(|error| match error {
+            Error::UnclosedRootNode | Error::UnexpectedEndOfStream => MeshError::Malformed {
+                place: place_of(text.as_bytes(), text.len(), Numbers::Text),
+                message: "the file ends within an element: it is truncated".into(),
+            },
+            _ => MeshError::Malformed {
+                place: Place::Line(error.pos().row as usize),
+                message: error.to_string(),
+            },
         })?;
         Ok(Self { text, document })
     }
 
     /// The outermost element, whose name says what kind of document it is.
-    pub(super) fn root(&self) -> Node<'_, 'a> {
+    pub(crate) fn root(&self) -> Node<'_, 'a> {
         self.document.root_element()
     }
 
+    /// Length of the text [bytes].
+    pub(super) fn length(&self) -> usize {
+        self.text.len()
+    }
+
     /// Place of a byte offset.
-    pub(super) fn place(&self, offset: usize) -> Place {
+    pub(crate) fn place(&self, offset: usize) -> Place {
         place_of(self.text.as_bytes(), offset, Numbers::Text)
     }
 
@@ -62,7 +73,7 @@ impl<'a> Xml<'a> {
     ///
     /// # Errors
     /// `Malformed` if it is missing.
-    pub(super) fn attribute<'s>(&self, node: Node<'s, 'a>, name: &str) -> Result<&'s str, MeshError> {
+    pub(crate) fn attribute<'s>(&self, node: Node<'s, 'a>, name: &str) -> Result<&'s str, MeshError> {
         node.attribute(name)
             .ok_or_else(|| self.error(node, format!("<{}> has no attribute {name}", node.tag_name().name())))
     }

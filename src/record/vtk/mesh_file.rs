@@ -5,7 +5,7 @@ use crate::mesh::{ElementField, Mesh};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-/// Writes a mesh, with further fields of its elements by name. The parts are the cell array `part`, a number, and the names in the
+/// Writes a mesh, with further fields of its elements by name. The parts are the cell array `part`, numbers from 0 of the names in the
 /// field data `parts`; node sets are point arrays of zeros and ones.
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn write_vtu(
         cell.nodes.iter().zip(vtk.order).for_each(|(node, place)| nodes[*place] = *node);
         (vtk.number, nodes)
     }));
-    let parts: Vec<u8> = mesh.part_of.iter().flat_map(|part| (part + 1).to_le_bytes()).collect();
+    let parts: Vec<u8> = mesh.part_of.iter().flat_map(|part| part.to_le_bytes()).collect();
     let mut cell_data = vec![Array::new("part", NumberType::UInt32, 1, &parts)];
     for (name, field) in fields {
         let (components, bytes) = match field {
@@ -81,18 +81,20 @@ mod tests {
             let fields = BTreeMap::from([("s".to_owned(), scalars), ("v".to_owned(), vectors)]);
             let mut bytes = Vec::new();
             write_vtu(&mesh, &fields, &mut bytes).unwrap();
-            let requested: FieldNames = ["s", "v", "absent"].map(String::from).into();
+            let requested: FieldNames = FieldNames::Named(["s", "v", "absent"].map(String::from).into());
             let read =
                 read_mesh_with(&bytes, MeshFormat::Vtu, &requested, &mut |_| Err(String::new())).unwrap();
             assert_eq!((&read.nodes, &read.cells, &read.part_of), (&mesh.nodes, &mesh.cells, &mesh.part_of));
             assert_eq!(
                 (&read.node_sets, &read.parts[..]),
-                (&mesh.node_sets, &["part_1", "part_2"].map(String::from)[..])
+                (&mesh.node_sets, &["low", "high"].map(String::from)[..])
             );
             for (name, field) in &fields {
                 assert_eq!(read.fields.get(name), Some(field));
             }
             assert_eq!(read.fields.names().count(), 2);
+            let all = read_mesh_with(&bytes, MeshFormat::Vtu, &FieldNames::All, &mut |_| Err(String::new()));
+            assert_eq!(all.unwrap().fields, read.fields);
         }
     }
 }

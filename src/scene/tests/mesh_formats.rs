@@ -53,6 +53,68 @@ fn of_part(mesh: &Mesh, part: u32) -> impl Iterator<Item = (usize, Cell<'_>)> {
         .map(|(e, cell)| (e + 1, cell))
 }
 
+/// A scene with a mesh in a file, with these further fields of its body and its part.
+fn scene_of(mesh: &Mesh, body: &Value, part: &Value) -> (Value, Files) {
+    let files = Files(vec![("mesh.msh", write_gmsh(mesh, Version::V4_1, Encoding::Ascii))]);
+    let mut scene = json!({
+        "name": "block", "end_time_s": 1e-3,
+        "bodies": [{
+            "name": "block", "mesh": {"file": {"name": "mesh.msh"}},
+            "parts": [{"part": "*", "density_kg_per_m3": 1000,
+                       "material": {"law": "neo_hookean", "c10_pa": 2e4, "bulk_modulus_pa": 5e6}}],
+        }],
+    });
+    let document = &mut scene["bodies"][0];
+    for (key, value) in body.as_object().unwrap() {
+        document[key] = value.clone();
+    }
+    for (key, value) in part.as_object().unwrap() {
+        document["parts"][0][key] = value.clone();
+    }
+    (scene, files)
+}
+
+#[test]
+fn hanging_nodes_of_a_file_follow_and_are_not_split_eroded_or_in_mortar_contact() {
+    use crate::mesh::local_refinement::refined_in;
+    use crate::mesh::refinement_region::{Place, Region};
+    let block =
+        Block::uniform(Vec3::zeros(), Vec3::new(0.4, 0.4, 0.2), [4, 4, 2], "block").generate().unwrap();
+    let places = Place::on_all(&block, &[Vec3::new(0.2, 0.2, 0.2)]);
+    let region = Region { places, within: 0.01, size: 0.05 };
+    let (fine, _) = refined_in(&block, &[region], 10_000).unwrap();
+    let nothing = json!({});
+    let (scene, files) = scene_of(&fine, &nothing, &nothing);
+    let loaded = load(scene.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap();
+    let mesh = &loaded.scene.bodies[0].mesh;
+    assert_eq!(mesh.hanging.len(), fine.hanging.len());
+    assert!(mesh.notes.iter().any(|note| note.contains("nodes hang")), "{:?}", mesh.notes);
+    let refused = |scene: &Value, files: &Files| {
+        let problems = load(scene.to_string().as_bytes(), files, &Budget::COMMAND_LINE).unwrap_err();
+        problems.first_error().unwrap().code.to_string()
+    };
+    let around =
+        json!({"refinement": [{"around": {"point_m": [0.0, 0.0, 0.0]}, "within_m": 0.01, "size_m": 0.05}]});
+    let (scene, files) = scene_of(&fine, &around, &nothing);
+    assert_eq!(refused(&scene, &files), "refinement_of_hanging");
+    let (scene, files) = scene_of(&fine, &nothing, &json!({"erosion": {"stretch": 2.0}}));
+    assert_eq!(refused(&scene, &files), "hanging_with_erosion");
+    let (mut scene, files) = scene_of(&fine, &nothing, &nothing);
+    scene["contact"] = json!({"discretisation": "mortar"});
+    assert_eq!(refused(&scene, &files), "hanging_with_mortar");
+    // Nodes that hang elsewhere.
+    let mut cracked = fine.clone();
+    let (node, on) = fine.hanging.each().find(|(_, on)| on.len() == 4).unwrap();
+    cracked.nodes[node as usize] = (fine.nodes[node as usize] + fine.nodes[on[0] as usize]) / 2.0;
+    let (scene, files) = scene_of(&cracked, &nothing, &nothing);
+    assert_eq!(refused(&scene, &files), "cracks");
+    // Only hexahedra are split.
+    let (scene, files) = scene_of(&block.split_to_wedges(), &around, &nothing);
+    let loaded = load(scene.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap();
+    let warning = loaded.warnings.iter().find(|problem| problem.code == "refinement_without_effect").unwrap();
+    assert!(warning.message.contains("only hexahedra are"), "{warning}");
+}
+
 /// Numbers of nodes from 1.
 fn numbers(nodes: &[u32]) -> Vec<u32> {
     nodes.iter().map(|node| node + 1).collect()

@@ -17,14 +17,31 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         let here = body_place.key("mesh").key("segmentation");
         check_sizes(scan, &here, out);
         check_labels(&scan.labels, &here.key("labels"), out);
-        check_hanging(body, &body_place, out);
-        out.require(document.contact.discretisation.method() != Discretisation::Mortar, || {
-            Problem::error("segmentation_with_mortar", &here, "mortar contact does not support hanging nodes")
-                .value("mortar")
-                .limit("another contact.discretisation with the mesh of a scan")
-                .remedy("remove contact.discretisation")
-        });
+        check_no_refinement(body, &body_place, out);
+        check_no_erosion(body, &body_place, "made of a scan", out);
+        check_no_mortar(document, &here, "the mesh of a scan", out);
     }
+}
+
+/// Checks of the mesh of a file: what hanging nodes do not support.
+pub fn check_mesh_of_file(index: usize, document: &SceneDocument, mesh: &Mesh, out: &mut Findings) {
+    let body = &document.bodies[index];
+    let is_file = matches!(body.mesh, Some(MeshDocument::File(_))) && body.refinement.is_empty();
+    if mesh.hanging.is_empty() || !is_file {
+        return;
+    }
+    let here = Pointer::root().key("bodies").index(index);
+    check_no_erosion(body, &here, "whose file has hanging nodes", out);
+    check_no_mortar(document, &here.key("mesh").key("file"), "a file with hanging nodes", out);
+}
+
+fn check_no_mortar(document: &SceneDocument, here: &Pointer, what: &str, out: &mut Findings) {
+    out.require(document.contact.discretisation.method() != Discretisation::Mortar, || {
+        Problem::error("hanging_with_mortar", here, "mortar contact does not support hanging nodes")
+            .value("mortar")
+            .limit(format!("another contact.discretisation with {what}"))
+            .remedy("remove contact.discretisation")
+    });
 }
 
 /// Warns of points outside of the scan, and of labels that it does not have.
@@ -152,8 +169,7 @@ fn check_labels(labels: &[LabelDocument], here: &Pointer, out: &mut Findings) {
     }
 }
 
-/// What meshes with hanging nodes do not support.
-fn check_hanging(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
+fn check_no_refinement(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
     out.require(body.refinement.is_empty(), || {
         Problem::error(
             "refinement_of_scan",
@@ -163,13 +179,16 @@ fn check_hanging(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
         .limit("no refinement of a body made of a scan")
         .remedy("give mesh.segmentation.near in its place")
     });
+}
+
+fn check_no_erosion(body: &BodyDocument, here: &Pointer, what: &str, out: &mut Findings) {
     out.require(body.parts.iter().all(|part| part.erosion.is_none()), || {
         Problem::error(
-            "segmentation_with_erosion",
+            "hanging_with_erosion",
             &here.key("parts"),
             "erosion between coarse and fine elements would expose a surface without faces",
         )
-        .limit("no erosion of a body made of a scan")
+        .limit(format!("no erosion of a body {what}"))
         .remedy("remove the erosion")
     });
 }

@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
                 Block::Skipped
             }
             other => {
-                self.skipped.add(other);
+                self.skipped.add(other, Some(offset));
                 Block::Skipped
             }
         };
@@ -215,7 +215,7 @@ impl<'a> Reader<'a> {
                 Ok(Block::Surface { name })
             }
             Some(other) => {
-                self.skipped.add(&format!("SURFACE of type {other}"));
+                self.skipped.add(&format!("SURFACE of type {other}"), Some(offset));
                 Ok(Block::Skipped)
             }
         }
@@ -245,7 +245,8 @@ impl<'a> Reader<'a> {
         self.end_block()?;
         self.assign_parts()?;
         self.collect_node_sets()?;
-        self.assembly.note_unused("keywords", "*", &self.skipped);
-        self.assembly.into_mesh(|offset| place_of(self.bytes, offset, Encoding::Text))
+        let place = |offset| place_of(self.bytes, offset, Encoding::Text);
+        self.assembly.note_unused(("keywords", "*"), &self.skipped, place);
+        self.assembly.into_mesh(place)
     }
 }

@@ -1,5 +1,5 @@
 //! The mesh of FEBio files `.feb`, versions 2.5 to 4.0 (FEBio User Manual, "Mesh Section"). Materials, loads and all other
-//! sections are omitted, with a note of their lines.
+//! sections are omitted here, with a note of their lines; a first scene of the file takes them (`scene/febio/`).
 //!
 //! Parts are the `<Elements>` of volumes; `<NodeSet>`, `<Surface>`, `<ElementSet>`, and `<Elements>` of shells and lines become
 //! node sets.
@@ -14,7 +14,38 @@ use super::xml::Xml;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{CellKind, Mesh, MeshError};
 use roxmltree::Node;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+
+/// Beginning of the note on sections that are not part of the mesh.
+pub(crate) const NOT_READ: &str = "only the mesh is read";
+
+/// The names of node sets, by what they come from and their names in the file.
+pub(crate) type SetNames = BTreeMap<(Origin, String), String>;
+
+/// What a node set comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Origin {
+    /// `<Elements>` of shells and lines, or `<ElementSet>`.
+    Elements,
+    /// `<NodeSet>`.
+    Nodes,
+    /// `<Surface>`.
+    Surface,
+    /// `<Edge>`.
+    Edge,
+}
+
+impl Origin {
+    /// In the name of a set whose own name is taken.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Elements => "elements",
+            Self::Nodes => "nodes",
+            Self::Surface => "surface",
+            Self::Edge => "edge",
+        }
+    }
+}
 
 /// Reads a `.feb` file.
 ///
@@ -22,14 +53,22 @@ use std::collections::HashMap;
 /// Those of [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let text = String::from_utf8_lossy(bytes);
-    let xml = Xml::new(&text)?;
-    let mesh = mesh_section(&xml)?;
+    Ok(read_with_names(&Xml::new(&text)?)?.0)
+}
+
+/// The mesh of a parsed file, and the names of its node sets.
+///
+/// # Errors
+/// Those of [`super::read_mesh`].
+pub(crate) fn read_with_names(xml: &Xml) -> Result<(Mesh, SetNames), MeshError> {
+    let mesh = mesh_section(xml)?;
     let mut reader = Reader {
-        xml: &xml,
+        xml,
         assembly: Assembly::default(),
+        set_names: SetNames::new(),
         elements: HashMap::new(),
         entries: 0,
-        most_entries: most_entries(bytes.len()),
+        most_entries: most_entries(xml.length()),
     };
     let sections = || mesh.children().filter(Node::is_element);
     for section in sections() {
@@ -46,18 +85,22 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
             "Nodes" | "Elements" => {}
             "NodeSet" => reader.node_set(section)?,
             "ElementSet" => reader.element_set(section)?,
-            "Surface" | "Edge" => reader.surface(section)?,
+            "Surface" => reader.surface(section, Origin::Surface)?,
+            "Edge" => reader.surface(section, Origin::Edge)?,
             _ => unused.push(section),
         }
     }
     let other = xml.root().children().filter(|child| child.is_element() && *child != mesh);
     unused.extend(other.filter(|child| !child.has_tag_name("Module")));
     reader.note_unused(unused);
-    reader.assembly.into_mesh(|offset| xml.place(offset))
+    Ok((reader.assembly.into_mesh(|offset| xml.place(offset))?, reader.set_names))
 }
 
 /// The element with the mesh.
-fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> {
+///
+/// # Errors
+/// For another version, or a mesh in another file.
+pub(crate) fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> {
     let root = xml.root();
     if !root.has_tag_name("febio_spec") {
         return Err(xml.error(root, format!("expected <febio_spec>, found <{}>", root.tag_name().name())));
@@ -115,6 +158,7 @@ impl Kind {
 struct Reader<'a> {
     xml: &'a Xml<'a>,
     assembly: Assembly,
+    set_names: SetNames,
     /// Nodes of each element by its number: those of a cell, or of a shell or line.
     elements: HashMap<u64, Vec<u64>>,
     /// Entries of all sets, and how many are allowed.
@@ -185,13 +229,14 @@ impl<'a> Reader<'a> {
             }
         }
         if matches!(kind, Kind::Boundary) {
-            self.add_set(name, "elements", boundary);
+            self.add_set(name, Origin::Elements, boundary);
         }
         Ok(())
     }
 
-    fn add_set(&mut self, name: &str, origin: &str, tags: Vec<NodeTag>) {
-        let name = free_name(&self.assembly.node_sets, name, origin);
+    fn add_set(&mut self, own: &str, origin: Origin, tags: Vec<NodeTag>) {
+        let name = free_name(&self.assembly.node_sets, own, origin.word());
+        self.set_names.insert((origin, own.to_owned()), name.clone());
         self.assembly.node_sets.entry(name).or_default().extend(tags);
     }
 
@@ -208,7 +253,7 @@ impl<'a> Reader<'a> {
         let name = self.xml.attribute(set, "name")?;
         let offset = set.range().start;
         let tags = self.members(set)?.into_iter().map(|tag| NodeTag { tag, offset }).collect();
-        self.add_set(name, "nodes", tags);
+        self.add_set(name, Origin::Nodes, tags);
         Ok(())
     }
 
@@ -224,19 +269,19 @@ impl<'a> Reader<'a> {
             within_limit(self.entries, self.most_entries)?;
             tags.extend(nodes.iter().map(|&tag| NodeTag { tag, offset }));
         }
-        self.add_set(name, "elements", tags);
+        self.add_set(name, Origin::Elements, tags);
         Ok(())
     }
 
     /// A list of facets, each with its nodes.
-    fn surface(&mut self, surface: Node<'a, 'a>) -> Result<(), MeshError> {
+    fn surface(&mut self, surface: Node<'a, 'a>, origin: Origin) -> Result<(), MeshError> {
         let name = self.xml.attribute(surface, "name")?;
         let mut tags = Vec::new();
         for facet in surface.children().filter(Node::is_element) {
             let offset = facet.range().start;
             tags.extend(self.numbers(facet)?.into_iter().map(|tag| NodeTag { tag, offset }));
         }
-        self.add_set(name, "surface", tags);
+        self.add_set(name, origin, tags);
         Ok(())
     }
 
@@ -252,7 +297,7 @@ impl<'a> Reader<'a> {
         if !lines.is_empty() {
             let list: Vec<String> =
                 lines.into_iter().map(|(name, line)| format!("{name} ({line})")).collect();
-            self.assembly.notes.push(format!("only the mesh is read; not used: {}", list.join(", ")));
+            self.assembly.notes.push(format!("{NOT_READ}; not used: {}", list.join(", ")));
         }
     }
 }

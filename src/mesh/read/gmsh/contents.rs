@@ -5,7 +5,7 @@ use crate::mesh::cell::MOST_NODES;
 use crate::mesh::read::assembly::{Assembly, NodeTag};
 use crate::mesh::read::cursor::{Cursor, Numbers, place_of};
 use crate::mesh::{Mesh, MeshError};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Contents read so far.
 #[derive(Default)]
@@ -19,13 +19,30 @@ pub(super) struct Contents {
     pub group_of_cell: Vec<i32>,
     /// Nodes of the elements in each physical group of points, lines and surfaces.
     pub boundary: BTreeMap<(u8, i32), Vec<NodeTag>>,
+    /// Whether the element of each number is a volume; only looked up.
+    pub is_volume: HashMap<u64, bool>,
     /// Number of cells in more than one physical group.
     pub in_many_groups: usize,
 }
 
 impl Contents {
-    /// Adds one element with its physical groups.
-    pub fn add_element(&mut self, kind: &ElementKind, groups: &[i32], nodes: &[u64], offset: usize) {
+    /// Adds one element with its number and its physical groups. Version 2 repeats points, lines and surfaces for each of their groups.
+    ///
+    /// # Errors
+    /// `Malformed` for a second element of the number of a volume.
+    pub fn add_element(
+        &mut self,
+        cursor: &Cursor,
+        (number, kind): (u64, &ElementKind),
+        groups: &[i32],
+        (nodes, offset): (&[u64], usize),
+    ) -> Result<(), MeshError> {
+        let is_volume = kind.dimension == 3;
+        if let Some(is_other_volume) = self.is_volume.insert(number, is_volume)
+            && (is_volume || is_other_volume)
+        {
+            return Err(cursor.error_at(offset, format!("element {number} is defined twice")));
+        }
         if let Some(cell) = kind.cell {
             let mut ours = [0; MOST_NODES];
             let order = cell.table().gmsh.order;
@@ -35,16 +52,17 @@ impl Contents {
             self.assembly.add_cell(cell, &ours[..order.len()], offset);
             self.group_of_cell.push(groups.first().copied().unwrap_or(0));
             self.in_many_groups += usize::from(groups.len() > 1);
-            return;
+            return Ok(());
         }
-        if kind.dimension == 3 {
+        if is_volume {
             *self.assembly.unsupported.entry(kind.name.to_owned()).or_default() += 1;
-            return;
+            return Ok(());
         }
         for &group in groups {
             let nodes = nodes.iter().map(|&tag| NodeTag { tag, offset });
             self.boundary.entry((kind.dimension, group)).or_default().extend(nodes);
         }
+        Ok(())
     }
 
     /// Adds a node of the file.

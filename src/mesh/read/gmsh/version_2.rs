@@ -28,10 +28,10 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
     let count = cursor.counted(count, 4, 12, "elements")?;
     if cursor.numbers == Numbers::Text {
         for _ in 0..count {
-            tag(cursor, "the number of an element")?;
+            let number = tag(cursor, "the number of an element")?;
             let (kind, offset) = kind(cursor)?;
             let tags = tag(cursor, "the number of tags")?;
-            read_element(cursor, contents, &kind, tags, offset)?;
+            read_element(cursor, contents, (number, &kind), tags, offset)?;
         }
         return Ok(());
     }
@@ -50,8 +50,8 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
         }
         for _ in 0..in_block {
             let offset = cursor.offset();
-            tag(cursor, "the number of an element")?;
-            read_element(cursor, contents, &kind, tags, offset)?;
+            let number = tag(cursor, "the number of an element")?;
+            read_element(cursor, contents, (number, &kind), tags, offset)?;
         }
         read += in_block;
     }
@@ -62,7 +62,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
 fn read_element(
     cursor: &mut Cursor,
     contents: &mut Contents,
-    kind: &ElementKind,
+    (number, kind): (u64, &ElementKind),
     tags: u64,
     offset: usize,
 ) -> Result<(), MeshError> {
@@ -79,8 +79,7 @@ fn read_element(
     for node in nodes.iter_mut() {
         *node = tag(cursor, "the number of a node")?;
     }
-    contents.add_element(kind, &[group], nodes, offset);
-    Ok(())
+    contents.add_element(cursor, (number, kind), &[group], (nodes, offset))
 }
 
 /// Reads the kind of the next element; also returns its offset.

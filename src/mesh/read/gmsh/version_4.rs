@@ -87,14 +87,14 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
         let words = 1 + u64::from(kind.nodes);
         let groups = contents.groups_of_entity.get(&(dimension, entity)).cloned().unwrap_or_default();
         for _ in 0..cursor.counted(count, words, 8 * words, "elements")? {
-            cursor.size("the tag of an element")?;
+            let tag = cursor.size("the tag of an element")?;
             let offset = cursor.offset();
             let mut nodes = [0; 125];
             let nodes = &mut nodes[..usize::from(kind.nodes)];
             for node in nodes.iter_mut() {
                 *node = cursor.size("the tag of a node")?;
             }
-            contents.add_element(&kind, &groups, nodes, offset);
+            contents.add_element(cursor, (tag, &kind), &groups, (nodes, offset))?;
         }
     }
     Ok(())

@@ -104,13 +104,25 @@ impl Reader<'_> {
         for set in &sets {
             let Some(number) = set.number else { continue };
             let mut tags = Vec::new();
-            self.add_members(set, &of_part, &mut entries, most, &mut tags)?;
-            for of_set in &set.sets {
-                let Some(other) = numbered.get(&of_set.first) else {
-                    let message = format!("there is no set of nodes {}", of_set.first);
-                    return Err(self.error(of_set.offset, message));
-                };
-                self.add_members(other, &of_part, &mut entries, most, &mut tags)?;
+            // Sets of sets, each with the number of those around it.
+            let (mut around, mut left) = (Vec::new(), vec![(set, 0)]);
+            while let Some((next, depth)) = left.pop() {
+                around.truncate(depth);
+                around.extend(next.number);
+                entries += next.sets.len() as u64;
+                within_limit(entries, most)?;
+                self.add_members(next, &of_part, &mut entries, most, &mut tags)?;
+                for of_set in &next.sets {
+                    let Some(other) = numbered.get(&of_set.first) else {
+                        let message = format!("there is no set of nodes {}", of_set.first);
+                        return Err(self.error(of_set.offset, message));
+                    };
+                    if around.contains(&of_set.first) {
+                        let message = format!("the set of nodes {} is a member of itself", of_set.first);
+                        return Err(self.error(of_set.offset, message));
+                    }
+                    left.push((other, around.len()));
+                }
             }
             let name = free_name(&self.assembly.node_sets, &set.name(number), &number.to_string());
             self.assembly.node_sets.entry(name).or_default().extend(tags);

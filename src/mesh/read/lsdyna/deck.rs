@@ -39,7 +39,7 @@ impl<'a> Deck<'a> {
     pub(super) fn new(bytes: &'a [u8], include: Include) -> Result<Self, MeshError> {
         let file = File { name: String::new(), bytes: Cow::Borrowed(bytes), base: 0 };
         let mut deck = Self { files: vec![file], pieces: Vec::new() };
-        deck.follow(0, &mut Vec::new(), include)?;
+        deck.follow(&mut vec![0], include)?;
         Ok(deck)
     }
 
@@ -67,8 +67,9 @@ impl<'a> Deck<'a> {
         })
     }
 
-    /// Adds the pieces of a file and those of its included files; `open` are the names of the files around it.
-    fn follow(&mut self, index: usize, open: &mut Vec<String>, include: Include) -> Result<(), MeshError> {
+    /// Adds the pieces of the last of the `open` files and those of its included files; the others are around it.
+    fn follow(&mut self, open: &mut Vec<usize>, include: Include) -> Result<(), MeshError> {
+        let Some(&index) = open.last() else { return Ok(()) };
         let (includes, end) = self.includes(index)?;
         let mut start = 0;
         for Named { name, line, after } in includes {
@@ -79,20 +80,21 @@ impl<'a> Deck<'a> {
                 what: format!("{place}: the included file {} {what}", shown(name.as_bytes())),
                 remedy: remedy.to_owned(),
             };
-            if open.contains(&name) {
-                return Err(refused("includes itself".into(), "remove one of the includes"));
-            }
-            if open.len() == DEEPEST || self.files.len() > MOST_FILES {
+            if open.len() > DEEPEST || self.files.len() > MOST_FILES {
                 let what = format!("is one of more than {MOST_FILES}, or lies deeper than {DEEPEST} others");
                 return Err(refused(what, "put everything into one file"));
             }
             let bytes = include(&name).map_err(|reason| {
                 refused(format!("is not read: {reason}"), "put everything into one file, or beside it")
             })?;
-            let file = File { name: name.clone(), bytes: Cow::Owned(bytes), base: self.size() };
-            self.files.push(file);
-            open.push(name);
-            self.follow(self.files.len() - 1, open, include)?;
+            // All files lie in one folder, so the same content includes the same files again.
+            if open.iter().any(|around| *self.files[*around].bytes == *bytes) {
+                let what = "is this file, or one that includes it: it would include itself without end";
+                return Err(refused(what.into(), "remove this *INCLUDE"));
+            }
+            open.push(self.files.len());
+            self.files.push(File { name: name.clone(), bytes: Cow::Owned(bytes), base: self.size() });
+            self.follow(open, include)?;
             open.pop();
         }
         self.pieces.push((index, start..end));

@@ -145,7 +145,7 @@ impl<'d> Reader<'d> {
                 if let Some((members, titled)) = set_keyword(keyword) {
                     Block::Set(Box::new(Set::new(members, titled, offset)))
                 } else {
-                    self.skipped.add(keyword);
+                    self.skipped.add(keyword, Some(offset));
                     Block::Skipped
                 }
             }
@@ -294,8 +294,8 @@ impl<'d> Reader<'d> {
             let name = free_name(&self.assembly.node_sets, &names[&part], "shells");
             self.assembly.node_sets.entry(name).or_default().extend(tags);
         }
-        self.assembly.note_unused("keywords", "*", &self.skipped);
         let deck = self.deck;
+        self.assembly.note_unused(("keywords", "*"), &self.skipped, |offset| deck.place(offset));
         self.assembly.into_mesh(|offset| deck.place(offset))
     }
 }

@@ -51,7 +51,7 @@ fn is_the_deck(mesh: &Mesh) {
     assert_eq!(mesh.node_sets["set_7"], [0, 1, 3, 4]);
     assert_eq!(mesh.node_sets["set_8"], [4, 5, 6, 7]);
     assert_eq!(mesh.node_sets["muscle"], [0, 1, 2], "of the shell");
-    assert_eq!(mesh.notes, ["keywords not used: *MAT_ELASTIC (1)"]);
+    assert!(mesh.notes[0].starts_with("keywords not used: *MAT_ELASTIC (line "), "{:?}", mesh.notes);
 }
 
 fn read(text: &str) -> Result<Mesh, MeshError> {
@@ -160,7 +160,7 @@ fn what_is_not_understood_is_refused_with_its_line() {
 fn with_files(files: &[(&str, String)]) -> Result<Mesh, MeshError> {
     let main =
         deck().replace(&format!("*NODE\n$#   nid               x\n{}", nodes(8, 16)), "*INCLUDE\nnodes.k\n");
-    read_mesh_with(main.as_bytes(), MeshFormat::LsDyna, &FieldNames::new(), &mut |name| {
+    read_mesh_with(main.as_bytes(), MeshFormat::LsDyna, &FieldNames::NONE, &mut |name| {
         let found = files.iter().find(|(known, _)| *known == name);
         found.map(|(_, text)| text.clone().into_bytes()).ok_or_else(|| "it does not exist".to_owned())
     })
@@ -191,7 +191,13 @@ fn includes_that_do_not_end_are_refused() {
     };
     assert!(refused(&[]).contains("line 11: the included file \"nodes.k\" is not read: it does not exist"));
     let circle = [("nodes.k", "*INCLUDE\nb.k\n".to_owned()), ("b.k", "*INCLUDE\nnodes.k\n".to_owned())];
-    assert!(refused(&circle).contains("line 2 of b.k: the included file \"nodes.k\" includes itself"));
+    assert!(
+        refused(&circle)
+            .contains("line 2 of b.k: the included file \"nodes.k\" is this file, or one that includes it")
+    );
+    let alone =
+        [("nodes.k", "*INCLUDE\n./nodes.k\n".to_owned()), ("./nodes.k", "*INCLUDE\n./nodes.k\n".to_owned())];
+    assert!(refused(&alone).contains("line 2 of nodes.k: the included file \"./nodes.k\" is this file"));
     let names: Vec<String> = (0..20).map(|i| format!("{i}.k")).collect();
     let mut chain = vec![("nodes.k", "*INCLUDE\n0.k\n".to_owned())];
     chain.extend((0..19).map(|i| (names[i].as_str(), format!("*INCLUDE\n{}.k\n", i + 1))));
@@ -199,6 +205,31 @@ fn includes_that_do_not_end_are_refused() {
     let many = (0..200).map(|_| "*INCLUDE\nb.k\n").collect::<String>();
     assert!(refused(&[("nodes.k", many), ("b.k", String::new())]).contains("more than 100"));
     assert!(matches!(read("*KEYWORD\n*INCLUDE\nx.k\n"), Err(MeshError::Unsupported { .. })));
+}
+
+#[test]
+fn sets_of_sets_of_sets_have_all_nodes_and_no_circles() {
+    let more = |members: &str| {
+        format!("*SET_NODE_ADD\n        10\n{members}*SET_NODE_ADD\n        11\n        10\n*END")
+    };
+    let mesh = read(&deck().replace("*END", &more("         6\n"))).unwrap();
+    assert_eq!(mesh.node_sets["set_11"], mesh.node_sets["set_6"]);
+    let circle = deck().replace("*END", &more("        11\n"));
+    let line = circle.lines().position(|line| line == "        11").unwrap() + 2;
+    let found = malformed(&circle, MeshFormat::LsDyna);
+    assert!(found.1.contains("is a member of itself") && found.0 >= line - 1, "{found:?} {line}");
+}
+
+#[test]
+fn notes_name_the_line_of_the_first_of_each_keyword() {
+    let text = deck().replace("*END", "*LOAD_BODY_Z\n1\n*LOAD_BODY_Z\n1\n*END");
+    let line = |word: &str| text.lines().position(|line| line == word).unwrap() + 1;
+    let expected = format!(
+        "keywords not used: *LOAD_BODY_Z (2, first in line {}), *MAT_ELASTIC (line {})",
+        line("*LOAD_BODY_Z"),
+        line("*MAT_ELASTIC")
+    );
+    assert_eq!(read(&text).unwrap().notes, [expected]);
 }
 
 #[test]

@@ -88,7 +88,7 @@ impl Reader<'_> {
             (_, Some(&(_, kind, other)), _) => self.solid(card, kind, other),
             (_, _, Some(&(_, nodes))) => self.shell(card, nodes),
             _ => {
-                self.skipped.add(&card.name);
+                self.skipped.add(&card.name, Some(card.offset));
                 Ok(())
             }
         }
@@ -168,7 +168,8 @@ impl Reader<'_> {
             .into_iter()
             .map(|(property, tags)| (name(property), tags))
             .collect();
-        self.assembly.note_unused("entries", "", &self.skipped);
-        self.assembly.into_mesh(|offset| place_of(self.bytes, offset, Numbers::Text))
+        let place = |offset| place_of(self.bytes, offset, Numbers::Text);
+        self.assembly.note_unused(("entries", ""), &self.skipped, place);
+        self.assembly.into_mesh(place)
     }
 }

@@ -25,7 +25,7 @@ fn every_kind_of_element() {
     assert_eq!(mesh.parts, ["part_2", "part_7"]);
     assert_eq!(mesh.part_of, [1, 1, 1, 0]);
     assert_eq!(mesh.node_sets["part_9"], [0, 1, 2, 3]);
-    assert_eq!(mesh.notes, ["entries not used: MAT1 (1), PSOLID (1)"]);
+    assert_eq!(mesh.notes, ["entries not used: MAT1 (line 28), PSOLID (line 27)"]);
 }
 
 #[test]
@@ -69,4 +69,15 @@ fn what_is_not_understood_is_refused() {
 #[test]
 fn damaged_files_never_panic() {
     never_panics_on_damage(file().as_bytes(), MeshFormat::Nastran);
+}
+
+#[test]
+fn files_in_utf_16_are_refused_with_a_remedy() {
+    for (mark, bytes) in
+        [([0xff, 0xfe], u16::to_le_bytes as fn(u16) -> [u8; 2]), ([0xfe, 0xff], u16::to_be_bytes)]
+    {
+        let text = file().encode_utf16().flat_map(bytes).collect::<Vec<u8>>();
+        let error = read_mesh(&[&mark[..], &text].concat(), MeshFormat::Nastran).unwrap_err().to_string();
+        assert!(error.contains("UTF-16") && error.contains("iconv"), "{error}");
+    }
 }

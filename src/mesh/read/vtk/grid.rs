@@ -1,7 +1,7 @@
 //! An unstructured grid as VTK stores it, and the mesh made from it.
 
 use super::cell_type::CellType;
-use super::labels::{Labels, Owner, is_set, part_rank};
+use super::labels::{Labels, Owner, PART, is_set, part_rank};
 use super::scalar::Values;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::MOST_NODES;
@@ -23,6 +23,8 @@ pub(super) struct Grid<'a> {
     pub types: Vec<i64>,
     /// Byte offset of the cells in the file.
     pub cells_at: usize,
+    /// Names of the parts by their numbers in the array `part`, where the file has them.
+    pub part_names: Vec<String>,
     /// The array that gives the part of each cell, with its rank among those that could.
     parts: Option<(usize, Labels)>,
     /// Name and marks of each node set.
@@ -45,7 +47,7 @@ impl<'a> Grid<'a> {
     fn is_field(&self, owner: Owner, name: &str, components: u64) -> bool {
         owner == Owner::Cells
             && matches!(components, 1 | 3)
-            && self.requested.is_some_and(|requested| requested.contains(name))
+            && self.requested.is_some_and(|requested| requested.include(name, part_rank(name).is_some()))
     }
 
     /// Whether an array, of integers, or of texts, could name parts or a set, or is requested, so that its values are to be read.
@@ -63,7 +65,7 @@ impl<'a> Grid<'a> {
             };
         let wanted = names || !texts && self.is_field(owner, name, components);
         if !wanted {
-            self.unused.add(name);
+            self.unused.add(name, None);
         }
         wanted
     }
@@ -96,7 +98,7 @@ impl<'a> Grid<'a> {
                 self.sets.push((name.to_owned(), marks));
             }
             (Owner::Cells, values) => self.add_parts(name, values),
-            _ => self.unused.add(name),
+            _ => self.unused.add(name, None),
         }
         Ok(())
     }
@@ -104,9 +106,10 @@ impl<'a> Grid<'a> {
     /// Keeps the labels of the array that comes first among those that name parts.
     fn add_parts(&mut self, name: &str, values: Values) {
         let better = part_rank(name).filter(|rank| self.parts.as_ref().is_none_or(|(best, _)| rank < best));
-        match (better, Labels::new(values)) {
+        let names = if name == PART { &self.part_names[..] } else { &[] };
+        match (better, Labels::new(values, names)) {
             (Some(rank), Some(labels)) => self.parts = Some((rank, labels)),
-            _ => self.unused.add(name),
+            _ => self.unused.add(name, None),
         }
     }
 
@@ -129,7 +132,7 @@ impl<'a> Grid<'a> {
             let tags = members.map(|(tag, _)| NodeTag { tag, offset: at });
             assembly.node_sets.entry(name).or_default().extend(tags);
         }
-        assembly.note_unused("arrays", "", &self.unused);
+        assembly.note_unused(("arrays", ""), &self.unused, Place::Byte);
         let is_volume = |cell: &usize| matches!(CellType::of(self.types[*cell]), Some(CellType::Volume(..)));
         let fields = self.fields.of_elements(&(0..self.types.len()).filter(is_volume));
         Ok(Mesh { fields, ..assembly.into_mesh(place)? })

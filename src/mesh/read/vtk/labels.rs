@@ -1,7 +1,8 @@
 //! Arrays that name parts and sets: a convention, since VTK has neither.
 //!
 //! The part of a cell is its value in the first cell array of one component, in the order of [`PART_ARRAYS`], whose values
-//! are integers or texts: `part_<value>`, or the text. A point array of integers that are all 0 or 1 is a node set.
+//! are integers or texts: `part_<value>`, or the text; the integers of `part` are numbers, from 0, in the texts `parts` of the field data,
+//! where there are so many, as `contuse` writes them. A point array of integers that are all 0 or 1 is a node set.
 
 use super::scalar::Values;
 use std::collections::BTreeMap;
@@ -14,6 +15,9 @@ pub(super) enum Owner {
     /// One tuple for each cell.
     Cells,
 }
+
+/// The array of cells whose integers may have names.
+pub(super) const PART: &str = "part";
 
 /// Names of cell arrays that give parts, in the order of preference; in lower case, without `_`, `-` and spaces.
 const PART_ARRAYS: [&str; 16] = [
@@ -54,29 +58,29 @@ pub(super) struct Labels {
 
 impl Labels {
     /// Labels from the values of an array: integers in ascending order, texts in the order in which they appear; `None` for
-    /// numbers that are not integers.
-    pub(super) fn new(values: Values) -> Option<Self> {
+    /// numbers that are not integers. Integers that all are numbers of `names` have those.
+    pub(super) fn new(values: Values, names: &[String]) -> Option<Self> {
         match values {
             Values::Texts(texts) => Some(Self::of_texts(texts)),
-            Values::Integers(numbers) => Some(Self::of_integers(&numbers)),
+            Values::Integers(numbers) => Some(Self::of_integers(&numbers, names)),
             Values::Reals(numbers) => {
                 // Whole numbers up to 2⁵³ are exact.
                 let whole = |x: f64| (x.fract() == 0.0 && x.abs() < 9e15).then_some(x as i64);
                 let numbers = numbers.into_iter().map(whole).collect::<Option<Vec<i64>>>()?;
-                Some(Self::of_integers(&numbers))
+                Some(Self::of_integers(&numbers, names))
             }
         }
     }
 
-    fn of_integers(numbers: &[i64]) -> Self {
+    fn of_integers(numbers: &[i64], names: &[String]) -> Self {
         let mut known = numbers.to_vec();
         known.sort_unstable();
         known.dedup();
         let index = |number: &i64| known.partition_point(|other| other < number) as u32;
-        Self {
-            of_cell: numbers.iter().map(index).collect(),
-            names: known.iter().map(|n| format!("part_{n}")).collect(),
-        }
+        let named = |n: &i64| usize::try_from(*n).ok().and_then(|n| names.get(n)).cloned();
+        let known_names: Option<Vec<String>> = known.iter().map(named).collect();
+        let names = known_names.unwrap_or_else(|| known.iter().map(|n| format!("part_{n}")).collect());
+        Self { of_cell: numbers.iter().map(index).collect(), names }
     }
 
     fn of_texts(texts: Vec<String>) -> Self {
@@ -105,5 +109,24 @@ impl Labels {
     /// Name of a label.
     pub(super) fn name(&self, label: usize) -> String {
         self.names[label].clone()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_names_have_them_and_others_have_none() {
+        let named = ["skin", "fat", "bone"].map(String::from);
+        let names = |numbers: &[i64], names: &[String]| {
+            Labels::new(Values::Integers(numbers.to_vec()), names).unwrap().names
+        };
+        assert_eq!(names(&[2, 0, 2], &named), ["skin", "bone"]);
+        for other in [&[1, 3][..], &[-1, 0]] {
+            assert!(names(other, &named).iter().all(|name| name.starts_with("part_")), "{other:?}");
+        }
+        assert_eq!(names(&[1], &[]), ["part_1"]);
     }
 }

@@ -353,6 +353,17 @@ fn what_other_files_have_is_refused_with_a_remedy() {
     }
 }
 
+#[test]
+fn a_truncated_file_is_refused_at_its_last_line() {
+    let text = plain();
+    let cut = &text[..text.find("<CellData>").unwrap()];
+    let last = cut.lines().count() + 1;
+    assert_eq!(
+        malformed(cut, MeshFormat::Vtu),
+        (last, "the file ends within an element: it is truncated".into())
+    );
+}
+
 /// An appended array of one block with this header, instead of the points.
 fn with_points(header: &[u64], block: &[u8]) -> MeshError {
     let style = Style { written: Written::Text, compressor: None, long: true, big: false };

@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
             Some(other) => {
                 return Err(refused(
                     format!("the compressor {}", shown(other.as_bytes())),
-                    "compress with zlib",
+                    "write it compressed by zlib or not at all, as PyVista does by `mesh.save(\"mesh.vtu\")`",
                 ));
             }
         };
@@ -105,6 +105,7 @@ impl<'a> Reader<'a> {
         let points: usize = xml.number(piece, "NumberOfPoints")?;
         let cells: usize = xml.number(piece, "NumberOfCells")?;
         let mut grid = Grid::new(fields);
+        grid.part_names = self.part_names()?;
         grid.points = self.points(piece, points)?;
 
         // Cells: the last offset is the number of entries of the connectivity.
@@ -127,6 +128,22 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(grid)
+    }
+
+    /// The texts `parts` of the field data.
+    fn part_names(&mut self) -> Result<Vec<String>, MeshError> {
+        let grid = self.xml.child(self.xml.root(), "UnstructuredGrid")?;
+        let data = grid.children().filter(|child| child.has_tag_name("FieldData"));
+        let mut arrays = data.flat_map(|data| data.children().filter(Node::is_element));
+        let is_it = |array: &Node| {
+            [array.attribute("Name"), array.attribute("type")] == [Some("parts"), Some("String")]
+        };
+        let Some(array) = arrays.find(is_it) else { return Ok(Vec::new()) };
+        let count: usize = self.xml.number(array, "NumberOfTuples")?;
+        match self.values(array, count)? {
+            Values::Texts(names) => Ok(names),
+            _ => Ok(Vec::new()),
+        }
     }
 
     fn piece(&self) -> Result<Node<'a, 'a>, MeshError> {

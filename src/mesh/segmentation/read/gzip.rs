@@ -15,9 +15,8 @@ pub(super) fn begins(bytes: &[u8]) -> bool {
 /// Compressed bytes in a file.
 #[derive(Clone, Copy)]
 pub(super) struct Compressed<'a> {
-    /// The deflate stream, and what follows it.
-    deflate: &'a [u8],
-    /// Place of the stream in the file.
+    file: &'a [u8],
+    /// Place of the deflate stream in the file.
     offset: usize,
     /// Whether it has the header of zlib; otherwise it is that of gzip, which is skipped already.
     is_zlib: bool,
@@ -26,7 +25,7 @@ pub(super) struct Compressed<'a> {
 impl<'a> Compressed<'a> {
     /// A zlib stream that begins at a byte of a file.
     pub(super) fn zlib(file: &'a [u8], offset: usize) -> Self {
-        Self { deflate: file.get(offset..).unwrap_or_default(), offset, is_zlib: true }
+        Self { file, offset, is_zlib: true }
     }
 
     /// A gzip stream that begins at a byte of a file.
@@ -59,17 +58,24 @@ impl<'a> Compressed<'a> {
         if flags & 2 != 0 {
             at += 2;
         }
-        let deflate = bytes.get(at..).ok_or_else(|| short(bytes.len()))?;
-        Ok(Self { deflate, offset: offset + at, is_zlib: false })
+        if at > bytes.len() {
+            return Err(short(bytes.len()));
+        }
+        Ok(Self { file, offset: offset + at, is_zlib: false })
     }
 
-    /// The first bytes, at most `most`; fewer where the stream ends.
+    /// The deflate stream, and what follows it.
+    fn deflate(&self) -> &'a [u8] {
+        self.file.get(self.offset..).unwrap_or_default()
+    }
+
+    /// The first bytes, at most `most`; fewer where the content ends.
     ///
     /// # Errors
-    /// `Malformed` where the stream is damaged.
+    /// `Malformed` where a stream is damaged.
     pub(super) fn first(&self, most: usize) -> Result<Vec<u8>, MeshError> {
         let mut out = vec![0; most];
-        let (_, _, written) = self.decompress(&mut out)?;
+        let (written, _) = self.fill(&mut out)?;
         out.truncate(written);
         Ok(out)
     }
@@ -77,9 +83,10 @@ impl<'a> Compressed<'a> {
     /// All bytes, of which there are `expected`.
     ///
     /// # Errors
-    /// `Malformed` where the stream is damaged, or too short for as many; nothing is allocated for more than deflate can give.
+    /// `Malformed` where a stream is damaged, for more or fewer bytes, and for anything but zeros after them; nothing is allocated for more
+    /// than deflate can give.
     pub(super) fn all(&self, expected: u64) -> Result<Vec<u8>, MeshError> {
-        let most = (self.deflate.len() as u64).saturating_mul(LARGEST_RATIO);
+        let most = (self.deflate().len() as u64).saturating_mul(LARGEST_RATIO);
         let short = |found: u64| {
             malformed(
                 self.offset,
@@ -89,15 +96,50 @@ impl<'a> Compressed<'a> {
         if expected > most {
             return Err(short(most));
         }
-        let mut out = vec![0; usize::try_from(expected).map_err(|_| short(most))?];
-        let (status, read, written) = self.decompress(&mut out)?;
-        if written < out.len() {
+        // One byte more shows content beyond the end.
+        let size = usize::try_from(expected).ok().and_then(|size| size.checked_add(1));
+        let mut out = vec![0; size.ok_or_else(|| short(most))?];
+        let (written, end) = self.fill(&mut out)?;
+        if (written as u64) < expected {
             return Err(short(written as u64));
         }
-        if status == TINFLStatus::Done && !self.is_zlib {
-            self.check_sum(&out, read)?;
+        let Some(end) = end.filter(|_| written as u64 == expected) else {
+            let message = format!(
+                "the data are {expected} bytes, but decompress to more: the sizes or the type in the header are wrong"
+            );
+            return Err(malformed(self.offset, message));
+        };
+        let rest = self.file.get(end..).unwrap_or_default();
+        if let Some(at) = rest.iter().position(|byte| *byte != 0) {
+            let message = format!("{} bytes follow the compressed data: remove them", rest.len());
+            return Err(malformed(end + at, message));
         }
+        out.truncate(written);
         Ok(out)
+    }
+
+    /// Fills `out` with the content of this stream and of the members of gzip after it: the bytes written, and where the last stream ends in
+    /// the file, if it was read to its end.
+    fn fill(&self, out: &mut [u8]) -> Result<(usize, Option<usize>), MeshError> {
+        let (mut part, mut filled) = (*self, 0);
+        loop {
+            let (status, read, written) = part.decompress(&mut out[filled..])?;
+            let content = &out[filled..filled + written];
+            filled += written;
+            if status != TINFLStatus::Done {
+                return Ok((filled, None));
+            }
+            if part.is_zlib {
+                return Ok((filled, Some(part.offset + read)));
+            }
+            part.check_sum(content, read)?;
+            // The check sum, and the number of bytes.
+            let end = part.offset + read + 8;
+            if filled == out.len() || !begins(self.file.get(end..).unwrap_or_default()) {
+                return Ok((filled, Some(end)));
+            }
+            part = Self::gzip(self.file, end)?;
+        }
     }
 
     /// Decompresses until `out` is full or the stream ends: how it went, bytes read and written.
@@ -107,7 +149,7 @@ impl<'a> Compressed<'a> {
         let flags = core::inflate_flags::TINFL_FLAG_USING_NON_WRAPPING_OUTPUT_BUF
             | if self.is_zlib { zlib } else { 0 };
         let mut state = Box::<core::DecompressorOxide>::default();
-        let (status, read, written) = core::decompress(&mut state, self.deflate, out, 0, flags);
+        let (status, read, written) = core::decompress(&mut state, self.deflate(), out, 0, flags);
         match status {
             TINFLStatus::Done | TINFLStatus::HasMoreOutput => Ok((status, read, written)),
             TINFLStatus::FailedCannotMakeProgress | TINFLStatus::NeedsMoreInput => Err(malformed(
@@ -124,7 +166,7 @@ impl<'a> Compressed<'a> {
     /// Compares the content with the check sum after a gzip stream.
     fn check_sum(&self, content: &[u8], at: usize) -> Result<(), MeshError> {
         let place = self.offset + at;
-        let Some(&[a, b, c, d]) = self.deflate.get(at..at + 4) else {
+        let Some(&[a, b, c, d]) = self.deflate().get(at..at + 4) else {
             return Err(malformed(place, "the gzip stream ends before its check sum"));
         };
         let [written, found] = [u32::from_le_bytes([a, b, c, d]), crc32(content)];
@@ -178,6 +220,19 @@ mod tests {
         for end in 0..file.len() - 4 {
             let cut = Compressed::gzip(&file[..end], 0).and_then(|s| s.all(content.len() as u64));
             assert!(cut.is_err(), "{end}");
+        }
+        // Members one after another are one content, and zeros may follow.
+        let twice = [&file[..], &file, &[0; 9]].concat();
+        let whole = [&content[..], content].concat();
+        assert_eq!(Compressed::gzip(&twice, 0).unwrap().all(2 * content.len() as u64).unwrap(), whole);
+        assert_eq!(Compressed::gzip(&twice, 0).unwrap().first(60).unwrap(), whole[..60]);
+        for (file, size, what) in [
+            (&twice[..], content.len(), "decompress to more"),
+            (&twice, 3 * content.len(), "decompress to 108 at most"),
+            (&[&file[..], b"rest"].concat(), content.len(), "4 bytes follow"),
+        ] {
+            let error = Compressed::gzip(file, 0).and_then(|s| s.all(size as u64)).unwrap_err();
+            assert!(error.to_string().contains(what), "{error}");
         }
         let last = file.len() - 5;
         file[last] ^= 1;

@@ -27,7 +27,7 @@ impl TextHeader {
     /// Reads lines until `is_last` says that one is; `mark` stands between key and value. Comments begin with `#`.
     ///
     /// # Errors
-    /// `Malformed` for a line without the mark, and for a header that does not end.
+    /// `Malformed` for a line without the mark, a repeated key, and a header that does not end.
     pub(super) fn read(bytes: &[u8], mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Self, MeshError> {
         let (mut fields, mut at) = (BTreeMap::new(), 0);
         for line in 1.. {
@@ -38,9 +38,20 @@ impl TextHeader {
             let text = text.trim();
             at += length + 1;
             if let Some((key, value)) = text.split_once(mark).filter(|_| !text.starts_with('#')) {
-                // NRRD marks keys of users by `:=`.
-                let value = value.trim_start_matches('=').trim().to_owned();
-                fields.insert(key.trim().to_ascii_lowercase(), (line, value));
+                // NRRD marks keys of users by `:=`: they say nothing of the voxels.
+                let is_of_user = mark == ":" && value.starts_with('=');
+                let (key, value) = (key.trim().to_ascii_lowercase(), value.trim().to_owned());
+                match fields.get(&key) {
+                    _ if is_of_user => {}
+                    Some((before, _)) => {
+                        let message = format!(
+                            "{:?} was given in line {before} already: remove one of them",
+                            shown(&key)
+                        );
+                        return Err(in_line(line, message));
+                    }
+                    None => drop(fields.insert(key, (line, value))),
+                }
             } else if !(text.is_empty() || text.starts_with('#') || line == 1) {
                 return Err(in_line(line, format!("expected `key{mark} value`, found {:?}", shown(text))));
             }
@@ -95,6 +106,43 @@ pub(super) fn numbers<const N: usize>((line, value): (usize, &str)) -> Result<[f
     let parsed: Option<Vec<f64>> = words.take(N + 1).map(|word| word.parse().ok()).collect();
     let exact = parsed.and_then(|list| <[f64; N]>::try_from(list).ok());
     exact.ok_or_else(|| in_line(line, format!("expected {N} numbers, found {:?}", shown(value))))
+}
+
+/// Three distances of voxels in a value.
+///
+/// # Errors
+/// `Malformed` for anything but three positive numbers; `directions` is the field that turns an axis.
+pub(super) fn spacings(field: (usize, &str), directions: &str) -> Result<[f64; 3], MeshError> {
+    let found = numbers::<3>(field)?;
+    if found.iter().all(|distance| *distance > 0.0) {
+        return Ok(found);
+    }
+    let message = format!(
+        "distances of voxels are positive, found {:?}: turn an axis by {directions:?}",
+        shown(field.1)
+    );
+    Err(in_line(field.0, message))
+}
+
+/// The data of a volume, of `size` bytes from `start` to the end of the file.
+///
+/// # Errors
+/// `Malformed` for more or fewer of them.
+pub(super) fn exactly(bytes: &[u8], start: u64, size: u64) -> Result<&[u8], MeshError> {
+    let all = usize::try_from(start).ok().and_then(|start| bytes.get(start..)).unwrap_or_default();
+    let found = all.len() as u64;
+    if found == size {
+        return Ok(all);
+    }
+    let message = if found < size {
+        format!("the voxels are {size} bytes from byte {start}, but the file ends here")
+    } else {
+        let more = found - size;
+        format!(
+            "the voxels are {size} bytes from byte {start}, but {more} bytes follow: the sizes or the type in the header are wrong"
+        )
+    };
+    Err(super::error::malformed(bytes.len() - found.saturating_sub(size) as usize, message))
 }
 
 /// Three numbers of voxels in a value.

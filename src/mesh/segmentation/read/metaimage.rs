@@ -1,13 +1,11 @@
 //! MetaImage `.mha` (<https://itk.org/Wiki/MetaIO/Documentation>): its data are in the same file, raw or compressed by zlib.
 
-use super::error::malformed;
 use super::gzip::Compressed;
-use super::header::{TextHeader, counts, in_line, numbers};
+use super::header::{TextHeader, counts, exactly, in_line, numbers, spacings};
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::segmentation::volume::LabelVolume;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Reads a volume of at most `limit` bytes.
@@ -25,13 +23,9 @@ pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
     let size = layout.bytes(limit)?;
     if header.get(&["compresseddata"]).is_some_and(|(_, word)| word.eq_ignore_ascii_case("true")) {
         let content = Compressed::zlib(bytes, header.end).all(size)?;
-        return layout.labels(&Cow::Owned(content), 0);
+        return layout.labels(&content, 0);
     }
-    let data = bytes[header.end..].get(..size as usize).ok_or_else(|| {
-        let missing = format!("the voxels are {size} bytes from byte {}, but the file ends here", header.end);
-        malformed(bytes.len(), missing)
-    })?;
-    layout.labels(&Cow::Borrowed(data), header.end)
+    layout.labels(exactly(bytes, header.end as u64, size)?, header.end)
 }
 
 fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
@@ -51,7 +45,7 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
     };
     let order = ["binarydatabyteordermsb", "elementbyteordermsb"];
     let is_big_endian = header.get(&order).is_some_and(|(_, word)| word.eq_ignore_ascii_case("true"));
-    let spacing = numbers::<3>(header.need(&["elementspacing", "elementsize"])?)?;
+    let spacing = spacings(header.need(&["elementspacing", "elementsize"])?, "TransformMatrix")?;
     let turned = header.get(&["transformmatrix", "rotation", "orientation"]);
     let matrix = turned.map_or(Ok([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]), numbers::<9>)?;
     let origin = header.get(&["offset", "position", "origin"]).map_or(Ok([0.0; 3]), numbers::<3>)?;

@@ -2,11 +2,11 @@
 
 use super::error::malformed;
 use super::gzip::{self, Compressed};
+use super::header::exactly;
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::MeshError;
 use crate::mesh::segmentation::volume::LabelVolume;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Sizes of the headers of the two versions, which are their first numbers.
@@ -35,12 +35,7 @@ pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
     if !gzip::begins(bytes) {
         let (layout, start) = header(bytes)?;
         let size = layout.bytes(limit)?;
-        let end = start.checked_add(size).and_then(|end| usize::try_from(end).ok());
-        let data = end.and_then(|end| bytes.get(start as usize..end)).ok_or_else(|| {
-            let missing = format!("the voxels are {size} bytes from byte {start}, but the file ends here");
-            malformed(bytes.len(), missing)
-        })?;
-        return layout.labels(&Cow::Borrowed(data), start as usize);
+        return layout.labels(exactly(bytes, start, size)?, start as usize);
     }
     let stream = Compressed::gzip(bytes, 0)?;
     let (layout, start) = header(&stream.first(HEADERS[1])?)?;
@@ -49,7 +44,7 @@ pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
         return Err(malformed(108, format!("the voxels begin at byte {start} of the content")));
     }
     let content = stream.all(start + size)?;
-    layout.labels(&Cow::Borrowed(&content[start as usize..]), start as usize)
+    layout.labels(&content[start as usize..], start as usize)
 }
 
 /// A header, of known byte order.

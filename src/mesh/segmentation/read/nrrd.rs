@@ -1,14 +1,12 @@
 //! NRRD (<https://teem.sourceforge.net/nrrd/format.html>) with its data in the same file, raw or compressed by gzip.
 
-use super::error::malformed;
 use super::gzip::Compressed;
-use super::header::{TextHeader, counts, in_line, numbers};
+use super::header::{TextHeader, counts, exactly, in_line, numbers, spacings as spacings_of};
 use super::samples::{Layout, Sample};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::names::fault;
 use crate::mesh::segmentation::volume::LabelVolume;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Reads a volume of at most `limit` bytes.
@@ -33,14 +31,10 @@ pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
     let size = layout.bytes(limit)?;
     let start = header.end;
     if header.need(&["encoding"])?.1.eq_ignore_ascii_case("raw") {
-        let data = bytes[start..].get(..size as usize).ok_or_else(|| {
-            let missing = format!("the voxels are {size} bytes from byte {start}, but the file ends here");
-            malformed(bytes.len(), missing)
-        })?;
-        return layout.labels(&Cow::Borrowed(data), start);
+        return layout.labels(exactly(bytes, start as u64, size)?, start);
     }
     let content = Compressed::gzip(bytes, start)?.all(size)?;
-    layout.labels(&Cow::Owned(content), 0)
+    layout.labels(&content, 0)
 }
 
 fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
@@ -87,7 +81,7 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
             [0, 3, 6].map(|i| Vec3::new(found[i], found[i + 1], found[i + 2]))
         }
         (None, Some(spacings)) => {
-            let [a, b, c] = numbers::<3>(spacings)?;
+            let [a, b, c] = spacings_of(spacings, "space directions")?;
             [Vec3::x() * a, Vec3::y() * b, Vec3::z() * c]
         }
         (None, None) => {

@@ -217,8 +217,62 @@ fn sizes_are_checked_before_anything_is_allocated() {
     // A bomb: what is beyond the announced size is not decompressed.
     let mut bomb = written.nifti(2, |v| vec![v]);
     bomb.resize(64 << 20, 0);
-    let small = gzipped(&bomb);
-    assert_small(&read_labels(&small, VolumeFormat::Nifti, 1000).unwrap());
+    assert!(refused(&gzipped(&bomb), 1000).contains("are 376 bytes, but decompress to more"));
+}
+
+#[test]
+fn nifti_1_has_its_axes_in_single_precision_and_is_the_same_as_another_file_with_these_numbers() {
+    let mut written = Written::small();
+    let exact = read_labels(&written.nrrd("raw"), VolumeFormat::Nrrd, 1000).unwrap();
+    let nifti = read_labels(&written.nifti(2, |v| vec![v]), VolumeFormat::Nifti, 1000).unwrap();
+    assert_ne!(exact.steps, nifti.steps);
+    written.steps_mm = written.steps_mm.map(|step| step.map(|x| f64::from(x as f32)));
+    let rounded = read_labels(&written.nrrd("raw"), VolumeFormat::Nrrd, 1000).unwrap();
+    assert_eq!((rounded.steps, rounded.origin), (nifti.steps, nifti.origin));
+}
+
+#[test]
+fn bytes_after_the_voxels_are_refused() {
+    let written = Written::small();
+    for mut file in [written.nifti(2, |v| vec![v]), written.nrrd("raw"), written.metaimage(false)] {
+        let end = file.len();
+        file.extend([0, 0, 0]);
+        let message = read_labels(&file, VolumeFormat::sniff(&file).unwrap(), 1000).unwrap_err().to_string();
+        let place = format!("byte {end}: the voxels are 24 bytes");
+        assert!(message.starts_with(&place) && message.contains("3 bytes follow"), "{message}");
+    }
+    for mut file in [gzipped(&written.nifti(2, |v| vec![v])), written.nrrd("gzip"), written.metaimage(true)] {
+        file.extend(b"rest");
+        let message = read_labels(&file, VolumeFormat::sniff(&file).unwrap(), 1000).unwrap_err().to_string();
+        assert!(message.contains("4 bytes follow the compressed data"), "{message}");
+    }
+    // Members of gzip one after another are one content.
+    let plain = written.nifti(2, |v| vec![v]);
+    let members = [gzipped(&plain[..200]), gzipped(&plain[200..360]), gzipped(&plain[360..])].concat();
+    assert_small(&read_labels(&members, VolumeFormat::Nifti, 1000).unwrap());
+}
+
+#[test]
+fn headers_say_everything_once_with_positive_distances() {
+    let written = Written::small();
+    let with = |file: Vec<u8>, from: &str, to: &str| {
+        let text = String::from_utf8(file).unwrap();
+        assert!(text.contains(from), "{from}");
+        let file = text.replacen(from, to, 1).into_bytes();
+        read_labels(&file, VolumeFormat::sniff(&file).unwrap(), 1000).map_err(|error| error.to_string())
+    };
+    let nrrd = || written.nrrd("raw");
+    let twice = with(nrrd(), "kinds:", "Type: short\nkinds:").unwrap_err();
+    assert_eq!(twice, "line 8: \"type\" was given in line 3 already: remove one of them");
+    // Keys of users are none of the format.
+    assert_small(&with(nrrd(), "kinds:", "type:=short\ntype:=int\nkinds:").unwrap());
+    let directions = "space directions: ";
+    let turned = with(nrrd(), directions, "spacings: 1 -1 1\nabove: ").unwrap_err();
+    assert!(turned.starts_with("line 7: ") && turned.contains("\"space directions\""), "{turned}");
+    let twice = with(written.metaimage(false), "DimSize", "NDims = 2\nDimSize").unwrap_err();
+    assert!(twice.contains("\"ndims\" was given in line 2 already"), "{twice}");
+    let turned = with(written.metaimage(false), "ElementSpacing = ", "ElementSpacing = -").unwrap_err();
+    assert!(turned.starts_with("line 8: ") && turned.contains("\"TransformMatrix\""), "{turned}");
 }
 
 #[test]
