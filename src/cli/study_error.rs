@@ -21,11 +21,9 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// Arguments of `contuse study error`.
+/// Meshes of the ladder.
 #[derive(Args, Debug)]
-pub struct ErrorArgs {
-    /// Scene document; its mesh files and `expected.json` are in the same folder.
-    pub scene: PathBuf,
+pub struct MeshArgs {
     /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
     #[arg(long, default_value_t = *USUAL_LEVELS.start(), allow_negative_numbers = true, value_parser = levels(&COARSEST))]
     pub coarsest: i32,
@@ -35,6 +33,16 @@ pub struct ErrorArgs {
     /// A mesh between each level and the next, √2 times as fine, so that limits are fitted to more meshes.
     #[arg(long)]
     pub half_levels: bool,
+}
+
+/// Arguments of `contuse study error`.
+#[derive(Args, Debug)]
+pub struct ErrorArgs {
+    /// Scene document; its mesh files and `expected.json` are in the same folder.
+    pub scene: PathBuf,
+    /// Meshes of the ladder.
+    #[command(flatten)]
+    pub meshes: MeshArgs,
     /// Additional formulations, each run on all meshes.
     #[arg(long, value_delimiter = ',')]
     pub formulations: Vec<FormulationName>,
@@ -111,8 +119,8 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let formulations: Vec<Formulation> = args.formulations.iter().map(|f| (*f).into()).collect();
     let ladder = Ladder {
-        levels: args.coarsest..=args.finest,
-        half_levels: args.half_levels,
+        levels: args.meshes.coarsest..=args.meshes.finest,
+        half_levels: args.meshes.half_levels,
         formulations: &formulations,
         implicit_steps_s: &args.implicit_steps,
         contact_solvers: &args.contact_solvers,

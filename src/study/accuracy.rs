@@ -148,15 +148,9 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         // Whether it is good enough, or there is nothing that a finer mesh would show.
         clock.count(&result.plan_report, result.outcome.steps);
         let seconds = clock.elapsed_s() - started - bars_s;
-        let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });
-        let is_final = result.summary.values().nothing_touched || (is_withheld && was_withheld);
+        let has_stopped = is_good_enough(&result, level, is_withheld && was_withheld);
         was_withheld = is_withheld;
-        let has_stopped = match &result.outcome.ending {
-            Ending::Finished => is_reached || (level >= 0 && is_final),
-            // A mesh that is too coarse may fail where a finer one does not.
-            ending => level >= 0 || is_stop(&ending_name(ending)),
-        };
         // Whether there is a next mesh, and time for it. Without any error bar it is tried in whatever time is left.
         let next_s = Some(growth * seconds).filter(|seconds| seconds.is_finite());
         if let Some(accuracy) = &mut result.summary.accuracy {
@@ -174,8 +168,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1)) {
             Ok(next) => next,
             Err(why) => {
-                let warning = format!("There is no finer mesh to reach the accuracy with: {why}");
-                result.summary.warnings.push(warning);
+                result.summary.warnings.push(no_finer_mesh(&why));
                 return Ok(result);
             }
         };
@@ -190,10 +183,26 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
     }
 }
 
+/// Whether a level is the last whatever the time; `again`: its results and those of the level before are withheld.
+fn is_good_enough(result: &RunResult, level: i32, again: bool) -> bool {
+    let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
+    let is_final = result.summary.values().nothing_touched || again;
+    match &result.outcome.ending {
+        Ending::Finished => is_reached || (level >= 0 && is_final),
+        // A mesh that is too coarse may fail where a finer one does not.
+        ending => level >= 0 || is_stop(&ending_name(ending)),
+    }
+}
+
 /// Warning of a finer mesh whose run was discarded.
 fn discarded(mesh_factor: f64, failure: Option<String>) -> String {
     let how = failure.map_or_else(|| "exceeded the time".into(), |failure| format!("failed: {failure}"));
     format!("The run with {mesh_factor:.2} times the numbers of elements is discarded: it {how}")
+}
+
+/// Warning of an accuracy that no mesh reaches.
+fn no_finer_mesh(why: &str) -> String {
+    format!("There is no finer mesh to reach the accuracy with: {why}")
 }
 
 /// Warning of a mesh that is coarser than the scene's own.

@@ -186,9 +186,9 @@ mod tests {
             vec![value(-1), value(0), value(1), (2, None)],
         ] {
             let found = reference(&values);
-            let order = match found {
-                Reference::Extrapolated { order, .. } | Reference::Fitted { order, meshes: 4, .. } => order,
-                _ => panic!("{found:?}"),
+            let (Reference::Extrapolated { order, .. } | Reference::Fitted { order, meshes: 4, .. }) = found
+            else {
+                panic!("{found:?}")
             };
             assert!((order - 1.0).abs() < 1e-12, "{found:?}");
             assert!((found.value() - 2.0).abs() < 1e-12, "{found:?}");
