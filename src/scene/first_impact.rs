@@ -1,6 +1,6 @@
 //! What a user needs beside a first scene to let something hit it: the parts and sets of the mesh, and where a ball touches it.
 
-use super::first_scene::{MILLIMETRE, first_scene, first_scene_of_scan};
+use super::first_scene::{first_scene, first_scene_of_scan};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::segmentation::{LabelCount, LabelVolume};
 use crate::mesh::{Mesh, MeshError, surface};
@@ -70,10 +70,14 @@ pub struct Touch {
 }
 
 impl FirstScene {
-    /// Of a mesh that the scene calls `name`. Lengths are those of the scene, which may scale the mesh.
+    /// Of a mesh that the scene calls `name`.
     pub fn of_mesh(mesh: &Mesh, name: &str, approach: &Approach) -> Self {
-        let scene = first_scene(mesh, name);
-        let scale = scene["bodies"][0]["placement"]["scale"].as_f64().map_or(1.0, |_| MILLIMETRE);
+        Self::of_scene(mesh, first_scene(mesh, name), approach)
+    }
+
+    /// Of a scene of a mesh. Lengths are those of the scene, which may scale the mesh.
+    pub fn of_scene(mesh: &Mesh, scene: Value, approach: &Approach) -> Self {
+        let scale = scene["bodies"][0]["placement"]["scale"].as_f64().unwrap_or(1.0);
         // The surface of the tissue alone: what strikes may be in the same file.
         let bodies = scene["bodies"].as_array().map(Vec::as_slice).unwrap_or_default();
         let tissue = bodies.iter().find(|body| body["role"] == "tissue");

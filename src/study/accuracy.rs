@@ -16,7 +16,7 @@ use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{
     Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame,
-    RequestedAccuracy, Sink,
+    RequestedAccuracy, Sink, Summary,
 };
 use crate::plan::{Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
@@ -113,6 +113,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
             of: requested.of.clone(),
             mesh_factor: meshes.factor(level),
             next_s: expected.map(|seconds| growth * seconds).filter(|seconds| seconds.is_finite()),
+            is_estimated: clock.is_estimated(),
         };
         let is_last =
             accuracy.next_s.is_some_and(|next| clock.is_over_after(next + expected.unwrap_or_default()));
@@ -120,9 +121,11 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
             progress(if is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
         };
         let must_finish = level > 0 && best.is_some();
+        // Results that are withheld are no answer where there is one.
+        let must_show = best.as_ref().is_some_and(|best| !is_withheld(&best.summary));
         let mut kept: Vec<_> = sinks
             .iter_mut()
-            .map(|sink| Discardable { sink: &mut **sink, discards: &discards, must_finish })
+            .map(|sink| Discardable { sink: &mut **sink, discards: &discards, must_finish, must_show })
             .collect();
         let request = RunRequest {
             scene: &mesh,
@@ -137,7 +140,8 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
             result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
         }
         let failure = match &result.outcome.ending {
-            Ending::Failed { failure } if must_finish => Some(failure.to_string()),
+            Ending::Failed { failure } if must_finish => Some(format!("failed: {failure}")),
+            _ if must_show => withheld(&result.summary),
             _ => None,
         };
         if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
@@ -148,9 +152,9 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         // Whether it is good enough, or there is nothing that a finer mesh would show.
         clock.count(&result.plan_report, result.outcome.steps);
         let seconds = clock.elapsed_s() - started - bars_s;
-        let is_withheld = matches!(result.summary.results, Shown::Withheld { .. });
-        let has_stopped = is_good_enough(&result, level, is_withheld && was_withheld);
-        was_withheld = is_withheld;
+        let again = is_withheld(&result.summary) && was_withheld;
+        let has_stopped = is_good_enough(&result, level, again);
+        was_withheld = is_withheld(&result.summary);
         // Whether there is a next mesh, and time for it. Without any error bar it is tried in whatever time is left.
         let next_s = Some(growth * seconds).filter(|seconds| seconds.is_finite());
         if let Some(accuracy) = &mut result.summary.accuracy {
@@ -194,9 +198,21 @@ fn is_good_enough(result: &RunResult, level: i32, again: bool) -> bool {
     }
 }
 
+fn is_withheld(summary: &Summary) -> bool {
+    matches!(summary.results, Shown::Withheld { .. })
+}
+
+/// Why a run whose results are withheld is discarded.
+fn withheld(summary: &Summary) -> Option<String> {
+    match &summary.results {
+        Shown::Withheld { reason, .. } => Some(format!("has results that are withheld: {reason}")),
+        Shown::Results(_) => None,
+    }
+}
+
 /// Warning of a finer mesh whose run was discarded.
 fn discarded(mesh_factor: f64, failure: Option<String>) -> String {
-    let how = failure.map_or_else(|| "exceeded the time".into(), |failure| format!("failed: {failure}"));
+    let how = failure.unwrap_or_else(|| "exceeded the time".into());
     format!("The run with {mesh_factor:.2} times the numbers of elements is discarded: it {how}")
 }
 
@@ -229,6 +245,8 @@ struct Discardable<'a> {
     discards: &'a AtomicBool,
     /// Whether a run that fails is discarded, too.
     must_finish: bool,
+    /// Whether one is whose results are withheld.
+    must_show: bool,
 }
 
 impl Sink for Discardable<'_> {
@@ -242,7 +260,8 @@ impl Sink for Discardable<'_> {
 
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
         let has_failed = self.must_finish && matches!(end.outcome.ending, Ending::Failed { .. });
-        if self.discards.load(Ordering::Relaxed) || has_failed {
+        let is_no_answer = self.must_show && is_withheld(end.summary);
+        if self.discards.load(Ordering::Relaxed) || has_failed || is_no_answer {
             self.sink.discard();
             return Ok(());
         }

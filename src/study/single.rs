@@ -43,7 +43,7 @@ pub struct RunResult {
     pub energy: Energy,
     /// What the plan kept and omitted.
     pub plan_report: PlanReport,
-    /// Wall time, compiling included [s].
+    /// Wall time, compiling included [s]; of a run to an accuracy that of all its meshes.
     pub wall_s: f64,
     /// Processor time of the whole process meanwhile [s], including other runs in it; `None` if the system does not
     /// provide it.

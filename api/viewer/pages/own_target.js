@@ -3,7 +3,7 @@
 import { getJson, upload } from "../api.js";
 import { button, html, select, table } from "../dom.js";
 import { bytes, number, setting } from "../format.js";
-import { FIXED, OMITTED, STIFF, guessOf, isScan, ownScene, tissueOf } from "../scene/own_scene.js";
+import { FIXED, GIVEN, OMITTED, STIFF, guessOf, isScan, ownScene, tissueOf } from "../scene/own_scene.js";
 import { PROJECTILES, rigidBall } from "../scene/projectiles.js";
 
 const ACCEPT = ".msh,.inp,.vtu,.vtk,.k,.key,.dyn,.feb,.bdf,.nas,.nii,.gz,.nrrd,.mha";
@@ -86,7 +86,7 @@ export class OwnTarget {
     this.#chosen = { id: mesh.id, file: file.name, name: file.name.replace(/\.(nii\.gz|[^.]*)$/i, ""), first, uses, held, projectile: PROJECTILES.at(-1), way: WAYS[0][0], through: null };
     this.#state.textContent = [
       `${file.name}: ${bytes(mesh.bytes)}, ${mesh.elements} ${scan ? "voxels with labels" : `elements, ${mesh.nodes} nodes`}`,
-      `box ${millimetres(this.#box(first.parts))} mm${tissue.placement ? " (its numbers are taken as millimetres)" : ""}`, ...mesh.notes.filter((note) => !note.startsWith("label ")),
+      `box ${millimetres(this.#box(first.parts))} mm${tissue.placement?.scale === 1e-3 ? " (its numbers are taken as millimetres)" : ""}`, ...mesh.notes.filter((note) => !note.startsWith("label ")),
     ].join("; ");
     const rows = names.map((name) => {
       const own = first.parts.filter(({ part }) => part === name);
@@ -125,7 +125,7 @@ export class OwnTarget {
     const families = Map.groupBy(materials, ({ name: set }) => set.split("/")[0]);
     const option = (value, words = value) => html("option", { value, selected: value === uses.get(name) }, words);
     const choice = html("select", { "aria-label": `What is ${name}?`, onchange: () => uses.set(name, choice.value) },
-      option("", "not chosen yet"),
+      uses.get(name) === GIVEN ? option(GIVEN, "as the file says") : option("", "not chosen yet"),
       html("optgroup", { label: "bone and outside" }, scan ? option(FIXED, "bone, rigid and fixed") : "", option(STIFF, "bone, stiff, moves"), option(OMITTED, "no part of the body")),
       [...families].map(([family, sets]) => html("optgroup", { label: family }, sets.map((set) => option(set.name)))));
     return choice;

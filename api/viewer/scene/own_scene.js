@@ -1,7 +1,7 @@
 // A scene of an uploaded mesh or scan: the first scene of the service, with what the reader has chosen in the places that it leaves open.
 
 /** Uses of a part beside the materials of the library. */
-export const [FIXED, STIFF, OMITTED] = ["fixed", "stiff", "omitted"];
+export const [FIXED, STIFF, OMITTED, GIVEN] = ["fixed", "stiff", "omitted", "given"];
 
 /** A stand-in for bone that moves: a thousand times stiffer in shear than tissue, and not so stiff that explicit steps get shorter. */
 const STIFF_PART = { density_kg_per_m3: 1800, material: { law: "neo_hookean", c10_pa: 2.5e7, bulk_modulus_pa: 1e8 } };
@@ -22,6 +22,7 @@ export const isScan = (body) => Boolean(body.mesh.segmentation);
 export function guessOf(scene, name) {
   if (tissueOf(scene).mesh.segmentation?.labels.some(({ hole }) => hole === name)) return FIXED;
   const part = scene.bodies.flatMap(({ parts = [] }) => parts).find(({ part }) => part === name);
+  if (part?.material.law) return GIVEN;
   const set = part?.material.library;
   return set?.includes("/") ? set : "";
 }
@@ -31,7 +32,10 @@ function used(body, parts, { uses, size, near, touch, held }) {
   const kept = [...new Set(parts.map(({ part }) => part))].filter((name) => uses.get(name) !== OMITTED && uses.get(name) !== FIXED);
   const own = isScan(body) ? kept : kept.filter((name) => body.parts.some(({ part }) => part === name));
   if (!own.length) return null;
-  const made = own.map((part) => ({ part, ...(uses.get(part) === STIFF ? STIFF_PART : { material: { library: uses.get(part) } }) }));
+  const made = own.map((part) => {
+    if (uses.get(part) === GIVEN) return body.parts.find((given) => given.part === part);
+    return { part, ...(uses.get(part) === STIFF ? STIFF_PART : { material: { library: uses.get(part) } }) };
+  });
   const { fixed: _, ...rest } = body;
   if (!isScan(body)) {
     const mesh = own.length === body.parts.length ? body.mesh : { file: { ...body.mesh.file, parts: own } };

@@ -16,6 +16,8 @@ pub struct RequestedAccuracy {
     pub mesh_factor: f64,
     /// Expected run time on the next finer mesh [s].
     pub next_s: Option<f64>,
+    /// Whether that is an estimate for one core, rather than by the clock.
+    pub is_estimated: bool,
 }
 
 /// Accuracy of a run compared with the request.
@@ -32,6 +34,8 @@ pub struct Accuracy {
     /// Expected run time on the next finer mesh, with its error bars [s].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next_mesh_s: Option<f64>,
+    /// Whether that is an estimate for one core, rather than by the clock of this machine.
+    pub is_estimated: bool,
 }
 
 /// Accuracy of one number.
@@ -66,6 +70,7 @@ impl Accuracy {
             numbers,
             mesh_factor: requested.mesh_factor,
             next_mesh_s: requested.next_s,
+            is_estimated: requested.is_estimated,
         }
     }
 
@@ -78,7 +83,10 @@ impl Accuracy {
         let numbers: Vec<String> = self.numbers.iter().map(percent).collect();
         let verdict = if self.reached { "reached" } else { "NOT reached" };
         let next = match self.next_mesh_s.filter(|_| !self.reached) {
-            Some(seconds) => format!("; the next finer mesh would take about {seconds:.0} s"),
+            Some(seconds) => {
+                let on = if self.is_estimated { " on one core, by the estimates of the plan" } else { "" };
+                format!("; the next finer mesh would take about {seconds:.0} s{on}")
+            }
             None => String::new(),
         };
         format!(

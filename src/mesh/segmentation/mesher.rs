@@ -47,6 +47,10 @@ const MOST_OF_NOISE: u64 = 20_000;
 const VOLUME_TOLERANCE: f64 = 0.01;
 /// How the note on the volume of a label ends where it deviates by more.
 pub const POORLY_RESOLVED: &str = ": smaller elements resolve it better";
+/// Largest fraction of the voxels that are noise without a remark [-].
+const MOST_NOISE: f64 = 0.05;
+/// Remark of a note on more noise.
+pub const RELABELLED: &str = " % of the voxels";
 
 /// The mesh of a label volume, in the space of the scan. Parts are those of the options; node sets are `outer` (the surface
 /// towards the outside), the names of holes, and `x_min` … `z_max`: where the scan, or the crop, cuts the body.
@@ -136,8 +140,14 @@ fn prepared(
     let changed = remove_islands(&mut grid, least as usize);
     let mut notes = Vec::new();
     if changed > 0 {
+        let fraction = changed as f64 / grid.classes.len() as f64;
+        let remark = if fraction > MOST_NOISE {
+            format!(", {:.0}{RELABELLED}", 100.0 * fraction)
+        } else {
+            String::new()
+        };
         notes.push(format!(
-            "{changed} voxels in groups of less than {least} are noise: they have the label around them"
+            "{changed} voxels in groups of less than {least} are noise: they have the label around them{remark}"
         ));
     }
     let Some([low, high]) = grid.occupied() else {

@@ -28,6 +28,6 @@ pub(crate) mod tests;
 mod volume;
 mod volumes;
 
-pub use mesher::{POORLY_RESOLVED, mesh};
+pub use mesher::{POORLY_RESOLVED, RELABELLED, mesh};
 pub use options::{Crop, LabelUse, Near, Options, SkinLayer};
 pub use volume::{Frame, LabelCount, LabelVolume, MOST_LABELS, ScanInspection};

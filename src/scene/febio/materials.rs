@@ -179,6 +179,11 @@ impl<'x> Deck<'x> {
     fn coupled_neo_hookean(&mut self, item: &mut Item<'x>) -> Option<MaterialDocument> {
         let (E, nu) = (item.required("E", self), item.required("v", self));
         let (E, nu) = (E? * self.units.stress, nu?);
+        if !(E > 0.0 && nu > -1.0 && nu < 0.5) {
+            let remedy = "give E > 0 and −1 < v < 0.5; \"incomp neo-Hookean\" with a bulk modulus is nearly incompressible";
+            self.refuse(item.node, "a neo-Hookean material that is not stable", remedy);
+            return None;
+        }
         let lambda_pa = nu * E / ((1.0 + nu) * (1.0 - 2.0 * nu));
         let law = CoupledNeoHookeanDocument { mu_pa: E / (2.0 * (1.0 + nu)), lambda_pa, valid_to: None };
         Some(MaterialDocument::CoupledNeoHookean(law))

@@ -54,7 +54,10 @@ pub fn read_febio(
 }
 
 /// The same of the bytes of a file.
-fn scene_of_febio(
+///
+/// # Errors
+/// Why it cannot be read, or has no mesh.
+pub fn scene_of_febio(
     bytes: &[u8],
     file_name: &str,
     units: Option<UnitSystem>,

@@ -4,7 +4,7 @@ use super::Findings;
 use crate::mechanics::contact::Discretisation;
 use crate::mesh::Mesh;
 use crate::mesh::names::fault;
-use crate::mesh::segmentation::{LabelVolume, POORLY_RESOLVED};
+use crate::mesh::segmentation::{LabelVolume, POORLY_RESOLVED, RELABELLED};
 use crate::scene::document::{BodyDocument, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::segmentation_document::{LabelDocument, SegmentationDocument};
@@ -87,6 +87,21 @@ pub fn check_label_volumes(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
             )
             .limit("within 1 % of its voxels")
             .remedy("give smaller elements by thin_size_m, near or size_m, or skin_thickness_m for a skin"),
+        );
+    }
+}
+
+/// Warns where much of a scan is noise.
+pub fn check_noise(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
+    for note in mesh.notes.iter().filter(|note| note.ends_with(RELABELLED)) {
+        out.push(
+            Problem::warning(
+                "label_noise",
+                here,
+                format!("the mesh is not that of the labels of the scan: {note}"),
+            )
+            .limit("noise of at most 5 % of the voxels")
+            .remedy("smooth the labels; noise_m3 is the largest volume that counts as noise"),
         );
     }
 }

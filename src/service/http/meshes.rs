@@ -27,6 +27,9 @@ use utoipa::{IntoParams, ToSchema};
 /// Largest mesh that is read in well below a second [bytes].
 const SMALL_MESH: u64 = 2 << 20;
 
+/// Largest coordinate and radius of a ball that comes to a target [m].
+const FARTHEST: f64 = 1000.0;
+
 /// Options of an upload.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -136,13 +139,15 @@ impl ApproachParameters {
         let through_m = self.through_m.as_ref().map(|text| {
             let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
             let point = numbers.and_then(|list| <[f64; 3]>::try_from(list).ok());
-            point.filter(|point| point.iter().all(|x| x.is_finite())).ok_or_else(|| {
-                Problem::bad_parameter("`through_m` has to be three numbers of metres: `x,y,z`.")
+            point.filter(|point| point.iter().all(|x| x.abs() <= FARTHEST)).ok_or_else(|| {
+                Problem::bad_parameter(
+                    "`through_m` has to be three numbers of metres, from -1000 to 1000: `x,y,z`.",
+                )
             })
         });
         let radius_m = self.radius_m.unwrap_or(default.radius_m);
-        if !(radius_m > 0.0 && radius_m.is_finite()) {
-            return Err(Problem::bad_parameter("`radius_m` has to be a positive number of metres."));
+        if !(radius_m > 0.0 && radius_m <= FARTHEST) {
+            return Err(Problem::bad_parameter("`radius_m` has to be above 0 and at most 1000 metres."));
         }
         Ok(Approach { radius_m, through_m: through_m.transpose()? })
     }

@@ -19,6 +19,7 @@ use crate::mesh::segmentation::read::read_labels;
 use crate::mesh::{Mesh, MeshError};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
+use crate::scene::febio::scene_of_febio;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::json;
 use crate::scene::problem::Pointer;
@@ -68,7 +69,7 @@ impl Simulator {
     }
 
     /// Reads a mesh, a scan or a surface, in the given or the detected format.
-    fn read_mesh_file(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshContent), MeshRefusal> {
+    fn read_mesh_file(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshContent, Vec<u8>), MeshRefusal> {
         let MeshFile { content, bytes, format, .. } = file;
         let mut read = Vec::new();
         if let Err(error) = content.take(bytes).read_to_end(&mut read) {
@@ -93,7 +94,7 @@ impl Simulator {
             }
             MeshContent::Mesh(mesh)
         };
-        Ok((format, content))
+        Ok((format, content, read))
     }
 
     /// Runs a loaded scene and reports its ending and summary.
@@ -174,7 +175,7 @@ impl Engine for Simulator {
     }
 
     fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
-        let (format, content) = self.read_mesh_file(file)?;
+        let (format, content, _) = self.read_mesh_file(file)?;
         let report = match content {
             MeshContent::Mesh(mesh) => {
                 MeshReport::of(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?
@@ -191,7 +192,11 @@ impl Engine for Simulator {
         name: &str,
         approach: &Approach,
     ) -> Result<FirstScene, MeshRefusal> {
-        match self.read_mesh_file(file)?.1 {
+        let (format, content, bytes) = self.read_mesh_file(file)?;
+        match content {
+            MeshContent::Mesh(_) if format == MeshFormat::Febio => {
+                first_scene_of_febio(&bytes, name, approach)
+            }
             MeshContent::Mesh(mesh) => Ok(FirstScene::of_mesh(&mesh, name, approach)),
             MeshContent::Scan(labels) => {
                 FirstScene::of_scan(&labels, name, approach).map_err(|error| refusal(error.to_string()))
@@ -201,6 +206,20 @@ impl Engine for Simulator {
             }
         }
     }
+}
+
+/// With the materials, conditions, loads and contact of the file.
+fn first_scene_of_febio(bytes: &[u8], name: &str, approach: &Approach) -> Result<FirstScene, MeshRefusal> {
+    let (mesh, scene) = scene_of_febio(bytes, name, None).map_err(|error| refusal(error.to_string()))?;
+    let scene = scene.map_err(|problems| {
+        let first = problems.first_error().map_or_else(String::new, ToString::to_string);
+        refusal(format!(
+            "{} thing(s) of the FEBio file have no counterpart in a scene, the first: {first}; `contuse scene from FILE.feb` names them \
+             all, and `contuse convert FILE.feb mesh.msh` keeps the mesh alone",
+            problems.0.len()
+        ))
+    })?;
+    Ok(FirstScene::of_scene(&mesh, scene, approach))
 }
 
 /// What a file has in it.

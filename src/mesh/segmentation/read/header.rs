@@ -9,6 +9,8 @@ const LONGEST: usize = 1 << 20;
 /// Fields of a header: line and value of each, by its key in lower case.
 pub(super) struct TextHeader {
     fields: BTreeMap<String, (usize, String)>,
+    /// Keys of users, which NRRD marks by `:=`, with their values: they say nothing of the voxels.
+    of_users: BTreeMap<String, String>,
     /// Place of the data, after the last line of the header.
     pub(super) end: usize,
 }
@@ -29,7 +31,7 @@ impl TextHeader {
     /// # Errors
     /// `Malformed` for a line without the mark, a repeated key, and a header that does not end.
     pub(super) fn read(bytes: &[u8], mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Self, MeshError> {
-        let (mut fields, mut at) = (BTreeMap::new(), 0);
+        let (mut fields, mut of_users, mut at) = (BTreeMap::new(), BTreeMap::new(), 0);
         for line in 1.. {
             let rest = &bytes[at..bytes.len().min(LONGEST)];
             let length = rest.iter().position(|byte| *byte == b'\n');
@@ -38,11 +40,12 @@ impl TextHeader {
             let text = text.trim();
             at += length + 1;
             if let Some((key, value)) = text.split_once(mark).filter(|_| !text.starts_with('#')) {
-                // NRRD marks keys of users by `:=`: they say nothing of the voxels.
-                let is_of_user = mark == ":" && value.starts_with('=');
+                let of_user = value.strip_prefix('=').filter(|_| mark == ":");
                 let (key, value) = (key.trim().to_ascii_lowercase(), value.trim().to_owned());
                 match fields.get(&key) {
-                    _ if is_of_user => {}
+                    _ if of_user.is_some() => {
+                        of_users.extend(of_user.map(|value| (key, value.trim().to_owned())));
+                    }
                     Some((before, _)) => {
                         let message = format!(
                             "{:?} was given in line {before} already: remove one of them",
@@ -56,7 +59,7 @@ impl TextHeader {
                 return Err(in_line(line, format!("expected `key{mark} value`, found {:?}", shown(text))));
             }
             if is_last(text) {
-                return Ok(Self { fields, end: at });
+                return Ok(Self { fields, of_users, end: at });
             }
         }
         Err(in_line(1, "the header does not end"))
@@ -67,9 +70,14 @@ impl TextHeader {
         keys.iter().find_map(|key| self.fields.get(*key)).map(|(line, value)| (*line, value.as_str()))
     }
 
-    /// The fields whose keys end so: what is before the end, and the value.
-    pub(super) fn ending(&self, end: &str) -> impl Iterator<Item = (&str, &str)> {
-        self.fields.iter().filter_map(move |(key, (_, value))| Some((key.strip_suffix(end)?, value.as_str())))
+    /// The value of a key of users.
+    pub(super) fn of_user(&self, key: &str) -> Option<&str> {
+        self.of_users.get(key).map(String::as_str)
+    }
+
+    /// The keys of users that end so: what is before the end, and the value.
+    pub(super) fn of_users_ending(&self, end: &str) -> impl Iterator<Item = (&str, &str)> {
+        self.of_users.iter().filter_map(move |(key, value)| Some((key.strip_suffix(end)?, value.as_str())))
     }
 
     /// As [`Self::get`], of a field that must be there.

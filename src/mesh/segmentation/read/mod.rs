@@ -52,9 +52,17 @@ impl VolumeFormat {
 /// `Malformed`, with the byte or line, for a violation of the format and for voxels that are no whole numbers;
 /// `Unsupported` for versions, encodings and data that are not read, and for more bytes than allowed.
 pub fn read_labels(bytes: &[u8], format: VolumeFormat, limit: u64) -> Result<LabelVolume, MeshError> {
-    match format {
+    let volume = match format {
         VolumeFormat::Nifti => nifti::read(bytes, limit),
         VolumeFormat::Nrrd => nrrd::read(bytes, limit),
         VolumeFormat::MetaImage => metaimage::read(bytes, limit),
+    }?;
+    if volume.labels.iter().all(|label| volume.values[usize::from(*label)] == 0) {
+        return Err(MeshError::Unsupported {
+            what: "the scan has no label but 0, which is what is outside".into(),
+            remedy: "save the segmentation rather than the image, with a number from 1 on for each tissue"
+                .into(),
+        });
     }
+    Ok(volume)
 }

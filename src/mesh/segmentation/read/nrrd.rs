@@ -110,10 +110,10 @@ fn layout(header: &TextHeader) -> Result<Layout, MeshError> {
 /// Names of labels as 3D Slicer writes them: `Segment0_LabelValue:=1`, `Segment0_Name:=muscle`.
 fn segment_names(header: &TextHeader) -> BTreeMap<i64, String> {
     let named = |(key, label): (&str, &str)| {
-        let name = header.get(&[&format!("{key}_name")])?.1;
+        let name = header.of_user(&format!("{key}_name"))?;
         Some((label.parse().ok()?, name.to_owned())).filter(|_| fault(name).is_none())
     };
-    header.ending("_labelvalue").filter_map(named).collect()
+    header.of_users_ending("_labelvalue").filter_map(named).collect()
 }
 
 /// Signs that turn the space of the file into that of NIfTI: right, front, up.
