@@ -168,8 +168,9 @@ impl FailureCause {
                  in which it accelerates."
             }
             Self::EnergyGate => {
-                "Lower `integrator.safety_factor` (try 0.5) or, in an implicit run, lower `integrator.step_s`, raise `theta` \
-                 to 0.6 or set `energy_momentum`; or refine the mesh where the energy changes most."
+                "In an explicit run lower `integrator.safety_factor` (try 0.5); in an implicit one lower `step_s`, raise `theta` to \
+                 0.6 or set `energy_momentum`; in a quasi-static one give surfaces in contact whose nodes coincide different \
+                 numbers of elements; or refine the mesh where the energy changes most."
             }
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."

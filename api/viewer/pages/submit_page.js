@@ -136,7 +136,8 @@ class SubmitPage {
     const { plan } = answer;
     this.#form.showProblems(answer.warnings);
     this.#submit.disabled = false;
-    const facts = `${plan.elements} elements, at least ${plan.expected_steps} steps, about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, ${bytes(plan.memory_bytes)}`;
+    const name = this.#document?.name ? `${this.#document.name}: ` : "";
+    const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, ${bytes(plan.memory_bytes)}`;
     this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
     const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–"]);
     this.#preview.replaceChildren(
