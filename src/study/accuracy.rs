@@ -139,11 +139,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         if let Some(Err(why)) = &lowered {
             result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
         }
-        let failure = match &result.outcome.ending {
-            Ending::Failed { failure } if must_finish => Some(format!("failed: {failure}")),
-            _ if must_show => withheld(&result.summary),
-            _ => None,
-        };
+        let failure = no_answer(&result, must_finish, must_show);
         if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
             best.summary.warnings.push(discarded(meshes.factor(level), failure));
             return Ok(best);
@@ -202,11 +198,14 @@ fn is_withheld(summary: &Summary) -> bool {
     matches!(summary.results, Shown::Withheld { .. })
 }
 
-/// Why a run whose results are withheld is discarded.
-fn withheld(summary: &Summary) -> Option<String> {
-    match &summary.results {
-        Shown::Withheld { reason, .. } => Some(format!("has results that are withheld: {reason}")),
-        Shown::Results(_) => None,
+/// Why a run is discarded: it failed where it must finish, or its results are withheld where they must be shown.
+fn no_answer(result: &RunResult, must_finish: bool, must_show: bool) -> Option<String> {
+    match (&result.outcome.ending, &result.summary.results) {
+        (Ending::Failed { failure }, _) if must_finish => Some(format!("failed: {failure}")),
+        (_, Shown::Withheld { reason, .. }) if must_show => {
+            Some(format!("has results that are withheld: {reason}"))
+        }
+        _ => None,
     }
 }
 
