@@ -50,3 +50,44 @@ fn a_mesh_file_is_inspected_converted_and_begun_with() {
         assert_eq!(run(&bad).status.code(), Some(2), "{bad:?}");
     }
 }
+
+#[test]
+fn a_segmentation_of_3d_slicer_is_begun_with_by_the_names_of_its_labels() {
+    // A block of muscle about a column of bone along z, in fat.
+    let folder = tempfile::tempdir().unwrap();
+    let (file, scene) = (folder.path().join("limb.seg.nrrd"), folder.path().join("scene.json"));
+    let mut bytes = b"NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: 20 20 6\n\
+        space directions: (2,0,0) (0,2,0) (0,0,2)\nkinds: domain domain domain\nencoding: raw\nspace origin: (0,0,0)\n\
+        Segment0_LabelValue:=1\nSegment0_Name:=muscle\nSegment1_LabelValue:=2\nSegment1_Name:=bone\nSegment2_LabelValue:=3\nSegment2_Name:=fat\n\n"
+        .to_vec();
+    let from_middle = |n: i32| (n % 20 - 10).abs().max((n / 20 % 20 - 10).abs());
+    bytes.extend((0..2400).map(|n| match from_middle(n) {
+        0..=2 => 2_u8,
+        3..=6 => 1,
+        _ => 3,
+    }));
+    std::fs::write(&file, bytes).unwrap();
+    let output = run(&["mesh", "info", file.to_str().unwrap()]);
+    for name in ["muscle", "bone", "fat"] {
+        assert!(text(&output.stdout).contains(name), "{name}: {}", text(&output.stdout));
+    }
+    let output = run(&["scene", "from", file.to_str().unwrap(), "-o", scene.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let document: Value = serde_json::from_slice(&std::fs::read(&scene).unwrap()).unwrap();
+    let body = &document["bodies"][0];
+    let labels = body["mesh"]["segmentation"]["labels"].as_array().unwrap();
+    assert!(labels.iter().any(|label| label["label"] == 2 && label["hole"] == "bone"), "{document}");
+    let parts = body["parts"].as_array().unwrap();
+    for (part, family) in [("muscle", "muscle/"), ("fat", "fat/")] {
+        let own = parts.iter().find(|own| own["part"] == part).unwrap();
+        assert!(own["material"]["library"].as_str().unwrap().starts_with(family), "{document}");
+    }
+    // An image without any label is no segmentation.
+    let mut empty = std::fs::read(&file).unwrap();
+    let voxels = empty.len() - 2400;
+    empty[voxels..].fill(0);
+    std::fs::write(&file, empty).unwrap();
+    let output = run(&["mesh", "info", file.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("no label but 0"), "{}", text(&output.stderr));
+}
