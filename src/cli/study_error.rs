@@ -115,7 +115,7 @@ impl From<FormulationName> for Formulation {
 pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let (_, loaded) = read_scene(&args.scene)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
-    let exact = exact_values(&args.scene)?;
+    let known = known_values(&args.scene)?;
     let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let formulations: Vec<Formulation> = args.formulations.iter().map(|f| (*f).into()).collect();
     let ladder = Ladder {
@@ -133,7 +133,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         source: &FolderSource::new(folder),
         budget: &Budget::COMMAND_LINE,
         ladder: &ladder.settings(),
-        exact: &exact,
+        known: &known,
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
         progress: &mut |number, count, setting| {
@@ -159,25 +159,30 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     })
 }
 
-/// Exact values declared in `expected.json` beside the scene: `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`.
-fn exact_values(scene: &Path) -> Result<BTreeMap<Quantity, f64>, CliError> {
+/// Exact values declared in `expected.json` beside the scene, `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`, and those of another
+/// code, `"reference": {"impulse_n_s": {"value": 0.2, "uncertainty": 0.01}}`.
+fn known_values(scene: &Path) -> Result<BTreeMap<Quantity, Reference>, CliError> {
     let path = scene.with_file_name("expected.json");
     let Ok(bytes) = std::fs::read(&path) else { return Ok(BTreeMap::new()) };
     let wrong = |what: String| CliError::Usage(format!("{}: {what}", path.display()));
     let expected: Value = serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
     let name = scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let Some(exact) = expected.get(&name).and_then(|entry| entry.get("exact")).and_then(Value::as_object)
-    else {
-        return Ok(BTreeMap::new());
-    };
-    let entry = |(name, value): (&String, &Value)| {
+    let entry = |of: &str, name: &str, value: &Value| {
         let known = || Quantity::ALL.map(Quantity::name).join(", ");
         let quantity = Quantity::from_name(name)
-            .ok_or_else(|| wrong(format!("exact: no quantity is called {name:?}; there are {}", known())))?;
-        let value = value.as_f64().ok_or_else(|| wrong(format!("exact: {name} is not a number")))?;
-        Ok((quantity, value))
+            .ok_or_else(|| wrong(format!("{of}: no quantity is called {name:?}; there are {}", known())))?;
+        let reference = match (value.as_f64(), value["value"].as_f64(), value["uncertainty"].as_f64()) {
+            (Some(value), ..) => Reference::Exact { value },
+            (None, Some(value), Some(uncertainty)) => Reference::Given { value, uncertainty },
+            _ => return Err(wrong(format!("{of}: {name} is not a number"))),
+        };
+        Ok((quantity, reference))
     };
-    exact.iter().map(entry).collect()
+    let declared = |of: &'static str| {
+        let values = expected.get(&name).and_then(|entry| entry.get(of)).and_then(Value::as_object);
+        values.into_iter().flatten().map(move |(name, value)| (of, name, value))
+    };
+    declared("exact").chain(declared("reference")).map(|(of, name, value)| entry(of, name, value)).collect()
 }
 
 fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
@@ -224,12 +229,11 @@ fn describe(reference: &Reference, unit: &str) -> String {
     let fraction = percent(reference.uncertainty() / scale);
     let what = match reference {
         Reference::Exact { .. } => "exact".into(),
+        Reference::Given { .. } => format!("another code, ± {fraction}"),
         Reference::Extrapolated { order, .. } => {
             format!("limit of the meshes, observed order {order:.2}, ± {fraction}")
         }
-        Reference::Fitted { order, meshes, .. } => {
-            format!("limit of a fit of order {order} to {meshes} meshes, ± {fraction}")
-        }
+        Reference::Fitted { meshes, .. } => format!("limit of a line through {meshes} meshes, ± {fraction}"),
         Reference::Finest { reason, .. } => format!("the finest mesh, ± {fraction}, since {reason}"),
         Reference::Unknown { reason, .. } => return format!("–: no reference, since {reason}"),
     };

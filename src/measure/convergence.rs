@@ -15,6 +15,9 @@ const SAFETY_OBSERVED: f64 = 1.25;
 /// Orders that a sequence of meshes is fitted with [-]: that of impacts, and lower ones where values approach their limit slower.
 const FITTED_ORDERS: [f64; 3] = [1.0, 0.75, 0.5];
 
+/// Orders whose limits bound that of the assumed order [-].
+const OTHER_ORDERS: [f64; 2] = [0.75, 1.5];
+
 /// Relative difference below which two values are equal: their underlying sums are no more accurate [-].
 const ROUNDING: f64 = 1e-9;
 
@@ -27,6 +30,13 @@ pub enum Reference {
         /// Exact value of the quantity.
         value: f64,
     },
+    /// Value of another code, with its uncertainty.
+    Given {
+        /// Its value.
+        value: f64,
+        /// Its uncertainty.
+        uncertainty: f64,
+    },
     /// Limit of the meshes (Richardson extrapolation).
     Extrapolated {
         /// Extrapolated value for vanishing element size.
@@ -36,15 +46,13 @@ pub enum Reference {
         /// Uncertainty of the value: the grid convergence index of the finest mesh.
         uncertainty: f64,
     },
-    /// Limit of a curve fitted to four meshes or more.
+    /// Limit of a line fitted to four meshes or more.
     Fitted {
-        /// Value of the curve for vanishing element size.
+        /// Value of the line for vanishing element size.
         value: f64,
-        /// Its order.
-        order: f64,
         /// Number of meshes.
         meshes: usize,
-        /// Uncertainty of the value: with it the finest mesh is off by no more than its own fitted uncertainty.
+        /// Uncertainty of the value: its distance from the limits of other orders, and the scatter about the line.
         uncertainty: f64,
     },
     /// The finest mesh itself, if the sequence allows no extrapolation.
@@ -70,6 +78,7 @@ impl Reference {
     pub fn value(&self) -> f64 {
         match self {
             Self::Exact { value }
+            | Self::Given { value, .. }
             | Self::Extrapolated { value, .. }
             | Self::Fitted { value, .. }
             | Self::Finest { value, .. }
@@ -84,7 +93,8 @@ impl Reference {
     pub fn uncertainty(&self) -> f64 {
         match self {
             Self::Exact { .. } => 0.0,
-            Self::Extrapolated { uncertainty, .. }
+            Self::Given { uncertainty, .. }
+            | Self::Extrapolated { uncertainty, .. }
             | Self::Fitted { uncertainty, .. }
             | Self::Finest { uncertainty, .. } => *uncertainty,
             Self::Unknown { .. } => f64::INFINITY,
@@ -130,17 +140,19 @@ pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     (SAFETY_ASSUMED * fit.scatter / spread * (of_curve + off_curve)).min(most)
 }
 
-/// Limit of at least four values on meshes of sizes h, from coarse to fine: `(h, value)`; the curve is that of [`fitted_uncertainty`].
-/// Where the values scatter about every such curve, it is the last of them.
+/// Limit of at least four values on meshes of sizes h, from coarse to fine: `(h, value)`. Impacts converge at first order, so it is that
+/// of the line φ₀ + a h with weights 1/h, uncertain by the distance to the limits of the orders ¾ and 1½ and by the scatter about the
+/// line. Where that exceeds the mean difference of successive values, it is the last value, with its [`fitted_uncertainty`].
 pub fn fitted_limit(levels: &[(f64, f64)]) -> Option<Reference> {
-    let (finest, fit) = (*levels.last()?, Fit::best(levels)?);
-    if fit.scatter >= spread(levels) {
-        let reason = "the values scatter about every curve φ₀ + a hᵖ with p from ½ to 1".into();
-        return Some(Reference::Finest { value: finest.1, uncertainty: fitted_uncertainty(levels), reason });
+    let finest = levels.last()?.1;
+    let line = Fit::new(levels, ASSUMED_ORDER);
+    if line.scatter > spread(levels) {
+        let reason = "the values scatter about their line by more than they differ from mesh to mesh".into();
+        return Some(Reference::Finest { value: finest, uncertainty: fitted_uncertainty(levels), reason });
     }
-    let (of_curve, off_curve) = fit.errors(finest);
-    let uncertainty = (SAFETY_OBSERVED - 1.0) * of_curve + off_curve;
-    Some(Reference::Fitted { value: fit.limit, order: fit.order, meshes: levels.len(), uncertainty })
+    let off = OTHER_ORDERS.map(|order| (Fit::new(levels, order).limit - line.limit).abs());
+    let uncertainty = off.into_iter().fold(0.0, f64::max) + line.scatter;
+    Some(Reference::Fitted { value: line.limit, meshes: levels.len(), uncertainty })
 }
 
 /// What the values differ by from one to the next, on average.
@@ -292,15 +304,19 @@ mod tests {
     }
 
     #[test]
-    fn a_fitted_limit_leaves_the_finest_mesh_its_uncertainty() {
-        let levels: Vec<(f64, f64)> =
-            [4.0, 2.0, 1.41, 1.0].into_iter().map(|h: f64| (h, 5.0 + 0.1 * h)).collect();
-        let Some(Reference::Fitted { value, order, meshes, uncertainty }) = fitted_limit(&levels) else {
-            panic!("not fitted")
-        };
-        assert!((value - 5.0).abs() < 1e-12 && order == 1.0 && meshes == 4, "{value} {order} {meshes}");
-        assert!((0.1 + uncertainty - fitted_uncertainty(&levels)).abs() < 1e-12, "{uncertainty}");
-        // No curve: the finest mesh, with an uncertainty that holds the others.
+    fn a_fitted_limit_holds_the_limit_of_orders_about_one() {
+        let sizes = [4.0_f64, 2.83, 2.0, 1.41, 1.0];
+        for order in [0.75, 1.0, 1.5] {
+            let levels: Vec<(f64, f64)> = sizes.iter().map(|h| (*h, 5.0 + 0.1 * h.powf(order))).collect();
+            let Some(Reference::Fitted { value, meshes: 5, uncertainty }) = fitted_limit(&levels) else {
+                panic!("order {order} is not fitted")
+            };
+            assert!(
+                (value - 5.0).abs() <= uncertainty && uncertainty < 0.1,
+                "{order}: {value} ± {uncertainty}"
+            );
+        }
+        // No line: the finest mesh, with an uncertainty that holds the others.
         let scattered = fitted_limit(&[(4.0, 5.0), (2.0, 6.0), (1.41, 5.0), (1.0, 6.0)]);
         assert!(
             matches!(scattered, Some(Reference::Finest { value, uncertainty, .. }) if value == 6.0 && uncertainty >= 1.0),

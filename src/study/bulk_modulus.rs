@@ -59,7 +59,7 @@ pub fn study_bulk_modulus(request: &mut BulkRequest) -> BulkStudy {
         source: request.source,
         budget: request.budget,
         ladder: &ladder,
-        exact: &BTreeMap::new(),
+        known: &BTreeMap::new(),
         threads: request.threads,
         interrupt: request.interrupt,
         progress: request.progress,

@@ -8,6 +8,7 @@
 //!     "ending": "finished",
 //!     "slow": false,
 //!     "exact": {"impulse_n_s": 0.2},
+//!     "reference": {"peak_force_n": {"value": 0.3, "uncertainty": 0.01}},
 //!     "quantities": [
 //!       {"quantity": {"impulse_n_s": {"at_s": 5e-5}}, "value": 0.0752, "relative_tolerance": 0.05, "source": "..."},
 //!       {"quantity": "balance_error", "at_most": 0.01, "source": "..."}
@@ -43,7 +44,18 @@ struct Expected {
     /// Exact values of the quantities that `contuse study error` asks for, by their names there.
     #[serde(default)]
     exact: BTreeMap<String, f64>,
+    /// Values of another code, likewise.
+    #[serde(default)]
+    reference: BTreeMap<String, KnownValue>,
     quantities: Vec<Expectation>,
+}
+
+/// A value with its uncertainty.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KnownValue {
+    value: f64,
+    uncertainty: f64,
 }
 
 /// One number: near a value, or within a bound.
@@ -104,8 +116,11 @@ fn expectations(folder: &Path) -> BTreeMap<String, Expected> {
         .filter(|name| Path::new(name).extension().is_some_and(|e| e == "json") && name != "expected.json")
         .collect();
     scenes.sort();
-    for name in expected.values().flat_map(|scene| scene.exact.keys()) {
+    for name in expected.values().flat_map(|scene| scene.exact.keys().chain(scene.reference.keys())) {
         assert!(contuse::study::error::Quantity::from_name(name).is_some(), "no quantity is called {name}");
+    }
+    for known in expected.values().flat_map(|scene| scene.reference.values()) {
+        assert!(known.uncertainty > 0.0 && known.uncertainty < 0.1 * known.value, "{known:?}");
     }
     assert!(expected.keys().eq(scenes.iter()), "{}: expected.json speaks of other scenes", folder.display());
     expected

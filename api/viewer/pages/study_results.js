@@ -60,7 +60,8 @@ function limitRow(quantity, { kind, value, uncertainty, order, meshes, reason })
   const words = {
     exact: "exact",
     extrapolated: `limit of the meshes, observed order ${number(order, 3)}`,
-    fitted: `limit of a fit of order ${number(order, 2)} to ${meshes} meshes`,
+    given: "another code",
+    fitted: `limit of a line through ${meshes} meshes`,
     finest: `the finest mesh, since ${reason}`,
     unknown: `no reference, since ${reason}`,
   };

@@ -10,7 +10,9 @@ use crate::scene::problem::{Pointer, ProblemList, Severity};
 use crate::scene::{Problem, Problems};
 use crate::step::{Ending, Failure};
 use crate::study::Setting;
-use crate::study::error::{COARSEST, ErrorRequest, FINEST, Ladder, Quantity, Row, USUAL_LEVELS, study_error};
+use crate::study::error::{
+    COARSEST, ErrorRequest, FINEST, Ladder, Quantity, Reference, Row, USUAL_LEVELS, study_error,
+};
 use crate::study::stability::{Stepping, cases, study_stability};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -232,14 +234,16 @@ pub(super) fn run(
             };
             let document = scenes.scene_of(&study.scene.into(), order.meshes)?.scene.document;
             let exact = study.exact.iter();
-            let exact =
-                exact.filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
+            let known = exact.filter_map(|(name, value)| {
+                Some((Quantity::from_name(name)?, Reference::Exact { value: *value }))
+            });
+            let known = known.collect();
             let study = study_error(&mut ErrorRequest {
                 document: &document,
                 source: order.meshes,
                 budget: scenes.budget(),
                 ladder: &ladder.settings(),
-                exact: &exact,
+                known: &known,
                 threads: order.threads,
                 interrupt: &interrupt,
                 progress: &mut |number, count, _: &Setting| report(number, count),

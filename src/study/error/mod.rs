@@ -48,8 +48,8 @@ pub struct ErrorRequest<'a> {
     pub budget: &'a Budget,
     /// Settings to run, in this order.
     pub ladder: &'a [Setting],
-    /// Exact values, if known.
-    pub exact: &'a BTreeMap<Quantity, f64>,
+    /// Exact values, and those of another code, if known.
+    pub known: &'a BTreeMap<Quantity, Reference>,
     /// Threads of each run.
     pub threads: usize,
     /// Called before every step.
@@ -171,11 +171,11 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
         }
     }
     // References, errors and advice need all runs.
-    let references = reference::references(&rows, request.exact);
+    let references = reference::references(&rows, request.known);
     for row in &mut rows {
         row.errors = reference::errors(&row.values, &references);
     }
-    let approaches = reference::approaches(&rows, request.exact);
+    let approaches = reference::approaches(&rows, request.known);
     let advice = front::advice(&rows, &references);
     let geometry = geometry::geometry(&rows);
     ErrorStudy {
