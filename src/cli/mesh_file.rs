@@ -29,22 +29,24 @@ pub(super) fn read_surface_file(path: &Path) -> Result<(Solid, String), CliError
     Ok((solid, name))
 }
 
+/// The format that the name of a file says.
+fn format_of(path: &Path) -> Option<MeshFormat> {
+    MeshFormat::from_name(&path.file_name()?.to_string_lossy())
+}
+
 /// Whether a file is the surface of a rigid body, by its name.
 pub(super) fn is_surface(path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    MeshFormat::from_name(&name) == Some(MeshFormat::Stl)
+    format_of(path) == Some(MeshFormat::Stl)
 }
 
 /// Whether a file is a scan, by its name.
 pub(super) fn is_scan(path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    MeshFormat::from_name(&name).and_then(MeshFormat::volume).is_some()
+    format_of(path).and_then(MeshFormat::volume).is_some()
 }
 
 /// Whether a file is one of FEBio, by its name.
 pub(super) fn is_febio(path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    MeshFormat::from_name(&name) == Some(MeshFormat::Febio)
+    format_of(path) == Some(MeshFormat::Febio)
 }
 
 /// The mesh of a FEBio file, and a scene of it or what of it has no counterpart in a scene.

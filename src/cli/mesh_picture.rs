@@ -59,9 +59,7 @@ impl Faces {
             frame.world(&index.component_mul(&Vec3::from(frame.spacing)))
         };
         let mut faces = Vec::new();
-        let [nx, ny, nz] = frame.dims;
-        let voxels = (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-        for voxel in voxels {
+        for voxel in frame.voxels() {
             let Some(&part) = part_of.get(&label(voxel)) else { continue };
             for (axis, is_high) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
                 let is_end = if is_high { voxel[axis] + 1 == frame.dims[axis] } else { voxel[axis] == 0 };

@@ -133,9 +133,7 @@ impl FirstScene {
         let mut paths = Path::all(approach, &bounds);
         let is_body = |voxel: [usize; 3]| volume.values[usize::from(volume.labels[frame.index(voxel)])] != 0;
         let mut is_cut = [[false; 2]; 3];
-        let [nx, ny, nz] = frame.dims;
-        let voxels = (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-        for voxel in voxels.filter(|voxel| is_body(*voxel)) {
+        for voxel in frame.voxels().filter(|voxel| is_body(*voxel)) {
             let mut is_outer = false;
             for axis in 0..3 {
                 let [is_first, is_last] = [voxel[axis] == 0, voxel[axis] + 1 == frame.dims[axis]];

@@ -226,6 +226,12 @@ impl Frame {
         self.corner + self.rotation * local
     }
 
+    /// All voxels, by their indices, the first axis fastest.
+    pub fn voxels(&self) -> impl Iterator<Item = [usize; 3]> {
+        let [nx, ny, nz] = self.dims;
+        (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+    }
+
     /// Lengths of the whole grid [m].
     pub fn lengths(&self) -> Vec3 {
         Vec3::from_fn(|k, _| self.dims[k] as f64 * self.spacing[k])
