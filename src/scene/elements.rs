@@ -1,11 +1,13 @@
 //! The finite element of each kind of cell, and the formulations that a scene may ask of it.
 
-use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
+use super::document::{
+    BodyDocument, Formulation as WrittenFormulation, IntegratorDocument, PartDocument, SceneDocument,
+};
 use super::problem::{Pointer, Problem};
 use super::scene_body::SceneBody;
 use super::validate::Findings;
 use crate::mechanics::element::ElementKind;
-use crate::mechanics::force::Formulation;
+use crate::mechanics::force::{BlockParameters, Formulation};
 use crate::mesh::CellKind;
 
 /// The finite element of a kind of cell, with the same nodes in the same order.
@@ -60,9 +62,13 @@ fn check_formulation(
     out: &mut Findings,
 ) {
     let Some(written) = part.formulation else { return };
+    let has_precision = |element| {
+        written != WrittenFormulation::MeanDilatationSingle || BlockParameters::may_be_single(element)
+    };
     for (kind, element) in CellKind::ALL.into_iter().map(|kind| (kind, element_of(kind))) {
         let count = count((entry, body), kind);
-        out.require(count == 0 || part.element(&body.materials[entry], element).is_of(element), || {
+        let has_it = has_precision(element) && part.element(&body.materials[entry], element).is_of(element);
+        out.require(count == 0 || has_it, || {
             let title = kind.table().title;
             let message =
                 format!("the part has {count} cells of the kind {title}, which have no such formulation");

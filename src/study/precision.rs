@@ -5,10 +5,6 @@ use crate::scene::Scene;
 use crate::scene::document::{Formulation, IntegratorDocument};
 use crate::scene::elements::element_of;
 
-/// Largest ratio of bulk to shear modulus [-]. J is rounded to 6e-8 of a strain, and K multiplies that: at this ratio it is 3e-4 of the
-/// shear stress of that strain.
-const LARGEST_RATIO: f64 = 5e3;
-
 /// The scene with single precision in the parts whose formulation it leaves open: in explicit steps without a preload, in bodies all of whose
 /// laws have a moderate ratio of bulk to shear modulus.
 pub(super) fn in_single_precision(scene: &Scene) -> Scene {
@@ -18,10 +14,7 @@ pub(super) fn in_single_precision(scene: &Scene) -> Scene {
         return scene;
     }
     for (document, body) in scene.document.bodies.iter_mut().zip(&scene.bodies) {
-        let is_moderate = body.materials.iter().all(|material| {
-            let (G, K) = material.moduli_at_rest();
-            material.volumetric().is_some() && K <= LARGEST_RATIO * G
-        });
+        let is_moderate = body.materials.iter().all(BlockParameters::is_accurate_in_single);
         let may_be_single =
             body.mesh.cells.iter().all(|cell| BlockParameters::may_be_single(element_of(cell.kind)));
         let parts = document.parts.iter_mut().filter(|part| part.formulation.is_none());

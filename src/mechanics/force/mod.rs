@@ -46,7 +46,9 @@ pub use branch_totals::BranchTotals;
 pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;
 pub use internal::{AssembledRows, ForceInput};
-pub use parameters::{BlockError, BlockInput, BlockParameters, ErosionLimits, Formulation};
+pub use parameters::{
+    BlockError, BlockInput, BlockParameters, ErosionLimits, Formulation, MOST_SINGLE_RATIO,
+};
 pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;
 pub use rate_stiffness::EndOfStep;

@@ -67,6 +67,10 @@ pub struct BlockParameters {
     pub erosion: Option<ErosionLimits>,
 }
 
+/// Largest ratio of bulk to shear modulus in single precision [-]. J is rounded to 6e-8 of a strain, and K multiplies that: at this
+/// ratio it is 3e-4 of the shear stress of that strain.
+pub const MOST_SINGLE_RATIO: f64 = 5e3;
+
 impl BlockParameters {
     /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
     pub fn is_viscous(&self) -> bool {
@@ -83,6 +87,12 @@ impl BlockParameters {
     /// Whether elements of a kind have kernels in single precision: the one place that says so.
     pub const fn may_be_single(kind: ElementKind) -> bool {
         matches!(kind, ElementKind::Hex8)
+    }
+    /// Whether single precision is accurate enough for a law: one with a U(J) whose bulk modulus is at most
+    /// [`MOST_SINGLE_RATIO`] times its shear modulus.
+    pub fn is_accurate_in_single(material: &Material) -> bool {
+        let (G, K) = material.moduli_at_rest();
+        material.volumetric().is_some() && K <= MOST_SINGLE_RATIO * G
     }
     /// Whether internal forces of elements of a kind are evaluated in single precision: hexahedra with a mean dilatation.
     pub fn has_single_precision(&self, kind: ElementKind) -> bool {

@@ -43,17 +43,17 @@ fn every_kind_has_its_default_formulation_and_those_that_it_has_not_are_refused(
         of_code(&found, "formulation_of_element").is_empty() && of_code(&found, "bad_mesh").is_empty(),
         "{found:#?}"
     );
-    let mut document = mixed();
-    set(&mut document, "/bodies/0/parts/0/formulation", json!("reduced"));
-    let found = problems(&document);
-    let refused = of_code(&found, "formulation_of_element");
-    assert_eq!(refused.len(), 2, "{found:#?}");
-    for (place, message) in refused {
-        assert_eq!(place, "/bodies/0/parts/0/formulation");
-        assert!(
-            message.contains("tetrahedron of 4 nodes") || message.contains("prism of 6 nodes"),
-            "{message}"
-        );
+    for formulation in ["reduced", "mean_dilatation_single"] {
+        let mut document = mixed();
+        set(&mut document, "/bodies/0/parts/0/formulation", json!(formulation));
+        let found = problems(&document);
+        let refused = of_code(&found, "formulation_of_element");
+        assert_eq!(refused.len(), 2, "{found:#?}");
+        for (place, message) in refused {
+            assert_eq!(place, "/bodies/0/parts/0/formulation");
+            let is_named = message.contains("tetrahedron of 4 nodes") || message.contains("prism of 6 nodes");
+            assert!(is_named, "{message}");
+        }
     }
 }
 

@@ -297,6 +297,21 @@ fn coupled_laws_refuse_mean_dilatation() {
 }
 
 #[test]
+fn single_precision_is_for_moderate_bulk_moduli() {
+    // G = 2 C₁₀ is 10 kPa.
+    let mut document = with("/bodies/1/parts/1/formulation", json!("mean_dilatation_single"));
+    for (bulk_modulus, is_refused) in [(5.0e7, false), (5.1e7, true)] {
+        set(&mut document, "/bodies/1/parts/1/material/bulk_modulus_pa", json!(bulk_modulus));
+        let found = problems(&document);
+        let codes: Vec<&str> = found.iter().map(|problem| &*problem.code).collect();
+        assert_eq!(codes == ["incompressible_in_single_precision"], is_refused, "{found:#?}");
+    }
+    // The remedy.
+    set(&mut document, "/bodies/1/parts/1/formulation", json!("mean_dilatation"));
+    assert!(load_value(&document).is_ok());
+}
+
+#[test]
 fn bodies_that_start_inside_each_other_are_refused_with_place_and_depth() {
     let overlaps = |document: &Value| -> Vec<Problem> {
         problems(document).into_iter().filter(|p| p.code == "initial_overlap").collect()

@@ -1,6 +1,7 @@
 //! Checks of the parts of a body that need the document alone: density, material, element, fibre frame, placement.
 
 use super::{Findings, prony, softening};
+use crate::mechanics::force::{BlockParameters, MOST_SINGLE_RATIO};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{
     BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
@@ -129,6 +130,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         .limit("full or reduced, for a coupled law")
         .remedy("choose \"full\", or a split law")
     });
+    check_single_precision(part, &here.key("formulation"), out);
     // Values and fibres that differ between elements.
     if let Some(ratio) = part.stiffness_factor.as_ref().and_then(|factor| factor.rounded_to_ratio) {
         let place = here.key("stiffness_factor").key("rounded_to_ratio");
@@ -142,6 +144,25 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
                 .remedy("omit the frame, or choose a law with fibres")
         });
     }
+}
+
+/// Single precision loses the shear stress of nearly incompressible laws in the rounding of the pressure.
+fn check_single_precision(part: &PartDocument, here: &Pointer, out: &mut Findings) {
+    let is_single = part.formulation == Some(Formulation::MeanDilatationSingle);
+    let Some(material) = part.material.to_material().filter(|_| is_single && part.material.is_split()) else {
+        return;
+    };
+    let (G, K) = material.moduli_at_rest();
+    out.require(BlockParameters::is_accurate_in_single(&material), || {
+        Problem::error(
+            "incompressible_in_single_precision",
+            here,
+            format!("the bulk modulus is {:.0} times the shear modulus: the rounding of the pressure falsifies the shear stress", K / G),
+        )
+        .value("mean_dilatation_single")
+        .limit(format!("a bulk modulus of at most {MOST_SINGLE_RATIO} times the shear modulus"))
+        .remedy("choose \"mean_dilatation\", or a lower bulk modulus")
+    });
 }
 
 fn check_frame(frame: &FibreFrameDocument, here: &Pointer, out: &mut Findings) {
