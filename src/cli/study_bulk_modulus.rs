@@ -4,10 +4,11 @@ use super::json::write_json;
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
+use crate::measure::QuantityOfInterest;
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::bulk_modulus::{BulkRequest, BulkStudy, FACTORS, study_bulk_modulus};
-use crate::study::error::{Quantity, Row, TARGETS};
+use crate::study::error::{Row, TARGETS};
 use clap::Args;
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
@@ -70,14 +71,14 @@ pub fn bulk_modulus(args: &BulkModulusArgs, out: &mut dyn Write) -> Result<Exit,
 }
 
 fn write_study(study: &BulkStudy, out: &mut dyn Write) -> io::Result<()> {
-    let quantities: Vec<Quantity> = study.smallest.keys().copied().collect();
+    let quantities: Vec<QuantityOfInterest> = study.smallest.keys().copied().collect();
     writeln!(
         out,
         "{}: results on one mesh, and their difference from the largest bulk modulus\n",
         study.scene
     )?;
     let mut header = vec!["bulk modulus".to_owned(), "steps".into(), "processor".into()];
-    header.extend(quantities.iter().map(|q| format!("{} [{}]", q.title().0, q.title().1)));
+    header.extend(quantities.iter().map(|q| format!("{} [{}]", q.short_title(), q.unit())));
     let cells = |row: &Row| {
         let mut cells =
             vec![format!("× {}", row.setting.bulk_factor), row.steps.to_string(), duration(row.cost_s())];
@@ -95,10 +96,10 @@ fn write_study(study: &BulkStudy, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "\nSmallest bulk modulus within a difference, of those below the largest:")?;
     let mut header = vec![String::new()];
     header.extend(TARGETS.map(|target| format!("{} %", 100.0 * target)));
-    let cells = |q: &Quantity| {
+    let cells = |q: &QuantityOfInterest| {
         let of =
             |factor: &Option<f64>| factor.map_or_else(|| "none".to_owned(), |factor| format!("× {factor}"));
-        std::iter::once(q.title().0.to_owned()).chain(study.smallest[q].iter().map(of)).collect()
+        std::iter::once(q.short_title().to_owned()).chain(study.smallest[q].iter().map(of)).collect()
     };
     write_table(&header, &quantities.iter().map(cells).collect::<Vec<Vec<String>>>(), out)
 }

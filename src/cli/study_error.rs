@@ -5,12 +5,13 @@ use super::picture::PictureArgs;
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
+use crate::measure::QuantityOfInterest;
 use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::error::{
-    Advice, Approach, COARSEST, ErrorRequest, ErrorStudy, FINEST, Geometry, Ladder, Quantity, Reference, Row,
-    TARGETS, USUAL_LEVELS, chart, study_error,
+    Advice, Approach, COARSEST, ErrorRequest, ErrorStudy, FINEST, Geometry, Ladder, Reference, Row, TARGETS,
+    USUAL_LEVELS, chart, study_error,
 };
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
@@ -161,15 +162,15 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
 
 /// Exact values declared in `expected.json` beside the scene, `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`, and those of another
 /// code, `"reference": {"impulse_n_s": {"value": 0.2, "uncertainty": 0.01}}`.
-fn known_values(scene: &Path) -> Result<BTreeMap<Quantity, Reference>, CliError> {
+fn known_values(scene: &Path) -> Result<BTreeMap<QuantityOfInterest, Reference>, CliError> {
     let path = scene.with_file_name("expected.json");
     let Ok(bytes) = std::fs::read(&path) else { return Ok(BTreeMap::new()) };
     let wrong = |what: String| CliError::Usage(format!("{}: {what}", path.display()));
     let expected: Value = serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
     let name = scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let entry = |of: &str, name: &str, value: &Value| {
-        let known = || Quantity::ALL.map(Quantity::name).join(", ");
-        let quantity = Quantity::from_name(name)
+        let known = || QuantityOfInterest::ALL.map(QuantityOfInterest::name).join(", ");
+        let quantity = QuantityOfInterest::from_name(name)
             .ok_or_else(|| wrong(format!("{of}: no quantity is called {name:?}; there are {}", known())))?;
         let reference = match (value.as_f64(), value["value"].as_f64(), value["uncertainty"].as_f64()) {
             (Some(value), ..) => Reference::Exact { value },
@@ -189,13 +190,13 @@ fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}: {} runs, {} thread(s) each\n", study.scene, study.rows.len(), study.threads)?;
     writeln!(out, "References for the errors:")?;
     for (quantity, reference) in &study.references {
-        let (title, unit) = quantity.title();
+        let (title, unit) = (quantity.short_title(), quantity.unit());
         let approach = study.approaches.get(quantity).map(|approach| describe_approach(approach, unit));
         writeln!(out, "  {title:<18} {}{}", describe(reference, unit), approach.unwrap_or_default())?;
     }
     writeln!(out)?;
     let mut header = vec!["setting".to_owned(), "elements".into(), "steps".into(), "processor".into()];
-    header.extend(study.references.keys().map(|q| q.title().0.to_owned()));
+    header.extend(study.references.keys().map(|q| q.short_title().to_owned()));
     let rows: Vec<Vec<String>> = study.rows.iter().map(|row| cells(row, study)).collect();
     write_table(&header, &rows, out)?;
     for row in study.rows.iter().filter(|row| row.reason.is_some()) {
@@ -215,11 +216,12 @@ fn write_geometry(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     }
     writeln!(out, "\nGeometry: effect of facets in place of the true surface, second order assumed:")?;
     let header = ["", "change from mesh 0 to mesh +1", "due to the surface", "error of mesh 0 due to facets"];
-    let cells = |(quantity, Geometry { change, change_by_surface, error }): (&Quantity, &Geometry)| {
-        let changes = [change, change_by_surface].map(|change| format!("{:+.2} %", 100.0 * change));
-        let [change, by_surface] = changes;
-        [quantity.title().0.to_owned(), change, by_surface, format!("{:.2} %", 100.0 * error)]
-    };
+    let cells =
+        |(quantity, Geometry { change, change_by_surface, error }): (&QuantityOfInterest, &Geometry)| {
+            let changes = [change, change_by_surface].map(|change| format!("{:+.2} %", 100.0 * change));
+            let [change, by_surface] = changes;
+            [quantity.short_title().to_owned(), change, by_surface, format!("{:.2} %", 100.0 * error)]
+        };
     let rows: Vec<[String; 4]> = study.geometry.iter().map(cells).collect();
     write_table(&header, &rows, out)
 }
@@ -272,7 +274,8 @@ fn cells(row: &Row, study: &ErrorStudy) -> Vec<String> {
 }
 
 fn advice_cells(advice: &[Advice]) -> Vec<String> {
-    let title = advice.first().and_then(|a| a.quantity).map_or("headline numbers", |q| q.title().0);
+    let title =
+        advice.first().and_then(|a| a.quantity).map_or("headline numbers", QuantityOfInterest::short_title);
     let choice = |a: &Advice| match (&a.setting, a.cost_s) {
         (Some(setting), Some(cost)) => format!("{setting} ({})", duration(cost)),
         _ => "none of these".into(),
@@ -282,7 +285,7 @@ fn advice_cells(advice: &[Advice]) -> Vec<String> {
 
 /// One line per run: setting, cost, values and relative errors.
 fn csv(study: &ErrorStudy) -> String {
-    let quantities: Vec<Quantity> = study.references.keys().copied().collect();
+    let quantities: Vec<QuantityOfInterest> = study.references.keys().copied().collect();
     let mut header = vec!["setting,ending,elements,steps,wall_s,cpu_s".to_owned()];
     header.extend(quantities.iter().map(|quantity| format!("{quantity},{quantity}_relative_error")));
     let number = |value: Option<&f64>| value.map(ToString::to_string).unwrap_or_default();
@@ -324,19 +327,22 @@ mod tests {
             steps: 1,
             wall_s: 1.0,
             cpu_s: None,
-            values: BTreeMap::from([(Quantity::ImpulseNS, 0.2), (Quantity::PeakForceN, 1.0)]),
-            errors: BTreeMap::from([(Quantity::ImpulseNS, 99.0)]),
+            values: BTreeMap::from([
+                (QuantityOfInterest::ImpulseNS, 0.2),
+                (QuantityOfInterest::PeakForceN, 1.0),
+            ]),
+            errors: BTreeMap::from([(QuantityOfInterest::ImpulseNS, 99.0)]),
         };
         let only_one = Reference::Unknown { value: 1.0, reason: "there is only one mesh".into() };
         let study = ErrorStudy {
             scene: "bar".into(),
             threads: 1,
             references: BTreeMap::from([
-                (Quantity::PeakForceN, only_one),
-                (Quantity::ImpulseNS, Reference::Exact { value: 20.0 }),
+                (QuantityOfInterest::PeakForceN, only_one),
+                (QuantityOfInterest::ImpulseNS, Reference::Exact { value: 20.0 }),
             ]),
             approaches: BTreeMap::from([(
-                Quantity::ImpulseNS,
+                QuantityOfInterest::ImpulseNS,
                 Approach::Stays { order: -0.004, tends_to: 0.2 },
             )]),
             rows: vec![row],

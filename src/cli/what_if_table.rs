@@ -1,9 +1,9 @@
 //! What-if answers as tables and CSV.
 
 use super::plan::write_table;
+use crate::measure::QuantityOfInterest;
 use crate::measure::summary::{number, rounded};
 use crate::report::csv::text_cell;
-use crate::study::error::Quantity;
 use crate::study::what_if::document::LimitMeasure;
 use crate::study::what_if::limit::Verdict;
 use crate::study::what_if::surrogate::Surrogate;
@@ -26,11 +26,11 @@ pub(super) fn write_case_line(
     awaits_errors: bool,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let number = |q: Quantity| {
-        let (title, unit) = q.title();
+    let number = |q: QuantityOfInterest| {
+        let (title, unit) = (q.short_title(), q.unit());
         case.numbers.get(&q).map(|n| format!("{title} {} {unit}", with_error(n)))
     };
-    let numbers: Vec<String> = Quantity::HEADLINE.into_iter().filter_map(number).collect();
+    let numbers: Vec<String> = QuantityOfInterest::HEADLINE.into_iter().filter_map(number).collect();
     let what = if numbers.is_empty() { case.ending.replace('_', " ") } else { numbers.join(", ") };
     let remark = if awaits_errors && !numbers.is_empty() { " (numerical errors not yet known)" } else { "" };
     writeln!(out, "{:>3} of {of}  {}: {what}{remark}", case.index + 1, case.name)
@@ -54,11 +54,14 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     writeln!(out, "\n{}: {extent}\n", answer.scene)?;
     // Headline numbers of the first cases.
     let mut header = vec!["case".to_owned()];
-    header.extend(Quantity::HEADLINE.map(|q| title(answer, q)));
+    header.extend(QuantityOfInterest::HEADLINE.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
     write_table(&header, &rows, out)?;
     let has_brackets = |case: &CaseAnswer| {
-        Quantity::HEADLINE.iter().filter_map(|q| case.numbers.get(q)).any(|number| !number.is_resolved())
+        QuantityOfInterest::HEADLINE
+            .iter()
+            .filter_map(|q| case.numbers.get(q))
+            .any(|number| !number.is_resolved())
     };
     if answer.cases.iter().any(has_brackets) {
         writeln!(
@@ -106,9 +109,9 @@ fn of_stopped(answer: &Answer) -> &'static str {
 }
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
-    let number = |q: Quantity| case.numbers.get(&q).map_or_else(|| "-".into(), with_error);
+    let number = |q: QuantityOfInterest| case.numbers.get(&q).map_or_else(|| "-".into(), with_error);
     let mut cells: Vec<String> =
-        std::iter::once(case.name.clone()).chain(Quantity::HEADLINE.map(number)).collect();
+        std::iter::once(case.name.clone()).chain(QuantityOfInterest::HEADLINE.map(number)).collect();
     if case.numbers.is_empty() {
         cells[1] = case.ending.replace('_', " ");
     }
@@ -116,7 +119,7 @@ fn cells(case: &CaseAnswer) -> Vec<String> {
 }
 
 /// Title with unit, such as "depth of stress above 10 kPa [mm]".
-fn title(answer: &Answer, quantity: Quantity) -> String {
+fn title(answer: &Answer, quantity: QuantityOfInterest) -> String {
     let (title, unit) = answer.title(quantity);
     format!("{title} [{unit}]")
 }
@@ -131,7 +134,7 @@ fn with_error(shown: &Number) -> String {
 /// Accuracy of the surrogates.
 fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let shown: Vec<&Surrogate> =
-        answer.surrogates.iter().filter(|s| Quantity::HEADLINE.contains(&s.quantity)).collect();
+        answer.surrogates.iter().filter(|s| QuantityOfInterest::HEADLINE.contains(&s.quantity)).collect();
     let Some(first) = shown.first() else { return Ok(()) };
     let degrees = if shown.iter().all(|s| s.degree == 2) { "second" } else { "first" };
     writeln!(
@@ -171,7 +174,7 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         "",
     ];
     let unit_of = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
-    let shown = answer.sensitivities.iter().filter(|s| Quantity::HEADLINE.contains(&s.quantity));
+    let shown = answer.sensitivities.iter().filter(|s| QuantityOfInterest::HEADLINE.contains(&s.quantity));
     // One row per number and parameter.
     let rows: Vec<[String; 9]> = shown
         .map(|s| {
@@ -207,7 +210,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "\nSpread over the sample{}:", of_stopped(answer))?;
         let header =
             ["number", "cases", "mean", "deviation", "P5", "median", "P95", "correlates with (Spearman)", ""];
-        let shown = answer.spread.iter().filter(|s| Quantity::HEADLINE.contains(&s.quantity));
+        let shown = answer.spread.iter().filter(|s| QuantityOfInterest::HEADLINE.contains(&s.quantity));
         let rows: Vec<[String; 9]> = shown
             .map(|s| {
                 let with = answer.correlations.iter().filter(|c| c.quantity == s.quantity);
@@ -236,7 +239,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         let rows: Vec<[String; 5]> = answer
             .sobol_indices
             .iter()
-            .filter(|s| Quantity::HEADLINE.contains(&s.quantity))
+            .filter(|s| QuantityOfInterest::HEADLINE.contains(&s.quantity))
             .map(|s| {
                 let interval = |x: f64, [low, high]: [f64; 2]| format!("{x:.2} ({low:.2} … {high:.2})");
                 let (first, total) =
@@ -262,7 +265,7 @@ fn is_for_indices(case: &CaseAnswer) -> bool {
 }
 
 /// Remark on the spread of a number.
-fn remark(answer: &Answer, quantity: Quantity) -> String {
+fn remark(answer: &Answer, quantity: QuantityOfInterest) -> String {
     let spread = answer.spread.iter().find(|s| s.quantity == quantity);
     let is_below = spread.is_some_and(|s| s.exceeds_numerical_error == Some(false));
     if is_below { BELOW_ERROR.into() } else { String::new() }
@@ -271,7 +274,7 @@ fn remark(answer: &Answer, quantity: Quantity) -> String {
 /// "speed: von Mises stress from 10 mm on stays at or below 30000 Pa up to 93.2 m/s (…)".
 fn in_words(answer: &LimitAnswer) -> String {
     let what = match answer.measure {
-        LimitMeasure::Quantity(quantity) => quantity.title().0.to_owned(),
+        LimitMeasure::Quantity(quantity) => quantity.short_title().to_owned(),
         LimitMeasure::VonMisesPaBelowDepthM(depth) => {
             format!("von Mises stress from {} mm below the surface on", number(1e3 * depth))
         }
@@ -342,12 +345,12 @@ fn error_in_words(answer: &LimitAnswer) -> String {
 pub(super) fn write_csv(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let mut header = vec!["case".to_owned(), "ending".into(), "steps".into()];
     header.extend(answer.parameters.iter().map(|p| text_cell(&format!("{} [{}]", p.name, p.unit))));
-    header.extend(Quantity::ALL.into_iter().flat_map(|q| [q.to_string(), format!("{q}_error")]));
+    header.extend(QuantityOfInterest::ALL.into_iter().flat_map(|q| [q.to_string(), format!("{q}_error")]));
     writeln!(out, "{}", header.join(","))?;
     for case in &answer.cases {
         let mut line = vec![text_cell(&case.name), case.ending.clone(), case.steps.to_string()];
         line.extend(answer.parameters.iter().map(|p| case.parameters[&p.name].to_string()));
-        for quantity in Quantity::ALL {
+        for quantity in QuantityOfInterest::ALL {
             let number = case.numbers.get(&quantity);
             line.push(number.map_or_else(String::new, |n| n.value.to_string()));
             line.push(number.and_then(|n| n.error).map_or_else(String::new, |error| error.to_string()));
@@ -365,7 +368,7 @@ mod tests {
         LimitAnswer {
             parameter: "speed".into(),
             unit: "m/s",
-            measure: LimitMeasure::Quantity(Quantity::PeakForceN),
+            measure: LimitMeasure::Quantity(QuantityOfInterest::PeakForceN),
             at_most: 2000.0,
             verdict,
             relative_error,

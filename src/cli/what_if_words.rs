@@ -1,6 +1,6 @@
 //! Parses parameters, cases and limits from flags.
 
-use crate::study::error::Quantity;
+use crate::measure::QuantityOfInterest;
 use crate::study::what_if::document::{
     CaseDocument, Change, Layer, LimitDocument, LimitMeasure, ParameterDocument,
 };
@@ -65,10 +65,10 @@ pub(super) fn limit(text: &str) -> Result<LimitDocument, String> {
     let (parameter, measure) = left.rsplit_once(':').ok_or(form)?;
     let measure = match measure.strip_prefix("von_mises@") {
         Some(depth) => LimitMeasure::VonMisesPaBelowDepthM(number(depth)?),
-        None => LimitMeasure::Quantity(Quantity::from_name(measure).ok_or_else(|| {
+        None => LimitMeasure::Quantity(QuantityOfInterest::from_name(measure).ok_or_else(|| {
             format!(
                 "there is no number {measure:?}; there are {} and von_mises@DEPTH",
-                Quantity::ALL.map(Quantity::name).join(", ")
+                QuantityOfInterest::ALL.map(QuantityOfInterest::name).join(", ")
             )
         })?),
     };

@@ -36,6 +36,6 @@ pub use convergence::REFINEMENT;
 pub use measures::Measures;
 pub use sink::{MeasuredEnd, MeasuredFrame, MeasuringRecorder, Sink};
 pub use summary::{
-    Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, RequestedAccuracy, Results, Summary,
-    render_table,
+    Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, QuantityOfInterest, RequestedAccuracy,
+    Results, Summary, render_table,
 };

@@ -2,7 +2,8 @@
 //!
 //! Codes are of a code system of our own: LOINC has none for a simulated impact. Units are UCUM.
 
-use super::{RecordedRun, Shown, force_title, headline_impact, is_miss, values};
+use super::{RecordedRun, Shown, headline_impact, is_miss, recorded, title, values};
+use crate::measure::QuantityOfInterest;
 use crate::measure::summary::{number, rounded};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -11,6 +12,28 @@ use std::fmt::Write as _;
 /// Code system of the observations.
 pub const CODE_SYSTEM: &str = "urn:contuse:observation";
 const UCUM: &str = "http://unitsofmeasure.org";
+
+/// Codes of the quantities of interest.
+const CODES: [(&str, QuantityOfInterest); 8] = [
+    ("peak-force", QuantityOfInterest::PeakForceN),
+    ("impulse", QuantityOfInterest::ImpulseNS),
+    ("contact-patch-area", QuantityOfInterest::LargestPatchAreaMm2),
+    ("energy-given", QuantityOfInterest::EnergyGivenJ),
+    ("absorbed-energy", QuantityOfInterest::AbsorbedEnergyJ),
+    ("peak-principal-strain", QuantityOfInterest::PrincipalStrain),
+    ("principal-strain-exceeded-in-volume", QuantityOfInterest::PrincipalStrainInVolume),
+    ("skin-deflection", QuantityOfInterest::DeflectionMm),
+];
+
+/// A unit in the notation of UCUM.
+fn ucum(unit: &'static str) -> &'static str {
+    match unit {
+        "N s" => "N.s",
+        "mm²" => "mm2",
+        "-" => "1",
+        unit => unit,
+    }
+}
 
 /// One observation: code, display text, UCUM unit, and the quantity of the summary.
 struct Observed<'a> {
@@ -85,43 +108,20 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
             all.push(Observed { code: code.to_owned(), text: text.to_owned(), unit, quantity });
         }
     };
-    // The headline contact.
-    let impact = headline_impact(values);
-    for (code, text, unit, name) in [
-        ("peak-force", &*force_title(impact), "N", "peak_force_n"),
-        ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
-        ("contact-duration", "Duration of contact", "s", "contact_duration_s"),
-        ("contact-patch-area", "Largest area of the contact patch", "mm2", "largest_patch_area_mm2"),
-    ] {
-        add(code, text, unit, impact.map(|impact| &impact[name]));
+    // The quantities of interest; depths are listed with their thresholds below.
+    for (code, quantity) in CODES {
+        add(code, &title(values, quantity), ucum(quantity.unit()), recorded(values, quantity));
     }
-    // The tissue.
-    let tissue = &values["tissue"];
-    for (code, text, unit, name) in [
-        ("energy-given", "Energy given to the tissue by the impact", "J", "energy_given_j"),
-        ("absorbed-energy", "Energy absorbed by the tissue", "J", "absorbed_energy_j"),
-        ("peak-von-mises", "Peak von Mises stress", "Pa", "peak_von_mises_pa"),
-        ("peak-principal-strain", "Peak principal Green-Lagrange strain", "1", "peak_principal_strain"),
-        (
-            "peak-strain-energy-density",
-            "Peak strain energy density",
-            "J/m3",
-            "peak_strain_energy_density_j_per_m3",
-        ),
-        ("skin-deflection", "Largest deflection of the surface", "mm", "deflection_mm"),
-    ] {
-        add(code, text, unit, Some(&tissue[name]));
-    }
-    let in_volume = &tissue["exceeded_in_volume"];
-    if let Some(volume) = in_volume["volume_mm3"].as_f64() {
-        let volume = number(volume);
-        for (code, text, unit, name) in [
-            ("principal-strain", "Principal Green-Lagrange strain", "1", "principal_strain"),
-            ("von-mises", "Von Mises stress", "Pa", "von_mises_pa"),
-        ] {
-            let text = format!("{text} exceeded in {volume} mm3");
-            add(&format!("{code}-exceeded-in-volume"), &text, unit, in_volume.get(name));
-        }
+    let (impact, tissue) = (headline_impact(values), &values["tissue"]);
+    add("contact-duration", "Duration of contact", "s", impact.map(|impact| &impact["contact_duration_s"]));
+    // Other peaks of the tissue.
+    let density = &tissue["peak_strain_energy_density_j_per_m3"];
+    add("peak-von-mises", "Peak von Mises stress", "Pa", tissue.get("peak_von_mises_pa"));
+    add("peak-strain-energy-density", "Peak strain energy density", "J/m3", Some(density));
+    if let Some(volume) = tissue.pointer("/exceeded_in_volume/volume_mm3").and_then(Value::as_f64) {
+        let text = format!("Von Mises stress exceeded in {} mm³", number(volume));
+        let stress = tissue.pointer("/exceeded_in_volume/von_mises_pa");
+        add("von-mises-exceeded-in-volume", &text, "Pa", stress);
     }
     for of in tissue["percentiles"].as_array().into_iter().flatten() {
         let part = of["part"].as_str().unwrap_or_default();

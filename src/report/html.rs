@@ -1,6 +1,7 @@
 //! The report as one self-contained, printable HTML page.
 
-use super::numbers::{cards, number_of_kpa};
+use super::number_of_kpa;
+use super::numbers::cards;
 use super::omissions::omissions;
 use super::pictures::pictures;
 use super::section_picture::section_picture;

@@ -22,6 +22,8 @@ mod surface_file;
 
 pub use read::{ReadError, RecordedRun, Series};
 
+use crate::measure::QuantityOfInterest;
+use crate::measure::summary::number;
 use serde_json::Value;
 
 /// A quantity of the summary with its error.
@@ -73,10 +75,47 @@ pub fn headline_impact(values: &Value) -> Option<&Value> {
     values["impacts"].get(usize::try_from(index).ok()?)
 }
 
-/// Title of the peak force of a contact, with the window that it is averaged over.
-fn force_title(impact: Option<&Value>) -> String {
-    let average = impact.and_then(|impact| impact["force_average"].as_str());
-    average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"))
+/// A quantity of interest as recorded; `None` where the run has it not.
+fn recorded(values: &Value, quantity: QuantityOfInterest) -> Option<&Value> {
+    use QuantityOfInterest as Of;
+    let (impact, tissue) = (headline_impact(values), &values["tissue"]);
+    let found = match quantity {
+        Of::PeakForceN | Of::ImpulseNS | Of::LargestPatchAreaMm2 | Of::PatchAreaMm2 => {
+            impact?.get(quantity.name())
+        }
+        Of::EnergyGivenJ | Of::AbsorbedEnergyJ | Of::DeflectionMm => tissue.get(quantity.name()),
+        Of::StressDepthMm => headline_stress(values)?.get("depth_mm"),
+        Of::PrincipalStrain => tissue.get("peak_principal_strain"),
+        Of::PrincipalStrainInVolume => tissue.pointer("/exceeded_in_volume/principal_strain"),
+    };
+    found.filter(|found| found["value"].is_number())
+}
+
+/// Title of a quantity of interest, with the window, threshold or volume that it depends on.
+fn title(values: &Value, quantity: QuantityOfInterest) -> String {
+    let words = quantity.title();
+    let words = format!("{}{}", words[..1].to_uppercase(), &words[1..]);
+    let force_average = || headline_impact(values)?["force_average"].as_str();
+    let threshold = || headline_stress(values)?["threshold_pa"].as_f64();
+    let volume = || values.pointer("/tissue/exceeded_in_volume/volume_mm3")?.as_f64();
+    let exact = match quantity {
+        QuantityOfInterest::PeakForceN => force_average().map(|average| format!("{words}, {average}")),
+        QuantityOfInterest::StressDepthMm => {
+            threshold().map(|threshold| format!("{words} above {}", number_of_kpa(threshold)))
+        }
+        QuantityOfInterest::PrincipalStrainInVolume => {
+            volume().map(|volume| words.replace("a volume", &format!("{} mm³", number(volume))))
+        }
+        _ => None,
+    };
+    exact.unwrap_or(words)
+}
+
+/// A stress in kilopascals.
+fn number_of_kpa(pascal: f64) -> String {
+    let text = number(1e-3 * pascal);
+    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{short} kPa")
 }
 
 /// The stress threshold that the headline of a run refers to, with depth and volume.

@@ -1,16 +1,10 @@
 //! The four numbers of a report, each with its uncertainty in words.
 
-use super::{Shown, force_title, headline_impact, headline_stress, is_miss};
+use super::{Shown, is_miss, recorded, title};
+use crate::measure::QuantityOfInterest;
 use crate::measure::summary::{number, rounded};
 use serde_json::Value;
 use std::fmt::Write as _;
-
-/// A stress in kilopascals.
-pub(super) fn number_of_kpa(pascal: f64) -> String {
-    let text = number(1e-3 * pascal);
-    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{short} kPa")
-}
 
 /// Cards of the four main results.
 pub(super) fn cards(out: &mut String, summary: &Value) {
@@ -18,20 +12,10 @@ pub(super) fn cards(out: &mut String, summary: &Value) {
         return;
     }
     let results = &summary["results"];
-    let (impact, depth) = (headline_impact(results), headline_stress(results));
-    let threshold = depth.and_then(|s| s["threshold_pa"].as_f64());
-    let depth_title = threshold
-        .map_or_else(|| "Depth of stress".into(), |t| format!("Depth of stress above {}", number_of_kpa(t)));
-    let of_impact = |name: &str| impact.and_then(|impact| Shown::of(&impact[name]));
-    let all = [
-        (force_title(impact), of_impact("peak_force_n"), "N"),
-        ("Largest contact patch".into(), of_impact("largest_patch_area_mm2"), "mm²"),
-        (depth_title, depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
-        ("Energy given to the tissue".into(), Shown::of(&results["tissue"]["energy_given_j"]), "J"),
-    ];
     out.push_str("<section class=\"cards\">\n");
-    for (title, shown, unit) in all {
-        let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    for quantity in QuantityOfInterest::HEADLINE {
+        let (shown, unit) = (recorded(results, quantity).and_then(Shown::of), quantity.unit());
+        let title = title(results, quantity).replace('&', "&amp;").replace('<', "&lt;");
         let (class, value) = match shown {
             Some(shown) if shown.is_resolved => ("", number(shown.value)),
             Some(shown) => (" doubtful", format!("≈ {}", rounded(shown.value))),

@@ -70,16 +70,4 @@ impl RequestedNumber {
     pub(super) fn usual() -> Vec<Self> {
         vec![Self::PeakForce, Self::Impulse, Self::EnergyGiven]
     }
-
-    /// Name of the number in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PeakForce => "peak force",
-            Self::Impulse => "impulse",
-            Self::ContactPatch => "contact patch",
-            Self::StressDepth => "depth of stress",
-            Self::EnergyGiven => "energy given to the tissue",
-            Self::Deflection => "deflection",
-        }
-    }
 }

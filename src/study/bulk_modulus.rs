@@ -3,8 +3,9 @@
 //!
 //! One scene, one mesh, several factors on the bulk modulus of every split law; the results with the largest are the reference.
 
-use super::error::{ErrorRequest, Quantity, Row, TARGETS, study_error};
+use super::error::{ErrorRequest, Row, TARGETS, study_error};
 use super::setting::Setting;
+use crate::measure::QuantityOfInterest;
 use crate::scene::document::SceneDocument;
 use crate::scene::{Budget, MeshSource};
 use crate::step::Interrupt;
@@ -41,7 +42,7 @@ pub struct BulkStudy {
     pub rows: Vec<Row>,
     /// For each quantity, the smallest factor that is within 1, 3 and 10 % of the reference, as are all larger ones; null where only
     /// the reference is.
-    pub smallest: BTreeMap<Quantity, [Option<f64>; TARGETS.len()]>,
+    pub smallest: BTreeMap<QuantityOfInterest, [Option<f64>; TARGETS.len()]>,
     /// Why it was stopped early; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
@@ -68,7 +69,7 @@ pub fn study_bulk_modulus(request: &mut BulkRequest) -> BulkStudy {
     let reference = rows.iter().rfind(|row| row.is_finished()).map(|row| row.values.clone());
     let reference = reference.unwrap_or_default();
     for row in &mut rows {
-        let change = |(q, value): (&Quantity, &f64)| {
+        let change = |(q, value): (&QuantityOfInterest, &f64)| {
             let of = reference.get(q).filter(|of| **of != 0.0)?;
             Some((*q, value / of - 1.0))
         };
@@ -80,7 +81,7 @@ pub fn study_bulk_modulus(request: &mut BulkRequest) -> BulkStudy {
 }
 
 /// Smallest factor from which on a quantity is within `target` of the reference; the reference itself does not count.
-fn smallest(rows: &[Row], quantity: Quantity, target: f64) -> Option<f64> {
+fn smallest(rows: &[Row], quantity: QuantityOfInterest, target: f64) -> Option<f64> {
     let is_within = |row: &&Row| row.errors.get(&quantity).is_some_and(|change| change.abs() <= target);
     let mut finished = rows.iter().rev().filter(|row| row.is_finished());
     let _reference = finished.next()?;

@@ -7,7 +7,7 @@ use super::clock::Clock;
 use super::error_bars::compared;
 use super::setting::Setting;
 use super::variant::Variants;
-use crate::measure::{Compared, LoweredBulkModulus};
+use crate::measure::{Compared, LoweredBulkModulus, QuantityOfInterest};
 use crate::scene::Scene;
 use crate::scene::document::{AccuracyDocument, RequestedNumber};
 
@@ -89,9 +89,9 @@ fn changes(
 
 /// "× 0.0625 on the coarsest mesh change peak force by 0.3 %, impulse by 0.1 %".
 fn words(factor: f64, changes: &[(RequestedNumber, Option<f64>)]) -> String {
-    let each = changes.iter().map(|(number, change)| match change {
-        Some(change) => format!("{} by {:.1} %", number.name(), 100.0 * change),
-        None => format!("{} by an unknown amount", number.name()),
+    let each = changes.iter().map(|(number, change)| {
+        let change = change.map_or_else(|| "an unknown amount".into(), |c| format!("{:.1} %", 100.0 * c));
+        format!("{} by {change}", QuantityOfInterest::from(*number).title())
     });
     format!("× {factor:.3} on the coarsest mesh change {}", each.collect::<Vec<_>>().join(", "))
 }

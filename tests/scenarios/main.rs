@@ -117,7 +117,10 @@ fn expectations(folder: &Path) -> BTreeMap<String, Expected> {
         .collect();
     scenes.sort();
     for name in expected.values().flat_map(|scene| scene.exact.keys().chain(scene.reference.keys())) {
-        assert!(contuse::study::error::Quantity::from_name(name).is_some(), "no quantity is called {name}");
+        assert!(
+            contuse::measure::QuantityOfInterest::from_name(name).is_some(),
+            "no quantity is called {name}"
+        );
     }
     for known in expected.values().flat_map(|scene| scene.reference.values()) {
         assert!(known.uncertainty > 0.0 && known.uncertainty < 0.1 * known.value, "{known:?}");

@@ -63,7 +63,11 @@ fn numbers_are_as_exact_as_asked_and_their_bars_hold() {
     let (impact, tissue) = (&summary.values().impacts[0], summary.values().tissue.as_ref().unwrap());
     let found = [&impact.peak_force_n, &impact.impulse_n_s, &tissue.energy_given_j];
     for ((quantity, exact), of) in found.into_iter().zip(exact).zip(&accuracy.numbers) {
-        assert_at_most((quantity.value / exact - 1.0).abs(), of.relative.unwrap(), of.number.name());
+        assert_at_most(
+            (quantity.value / exact - 1.0).abs(),
+            of.relative.unwrap(),
+            contuse::measure::QuantityOfInterest::from(of.number).title(),
+        );
     }
 }
 

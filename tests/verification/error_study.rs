@@ -1,10 +1,11 @@
 //! The study of error against run time finds known orders, and knows exact values.
 
 use crate::record::{assert_at_most, assert_close, assert_order};
+use contuse::measure::QuantityOfInterest;
 use contuse::scene::document::SceneDocument;
 use contuse::scene::{Budget, NoFiles, load};
 use contuse::study::Setting;
-use contuse::study::error::{ErrorRequest, Ladder, Quantity, Reference, Row, study_error};
+use contuse::study::error::{ErrorRequest, Ladder, Reference, Row, study_error};
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -35,19 +36,20 @@ fn impulse_of_the_bar_converges_to_its_exact_value() {
         source: &NoFiles,
         budget: &Budget::COMMAND_LINE,
         ladder: &ladder,
-        known: &BTreeMap::from([(Quantity::ImpulseNS, Reference::Exact { value: 0.2 })]),
+        known: &BTreeMap::from([(QuantityOfInterest::ImpulseNS, Reference::Exact { value: 0.2 })]),
         threads: 1,
         interrupt: &|| None,
         progress: &mut |_, _, _| {},
     });
     assert!(study.rows.iter().all(|row| row.ending == "finished"), "{:?}", study.rows);
-    assert_eq!(study.references[&Quantity::ImpulseNS], Reference::Exact { value: 0.2 });
+    assert_eq!(study.references[&QuantityOfInterest::ImpulseNS], Reference::Exact { value: 0.2 });
     // On impact activation the contact node loses a fraction of the impulse that falls with the element.
-    let errors: Vec<f64> = study.rows.iter().map(|row| row.errors[&Quantity::ImpulseNS]).collect();
+    let errors: Vec<f64> = study.rows.iter().map(|row| row.errors[&QuantityOfInterest::ImpulseNS]).collect();
     assert_at_most(errors[2], 0.02, "relative error of the impulse on the finest mesh");
     assert_order(&errors, 0.7, "impulse of the bar, in the study");
     // The cheapest mesh that is exact to a tenth is not the finest.
-    let advice = study.advice.iter().find(|a| a.quantity == Some(Quantity::ImpulseNS) && a.target > 0.05);
+    let advice =
+        study.advice.iter().find(|a| a.quantity == Some(QuantityOfInterest::ImpulseNS) && a.target > 0.05);
     assert!(advice.is_some_and(|a| a.setting.is_some()), "{:?}", study.advice);
 }
 
@@ -127,10 +129,10 @@ fn geometry_is_separated_where_a_generator_knows_a_curved_surface() {
     let study = study_of(&ball);
     let value = |on_facets: bool, level: i32| {
         let row = |row: &&Row| row.setting.on_facets == on_facets && row.setting.mesh_level == level;
-        study.rows.iter().find(row).unwrap().values[&Quantity::ImpulseNS]
+        study.rows.iter().find(row).unwrap().values[&QuantityOfInterest::ImpulseNS]
     };
     let (own, fine, on_facets) = (value(false, 0), value(false, 1), value(true, 1));
-    let geometry = study.geometry[&Quantity::ImpulseNS];
+    let geometry = study.geometry[&QuantityOfInterest::ImpulseNS];
     assert_close(geometry.change, 1.0 - own / fine, 1e-12, "change of the impulse from mesh to mesh");
     assert_close(geometry.change_by_surface, 1.0 - on_facets / fine, 1e-12, "what of it is the surface's");
     // A ball that has bounced has taken an impulse that goes with its mass, and facets take mass away.

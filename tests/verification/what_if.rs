@@ -1,10 +1,10 @@
 //! What-if: sharing and remembering change no bit, the reported edits make the case, and what must rise rises.
 
 use crate::rig;
+use contuse::measure::QuantityOfInterest;
 use contuse::measure::summary::ErrorEstimate;
 use contuse::scene::{Budget, Loaded, NoFiles};
 use contuse::step::Interrupt;
-use contuse::study::error::Quantity;
 use contuse::study::what_if::limit::Verdict;
 use contuse::study::what_if::{
     Answer, Cache, CaseAnswer, Partial, WhatIfDocument, WhatIfRequest, check, study_what_if,
@@ -74,7 +74,7 @@ pub fn answer(base: &Loaded, requested: &WhatIfDocument) -> Answer {
     ask(base, requested, &Cache::default(), 2, true)
 }
 
-fn value(case: &CaseAnswer, quantity: Quantity) -> f64 {
+fn value(case: &CaseAnswer, quantity: QuantityOfInterest) -> f64 {
     case.numbers[&quantity].value
 }
 
@@ -138,10 +138,13 @@ fn a_case_is_the_run_of_the_scene_with_its_edits() {
     assert!((edited.bodies[0].mass_kg - 0.012).abs() < 1e-12);
     let summary = rig::summary(&edited);
     for (quantity, number) in &case.numbers {
-        assert_eq!(Some(number.value), quantity.of(&summary), "{quantity}");
+        assert_eq!(Some(number.value), quantity.of(summary.values()), "{quantity}");
     }
     // It strikes the new place as squarely as it struck the old one.
-    assert!(value(case, Quantity::PeakForceN) > 0.5 * value(&answer.cases[0], Quantity::PeakForceN));
+    assert!(
+        value(case, QuantityOfInterest::PeakForceN)
+            > 0.5 * value(&answer.cases[0], QuantityOfInterest::PeakForceN)
+    );
 }
 
 #[test]
@@ -157,7 +160,9 @@ fn around_a_round_limb_nothing_changes_but_the_place() {
         "error_bars": "none"
     }));
     let answer = answer(&base, &requested);
-    for quantity in [Quantity::PeakForceN, Quantity::AbsorbedEnergyJ, Quantity::ImpulseNS] {
+    for quantity in
+        [QuantityOfInterest::PeakForceN, QuantityOfInterest::AbsorbedEnergyJ, QuantityOfInterest::ImpulseNS]
+    {
         let [base, same, turned, opposite] = [0, 1, 2, 3].map(|index| value(&answer.cases[index], quantity));
         assert_eq!(base, same);
         assert!((turned / base - 1.0).abs() < 1e-6 && (opposite / base - 1.0).abs() < 1e-6, "{quantity}");
@@ -192,10 +197,15 @@ fn faster_means_more_energy_and_limits_lie_between() {
     });
     assert_eq!(reported, (0..7).map(|index| (index, 7)).collect::<Vec<_>>());
     let energies: Vec<f64> =
-        answer.cases[1..5].iter().map(|case| value(case, Quantity::AbsorbedEnergyJ)).collect();
+        answer.cases[1..5].iter().map(|case| value(case, QuantityOfInterest::AbsorbedEnergyJ)).collect();
     assert!(energies.is_sorted_by(|a, b| a < b), "{energies:?}");
-    assert_eq!(value(&answer.cases[0], Quantity::AbsorbedEnergyJ), energies[2], "60 m/s is the base");
-    let energy = answer.sensitivities.iter().find(|s| s.quantity == Quantity::AbsorbedEnergyJ).unwrap();
+    assert_eq!(
+        value(&answer.cases[0], QuantityOfInterest::AbsorbedEnergyJ),
+        energies[2],
+        "60 m/s is the base"
+    );
+    let energy =
+        answer.sensitivities.iter().find(|s| s.quantity == QuantityOfInterest::AbsorbedEnergyJ).unwrap();
     // The touching area grows with the way and the pressure with the speed: about the third power, whose elasticity over ±50 % is
     // 3.25; at least proportional, and less than the fourth power's 5.
     assert!(energy.change > 0.0 && energy.rank == 1 && energy.is_monotone);
@@ -341,13 +351,18 @@ fn what_the_summary_does_not_resolve_no_answer_resolves() {
     scene["solver"] = json!({"error_bars": "two_levels"});
     let summary = rig::summary(&loaded(&scene));
     for (quantity, number) in &answer.cases[0].numbers {
-        let ErrorEstimate::Estimated(error) = quantity.number(&summary).unwrap().error else {
+        let ErrorEstimate::Estimated(error) = quantity.number(summary.values()).unwrap().error else {
             panic!("{quantity}")
         };
         assert_eq!(number.resolved, Some(error.resolved), "{quantity}");
     }
     // A peak at a point never is, whatever its error.
-    assert!(answer.cases.iter().all(|case| case.numbers[&Quantity::PrincipalStrain].resolved == Some(false)));
+    assert!(
+        answer
+            .cases
+            .iter()
+            .all(|case| case.numbers[&QuantityOfInterest::PrincipalStrain].resolved == Some(false))
+    );
     let limit = &answer.limits[0];
     assert_eq!((limit.resolved, &limit.if_larger, &limit.if_smaller), (Some(false), &None, &None));
     assert!(limit.relative_error.is_some());

@@ -69,7 +69,7 @@ export function headline(summary) {
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak impact force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, summary) },
+    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, note: impact && patchNote(impact) },
     depth(results),
     { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, note: tissue && energyNote(tissue) },

@@ -1,6 +1,7 @@
 //! Comparison of the error bars with the requested accuracy.
 
-use super::quantity::{ErrorEstimate, Quantity};
+use super::of_interest::QuantityOfInterest;
+use super::quantity::ErrorEstimate;
 use super::results::Results;
 use crate::scene::document::RequestedNumber;
 use serde::Serialize;
@@ -52,7 +53,7 @@ impl Accuracy {
     /// Compares the error bars of the results with the request.
     pub(super) fn of(requested: &RequestedAccuracy, results: &Results) -> Self {
         let of = |number: RequestedNumber| {
-            let quantity = requested_quantity(results, number)?;
+            let quantity = QuantityOfInterest::from(number).number(results)?;
             let relative = match &quantity.error {
                 ErrorEstimate::Estimated(error) if error.total == 0.0 => Some(0.0),
                 ErrorEstimate::Estimated(error) => {
@@ -76,9 +77,12 @@ impl Accuracy {
 
     /// The outcome in one sentence.
     pub fn words(&self) -> String {
-        let percent = |of: &AccuracyOf| match of.relative {
-            Some(relative) => format!("{} ± {:.1} %", of.number.name(), 100.0 * relative),
-            None => format!("{}: no error bar", of.number.name()),
+        let percent = |of: &AccuracyOf| {
+            let title = QuantityOfInterest::from(of.number).title();
+            of.relative.map_or_else(
+                || format!("{title}: no error bar"),
+                |relative| format!("{title} ± {:.1} %", 100.0 * relative),
+            )
         };
         let numbers: Vec<String> = self.numbers.iter().map(percent).collect();
         let verdict = if self.reached { "reached" } else { "NOT reached" };
@@ -95,22 +99,5 @@ impl Accuracy {
             self.mesh_factor,
             numbers.join(", ")
         )
-    }
-}
-
-/// The requested number in the results; `None` if the scene has none.
-pub(super) fn requested_quantity(results: &Results, number: RequestedNumber) -> Option<&Quantity> {
-    let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
-    let tissue = results.tissue.as_ref();
-    match number {
-        RequestedNumber::PeakForce => impact.map(|impact| &impact.peak_force_n),
-        RequestedNumber::Impulse => impact.map(|impact| &impact.impulse_n_s),
-        RequestedNumber::ContactPatch => impact.map(|impact| &impact.largest_patch_area_mm2),
-        RequestedNumber::StressDepth => {
-            let (index, tissue) = results.headline.significant_stress.zip(tissue)?;
-            tissue.significant_stress.get(index)?.depth_mm.as_ref()
-        }
-        RequestedNumber::EnergyGiven => tissue.map(|tissue| &tissue.energy_given_j),
-        RequestedNumber::Deflection => tissue.map(|tissue| &tissue.deflection_mm.quantity),
     }
 }

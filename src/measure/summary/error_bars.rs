@@ -6,8 +6,8 @@
 //! is assumed: with two meshes a factor of safety is applied; with more, a curve is fitted, whose scatter widens the bar.
 
 use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
-use super::accuracy::requested_quantity;
 use super::listed::Listed;
+use super::of_interest::QuantityOfInterest;
 use super::quantity::{ErrorEstimate, Estimate};
 use super::results::{Impact, Results};
 use crate::scene::document::RequestedNumber;
@@ -61,13 +61,13 @@ impl Compared {
     /// Relative difference of a number from that of another run [-]; `None` where one of them has none.
     pub fn change(&self, from: &Self, number: RequestedNumber) -> Option<f64> {
         let results = self.over_windows_of(&from.results);
-        let [value, from] = [&results, &from.results].map(|r| requested_quantity(r, number).map(|q| q.value));
+        let [value, from] = [&results, &from.results].map(|r| QuantityOfInterest::from(number).of(r));
         Some((value? / from? - 1.0).abs()).filter(|change| change.is_finite())
     }
 
     /// Whether the run has a number.
     pub fn has(&self, number: RequestedNumber) -> bool {
-        requested_quantity(&self.results, number).is_some()
+        QuantityOfInterest::from(number).of(&self.results).is_some()
     }
 
     /// The results, with forces over the windows of the `own` ones.

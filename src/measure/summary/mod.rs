@@ -12,6 +12,7 @@ mod injury;
 mod laws;
 mod listed;
 mod numerics;
+mod of_interest;
 mod quantity;
 mod relaxation;
 mod results;
@@ -27,6 +28,7 @@ pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
 pub use numerics::Numerics;
+pub use of_interest::QuantityOfInterest;
 pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
 pub use results::{
     DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles, Results, Shown,

@@ -2,6 +2,7 @@
 
 use super::Summary;
 use super::injury::InjuryMeasure;
+use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Exceeded, Impact, Located, Shown, Split, Tissue};
 use super::run_state::RunState;
@@ -110,6 +111,11 @@ impl Table {
     fn quantity(&mut self, name: &str, quantity: &Quantity, unit: &str) {
         self.row(name, &plain(quantity, 1.0, unit), &error_of(quantity, 1.0, unit));
     }
+    /// A quantity of interest, with a remark on what it is exactly.
+    fn of_interest(&mut self, of: Of, exactly: &str, quantity: &Quantity) {
+        let separator = if exactly.is_empty() { "" } else { ", " };
+        self.quantity(&format!("{}{separator}{exactly}", of.title()), quantity, of.unit());
+    }
     fn peak(&mut self, name: &str, located: Option<&Located>, scale: f64, unit: &str) {
         match located {
             Some(located) => self.at(name, &located.quantity, located.time_s, scale, unit),
@@ -131,25 +137,25 @@ impl Table {
             self.line("  Nothing touched.");
             return;
         }
-        self.quantity(&format!("peak force, {}", impact.force_average), &impact.peak_force_n, "N");
+        self.of_interest(Of::PeakForceN, &impact.force_average, &impact.peak_force_n);
         self.row("  at", &time(&impact.peak_force_time_s), "");
         self.row(
             "peak force of a single step",
             &plain(&impact.peak_step_force_n, 1.0, "N"),
             "not a converged quantity",
         );
-        self.quantity("impulse", &impact.impulse_n_s, "N s");
+        self.of_interest(Of::ImpulseNS, "", &impact.impulse_n_s);
         let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
         self.row("duration of contact", &time(&impact.contact_duration_s), going_on);
         if impact.touches_in_points {
             return;
         }
-        self.quantity("patch at the peak force, mean area", &impact.patch_area_mm2, "mm²");
+        self.of_interest(Of::PatchAreaMm2, "mean area", &impact.patch_area_mm2);
         let axes = [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm]
             .map(|q| in_brackets(q, number(q.value)))
             .join(" × ");
         self.row("  axes", &format!("{axes} mm"), &format!("{} nodes across", impact.nodes_across_patch[0]));
-        self.quantity("largest patch, area", &impact.largest_patch_area_mm2, "mm²");
+        self.of_interest(Of::LargestPatchAreaMm2, "area", &impact.largest_patch_area_mm2);
     }
 
     fn tissue(&mut self, tissue: &Tissue) {
@@ -158,11 +164,11 @@ impl Table {
             let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
             self.row("energies in the tissue's frame, moving at", &format!("({x}, {y}, {z}) m/s"), "");
         }
-        self.quantity("energy given to the tissue at the end", &tissue.energy_given_j, "J");
-        self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
+        self.of_interest(Of::EnergyGivenJ, "at the end", &tissue.energy_given_j);
+        self.of_interest(Of::AbsorbedEnergyJ, "at the end", &tissue.absorbed_energy_j);
         self.row("  from the work of the reactions", &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"), "");
         self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);
-        self.quantity("absorbed energy at its peak", &tissue.peak_absorbed_energy_j, "J");
+        self.quantity("absorbed energy, at its peak", &tissue.peak_absorbed_energy_j, "J");
         self.row("  at", &time(&tissue.peak_absorbed_energy_time_s), "");
         self.split(&tissue.peak_absorbed_split, &tissue.peak_absorbed_energy_j);
         if let Some(loss) = &tissue.projectile_loss_j {
@@ -194,7 +200,7 @@ impl Table {
                 self.exceeded(&format!("von Mises {volume}"), &in_volume.von_mises_pa, 1e-3, "kPa");
             }
             None => self.row(
-                "principal strain exceeded in a volume",
+                Of::PrincipalStrainInVolume.title(),
                 "-",
                 "not evaluated after the start, beyond the limit of a law, or less tissue than that",
             ),
@@ -205,10 +211,10 @@ impl Table {
             }
         }
         self.peak("peak von Mises stress", tissue.peaks.peak_von_mises_pa.as_ref(), 1e-3, "kPa");
-        self.peak("peak principal strain", tissue.peaks.peak_principal_strain.as_ref(), 1.0, "");
+        self.peak(Of::PrincipalStrain.title(), tissue.peaks.peak_principal_strain.as_ref(), 1.0, "");
         let density = tissue.peaks.peak_strain_energy_density_j_per_m3.as_ref();
         self.peak("peak strain energy density", density, 1e-3, "kJ/m³");
-        self.peak("deflection of the surface", Some(&tissue.deflection_mm), 1.0, "mm");
+        self.peak(Of::DeflectionMm.title(), Some(&tissue.deflection_mm), 1.0, "mm");
     }
 
     fn criteria(&mut self, criteria: &[InjuryMeasure]) {

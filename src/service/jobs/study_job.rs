@@ -5,13 +5,14 @@ use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
 use super::scene_loader::{SceneLoader, checked};
 use super::study_entries::{Entries, too_many};
 use super::{Phase, Progress};
+use crate::measure::QuantityOfInterest;
 use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::problem::{Pointer, ProblemList, Severity};
 use crate::scene::{Problem, Problems};
 use crate::step::{Ending, Failure};
 use crate::study::Setting;
 use crate::study::error::{
-    COARSEST, ErrorRequest, FINEST, Ladder, Quantity, Reference, Row, USUAL_LEVELS, study_error,
+    COARSEST, ErrorRequest, FINEST, Ladder, Reference, Row, USUAL_LEVELS, study_error,
 };
 use crate::study::stability::{Stepping, cases, study_stability};
 use serde::{Deserialize, Serialize};
@@ -171,7 +172,7 @@ fn check_error(
     let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
     let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
     let mut problems: ProblemList = long.chain(bad_steps).chain(bad_levels).collect();
-    for name in study.exact.keys().filter(|name| Quantity::from_name(name).is_none()) {
+    for name in study.exact.keys().filter(|name| QuantityOfInterest::from_name(name).is_none()) {
         problems.push_with(Severity::Error, || no_quantity(name));
     }
     let loaded = scenes.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
@@ -202,7 +203,7 @@ fn no_quantity(name: &str) -> Problem {
     Problem::error("unknown_quantity", &place, format!("no quantity is called {name:?}"))
         .value(name)
         .limit("a quantity of interest")
-        .remedy(format!("there are {}", Quantity::ALL.map(Quantity::name).join(", ")))
+        .remedy(format!("there are {}", QuantityOfInterest::ALL.map(QuantityOfInterest::name).join(", ")))
 }
 
 /// Runs a validated study.
@@ -235,7 +236,7 @@ pub(super) fn run(
             let document = scenes.scene_of(&study.scene.into(), order.meshes)?.scene.document;
             let exact = study.exact.iter();
             let known = exact.filter_map(|(name, value)| {
-                Some((Quantity::from_name(name)?, Reference::Exact { value: *value }))
+                Some((QuantityOfInterest::from_name(name)?, Reference::Exact { value: *value }))
             });
             let known = known.collect();
             let study = study_error(&mut ErrorRequest {

@@ -1,6 +1,7 @@
 //! Error against run time as SVG: one panel per quantity, both axes logarithmic, the Pareto front as a line.
 
-use super::{ErrorStudy, Quantity, Row};
+use super::{ErrorStudy, Row};
+use crate::measure::QuantityOfInterest;
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -19,7 +20,7 @@ const LEAST_ERROR: f64 = 1e-5;
 /// # Errors
 /// The message of the drawing library.
 pub fn chart(study: &ErrorStudy) -> Result<String, String> {
-    let quantities: Vec<Quantity> = study.references.keys().copied().collect();
+    let quantities: Vec<QuantityOfInterest> = study.references.keys().copied().collect();
     let rows = quantities.len().div_ceil(COLUMNS).max(1);
     let size = (PANEL.0 * COLUMNS as u32, PANEL.1 * rows as u32);
     let mut svg = String::new();
@@ -52,12 +53,12 @@ fn family(row: &Row) -> String {
     setting.formulation_name().map_or_else(|| change.to_owned(), |name| format!("{change}, {name}"))
 }
 
-fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failure> {
+fn draw(area: &Area, study: &ErrorStudy, quantity: QuantityOfInterest) -> Result<(), Failure> {
     // The reference run itself has no error to plot.
     let known = |row: &Row| row.errors.get(&quantity).copied().filter(|error| *error > 0.0);
     let point = |row: &Row| known(row).map(|error| (row.cost_s(), 100.0 * error.max(LEAST_ERROR)));
     let points: Vec<(f64, f64)> = study.rows.iter().filter_map(point).collect();
-    let (title, _) = quantity.title();
+    let title = quantity.short_title();
     let mut chart = ChartBuilder::on(area)
         .caption(title, ("sans-serif", 18))
         .margin(12)

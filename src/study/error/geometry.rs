@@ -5,7 +5,8 @@
 //! difference is the effect of the surface. Maxima over nodes or elements are evaluated at different places on the two
 //! meshes, which contributes to the difference as well.
 
-use super::{Quantity, Row};
+use super::Row;
+use crate::measure::QuantityOfInterest;
 use crate::study::Setting;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -29,13 +30,13 @@ pub struct Geometry {
 }
 
 /// Geometry error of every quantity that the three runs have and that is not zero.
-pub(super) fn geometry(rows: &[Row]) -> BTreeMap<Quantity, Geometry> {
+pub(super) fn geometry(rows: &[Row]) -> BTreeMap<QuantityOfInterest, Geometry> {
     let row = |setting: Setting| rows.iter().find(|row| row.setting == setting);
     let finer = Setting { mesh_level: 1, ..Setting::OWN };
     let (Some(own), Some(fine), Some(facets)) = (row(Setting::OWN), row(finer), row(ON_FACETS)) else {
         return BTreeMap::new();
     };
-    let of = |(quantity, fine): (&Quantity, &f64)| {
+    let of = |(quantity, fine): (&QuantityOfInterest, &f64)| {
         let over = |row: &Row| Some((fine - row.values.get(quantity)?) / fine.abs());
         let change_by_surface = over(facets)?;
         let error = OF_THE_WHOLE * change_by_surface.abs();

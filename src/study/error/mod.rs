@@ -7,20 +7,19 @@
 mod chart;
 mod front;
 mod geometry;
-pub mod quantity;
 mod reference;
 mod row;
 
 pub use chart::chart;
 pub use front::{Advice, TARGETS};
 pub use geometry::Geometry;
-pub use quantity::Quantity;
 pub use reference::Approach;
 pub use row::Row;
 
 use super::Setting;
 use super::single::{ending_name, is_stop};
 use super::variant::Variants;
+use crate::measure::QuantityOfInterest;
 pub use crate::measure::convergence::Reference;
 use crate::scene::document::{ContactSolver, Formulation, SceneDocument};
 use crate::scene::{Budget, MeshSource};
@@ -49,7 +48,7 @@ pub struct ErrorRequest<'a> {
     /// Settings to run, in this order.
     pub ladder: &'a [Setting],
     /// Exact values, and those of another code, if known.
-    pub known: &'a BTreeMap<Quantity, Reference>,
+    pub known: &'a BTreeMap<QuantityOfInterest, Reference>,
     /// Threads of each run.
     pub threads: usize,
     /// Called before every step.
@@ -66,15 +65,15 @@ pub struct ErrorStudy {
     /// Threads of each run.
     pub threads: usize,
     /// References for the errors.
-    pub references: BTreeMap<Quantity, Reference>,
+    pub references: BTreeMap<QuantityOfInterest, Reference>,
     /// Convergence of the scene's own meshes to the exact values; quantities with a single mesh are omitted.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub approaches: BTreeMap<Quantity, Approach>,
+    pub approaches: BTreeMap<QuantityOfInterest, Approach>,
     /// Runs in the order of the ladder.
     pub rows: Vec<Row>,
     /// Part of the change from the scene's own mesh to the next finer one due to the surface; empty if not requested.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub geometry: BTreeMap<Quantity, Geometry>,
+    pub geometry: BTreeMap<QuantityOfInterest, Geometry>,
     /// Cheapest setting for each quantity and target.
     pub advice: Vec<Advice>,
     /// Why it was stopped early: `cancelled` or `deadline`; absent otherwise.
@@ -220,7 +219,8 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         Ending::Failed { failure } => Some(failure.message.clone()),
         Ending::Finished | Ending::Cancelled => None,
     };
-    let values = Quantity::ALL.into_iter().filter_map(|q| Some((q, q.of(&result.summary)?)));
+    let values =
+        QuantityOfInterest::ALL.into_iter().filter_map(|q| Some((q, q.of(result.summary.values())?)));
     let mean_step = request.document.end_time_s / result.outcome.steps.max(1) as f64;
     let is_whole = result.outcome.ending == Ending::Finished;
     Row {

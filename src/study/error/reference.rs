@@ -1,6 +1,7 @@
 //! References for the errors, and convergence of the meshes to them.
 
-use super::{Quantity, Reference, Row};
+use super::{Reference, Row};
+use crate::measure::QuantityOfInterest;
 use crate::measure::convergence::{extrapolate, fitted_limit};
 use crate::study::Setting;
 use serde::Serialize;
@@ -45,7 +46,7 @@ struct Levels {
 
 impl Levels {
     /// `None` if no mesh has it.
-    fn of(rows: &[Row], quantity: Quantity) -> Option<Self> {
+    fn of(rows: &[Row], quantity: QuantityOfInterest) -> Option<Self> {
         let of_sizes = |row: &&Row| {
             let Setting { mesh_level, mesh_factor, .. } = row.setting;
             row.setting == Setting { mesh_level, mesh_factor, ..Setting::OWN }
@@ -116,23 +117,23 @@ impl Levels {
 /// Exact values, otherwise the limit of the meshes with the scene's own formulation and step.
 pub(super) fn references(
     rows: &[Row],
-    known: &BTreeMap<Quantity, Reference>,
-) -> BTreeMap<Quantity, Reference> {
-    let reference = |quantity: Quantity| {
+    known: &BTreeMap<QuantityOfInterest, Reference>,
+) -> BTreeMap<QuantityOfInterest, Reference> {
+    let reference = |quantity: QuantityOfInterest| {
         if let Some(known) = known.get(&quantity) {
             return Some((quantity, known.clone()));
         }
         Some((quantity, Levels::of(rows, quantity)?.reference()?))
     };
-    Quantity::ALL.into_iter().filter_map(reference).collect()
+    QuantityOfInterest::ALL.into_iter().filter_map(reference).collect()
 }
 
 /// Convergence of the meshes to the exact values.
 pub(super) fn approaches(
     rows: &[Row],
-    known: &BTreeMap<Quantity, Reference>,
-) -> BTreeMap<Quantity, Approach> {
-    let approach = |(quantity, known): (&Quantity, &Reference)| {
+    known: &BTreeMap<QuantityOfInterest, Reference>,
+) -> BTreeMap<QuantityOfInterest, Approach> {
+    let approach = |(quantity, known): (&QuantityOfInterest, &Reference)| {
         Some((*quantity, Levels::of(rows, *quantity)?.approach(known.value())?))
     };
     known.iter().filter_map(approach).collect()
@@ -140,10 +141,10 @@ pub(super) fn approaches(
 
 /// Relative errors of a run, for the quantities with a nonzero reference [-].
 pub(super) fn errors(
-    values: &BTreeMap<Quantity, f64>,
-    references: &BTreeMap<Quantity, Reference>,
-) -> BTreeMap<Quantity, f64> {
-    let error = |(quantity, value): (&Quantity, &f64)| {
+    values: &BTreeMap<QuantityOfInterest, f64>,
+    references: &BTreeMap<QuantityOfInterest, Reference>,
+) -> BTreeMap<QuantityOfInterest, f64> {
+    let error = |(quantity, value): (&QuantityOfInterest, &f64)| {
         let reference = references.get(quantity).filter(|reference| reference.is_known())?.value();
         (reference != 0.0).then(|| (*quantity, ((value - reference) / reference).abs()))
     };
@@ -156,7 +157,7 @@ mod tests {
     use super::super::front::advice;
     use super::*;
 
-    const FORCE: Quantity = Quantity::PeakForceN;
+    const FORCE: QuantityOfInterest = QuantityOfInterest::PeakForceN;
 
     /// Runs on meshes of these levels; one without a value has failed.
     fn rows(values: &[(i32, Option<f64>)]) -> Vec<Row> {

@@ -1,6 +1,6 @@
 //! A row of the table: one setting with its cost and results.
 
-use super::quantity::Quantity;
+use crate::measure::QuantityOfInterest;
 use crate::study::setting::Setting;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -26,9 +26,9 @@ pub struct Row {
     /// Processor time of the run [s].
     pub cpu_s: Option<f64>,
     /// Quantities of interest, by name.
-    pub values: BTreeMap<Quantity, f64>,
+    pub values: BTreeMap<QuantityOfInterest, f64>,
     /// Relative errors of these quantities [-].
-    pub errors: BTreeMap<Quantity, f64>,
+    pub errors: BTreeMap<QuantityOfInterest, f64>,
 }
 
 impl Row {

@@ -1,11 +1,11 @@
 //! The answer to a what-if question.
 
-use super::super::error::Quantity;
 use super::case_answer::CaseAnswer;
 use super::document::LimitMeasure;
 use super::limit::Verdict;
 use super::statistics::{Correlation, Sensitivity, SobolIndex, Spread};
 use super::surrogate::Surrogate;
+use crate::measure::QuantityOfInterest;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub struct Answer {
     /// Name of the base scene.
     pub scene: String,
     /// Titles and units of the numbers, by their names with units.
-    pub quantities: BTreeMap<Quantity, QuantityAnswer>,
+    pub quantities: BTreeMap<QuantityOfInterest, QuantityAnswer>,
     /// Parameters that vary, with their ranges.
     pub parameters: Vec<ParameterAnswer>,
     /// Source of the numerical errors.
@@ -60,8 +60,10 @@ pub struct QuantityAnswer {
 
 impl Answer {
     /// Title and unit of a number.
-    pub fn title(&self, quantity: Quantity) -> (&str, &'static str) {
-        self.quantities.get(&quantity).map_or(quantity.title(), |q| (&q.title, q.unit))
+    pub fn title(&self, quantity: QuantityOfInterest) -> (&str, &'static str) {
+        self.quantities
+            .get(&quantity)
+            .map_or((quantity.short_title(), quantity.unit()), |q| (&q.title, q.unit))
     }
 }
 
@@ -140,7 +142,7 @@ pub enum Partial<'a> {
     /// Relative errors [-] of the base by number, valid for all cases.
     ErrorBars {
         /// Relative errors by number [-].
-        relative_errors: &'a BTreeMap<Quantity, f64>,
+        relative_errors: &'a BTreeMap<QuantityOfInterest, f64>,
     },
     /// Result for one limit.
     Limit(&'a LimitAnswer),

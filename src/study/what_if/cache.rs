@@ -1,7 +1,7 @@
 //! Cache of results by content: the same engine, instruction set, scene and meshes give the same bits.
 
-use super::super::error::Quantity;
 use crate::blobs::{BlobError, BlobStore, Draft, FolderBlobs, hexadecimal};
+use crate::measure::QuantityOfInterest;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -25,13 +25,13 @@ pub struct Numbers {
     /// Number of steps of the run.
     pub steps: u64,
     /// Quantities of interest; empty if the run did not finish, or nothing touched.
-    pub values: BTreeMap<Quantity, f64>,
+    pub values: BTreeMap<QuantityOfInterest, f64>,
     /// Their errors, if estimated for this very run.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub errors: BTreeMap<Quantity, f64>,
+    pub errors: BTreeMap<QuantityOfInterest, f64>,
     /// Quantities that are not resolved.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
-    pub unresolved: BTreeSet<Quantity>,
+    pub unresolved: BTreeSet<QuantityOfInterest>,
     /// Ends of the tissue reached by the significant stress: the model truncates its depth and volume there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,

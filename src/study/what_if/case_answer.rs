@@ -1,7 +1,7 @@
 //! Answer for one case.
 
-use super::super::error::Quantity;
 use super::cases::Origin;
+use crate::measure::QuantityOfInterest;
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -36,7 +36,7 @@ pub struct CaseAnswer {
     /// Number of steps of the run.
     pub steps: u64,
     /// Results by their names with units; empty if the run did not finish, or nothing touched.
-    pub numbers: BTreeMap<Quantity, Number>,
+    pub numbers: BTreeMap<QuantityOfInterest, Number>,
 }
 
 /// A number with its numerical error.

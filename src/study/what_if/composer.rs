@@ -1,6 +1,5 @@
 //! Composes the answer case by case, with the statistics at the end.
 
-use super::super::error::Quantity;
 use super::answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
 use super::base_facts::BaseFacts;
 use super::cache::Numbers;
@@ -13,6 +12,7 @@ use super::statistics::{
     Correlation, Sensitivity, SobolIndex, SobolRow, Spread, is_converged, rank, sobol_indices, spearman,
 };
 use super::surrogate::surrogates;
+use crate::measure::QuantityOfInterest;
 use crate::measure::summary::{NOTICE, number};
 use crate::scene::document::SceneDocument;
 use crate::step::Interrupt;
@@ -26,9 +26,9 @@ pub(super) struct Composer<'a> {
     facts: &'a BaseFacts<'a>,
     count: usize,
     parameters: Vec<ParameterAnswer>,
-    relative_errors: BTreeMap<Quantity, f64>,
+    relative_errors: BTreeMap<QuantityOfInterest, f64>,
     /// Numbers that the base does not resolve.
-    unresolved: BTreeSet<Quantity>,
+    unresolved: BTreeSet<QuantityOfInterest>,
     /// Relative error of the stress below each requested depth, in the base [-].
     relative_errors_below: Vec<Option<f64>>,
     cases: Vec<CaseAnswer>,
@@ -79,7 +79,7 @@ impl<'a> Composer<'a> {
         self.take_errors_below(&answered.numbers);
         let Numbers { values, errors, unresolved, .. } = &answered.numbers;
         self.unresolved.clone_from(unresolved);
-        let relative = |(quantity, error): (&Quantity, &f64)| {
+        let relative = |(quantity, error): (&QuantityOfInterest, &f64)| {
             let value = values.get(quantity).filter(|value| **value != 0.0)?;
             Some((*quantity, (error / value).abs()))
         };
@@ -111,7 +111,7 @@ impl<'a> Composer<'a> {
         }
         let Numbers { ending, reason, reaches, steps, values, errors, unresolved, .. } = answered.numbers;
         // Numbers with their own errors, otherwise with the relative errors of the base.
-        let number = |(quantity, value): (Quantity, f64)| {
+        let number = |(quantity, value): (QuantityOfInterest, f64)| {
             let (error, unresolved) = match errors.get(&quantity) {
                 Some(own) => (Some(*own), &unresolved),
                 None => (relative_error(&self.relative_errors, quantity, value), &self.unresolved),
@@ -212,19 +212,19 @@ impl<'a> Composer<'a> {
     }
 
     /// Names of the numbers in this scene.
-    fn quantities(&self) -> BTreeMap<Quantity, QuantityAnswer> {
-        let of = |quantity: Quantity| {
-            let (title, unit) = quantity.title();
+    fn quantities(&self) -> BTreeMap<QuantityOfInterest, QuantityAnswer> {
+        let of = |quantity: QuantityOfInterest| {
+            let title = quantity.short_title();
             let threshold = self.base.measures.stress_thresholds_pa.first();
             let title = match (quantity, threshold) {
-                (Quantity::StressDepthMm, Some(threshold)) => {
+                (QuantityOfInterest::StressDepthMm, Some(threshold)) => {
                     format!("{title} above {} kPa", number(1e-3 * threshold))
                 }
                 _ => title.to_owned(),
             };
-            (quantity, QuantityAnswer { title, unit })
+            (quantity, QuantityAnswer { title, unit: quantity.unit() })
         };
-        Quantity::ALL.into_iter().map(of).collect()
+        QuantityOfInterest::ALL.into_iter().map(of).collect()
     }
 
     /// Completes the answer with the statistics.
@@ -303,7 +303,7 @@ impl<'a> Composer<'a> {
 
     fn spread(&self) -> (Vec<Spread>, Vec<Correlation>) {
         let (mut spread, mut correlations) = (Vec::new(), Vec::new());
-        for quantity in Quantity::ALL {
+        for quantity in QuantityOfInterest::ALL {
             let given: Vec<(&CaseAnswer, f64)> =
                 self.sample().filter_map(|case| Some((case, case.numbers.get(&quantity)?.value))).collect();
             let values: Vec<f64> = given.iter().map(|(_, value)| *value).collect();
@@ -329,7 +329,7 @@ impl<'a> Composer<'a> {
         let requested = self.question.sample.filter(|sample| sample.indices && self.has_all_cases());
         let Some(sample) = requested else { return Vec::new() };
         let mut all = Vec::new();
-        for quantity in Quantity::ALL {
+        for quantity in QuantityOfInterest::ALL {
             let rows: Vec<SobolRow> =
                 (0..sample.count as usize).filter_map(|row| self.sobol_row(row, quantity)).collect();
             let indices = sobol_indices(&rows, sample.seed).unwrap_or_default();
@@ -350,7 +350,7 @@ impl<'a> Composer<'a> {
     }
 
     /// A row of the design, if all of its runs gave the number.
-    fn sobol_row(&self, row: usize, quantity: Quantity) -> Option<SobolRow> {
+    fn sobol_row(&self, row: usize, quantity: QuantityOfInterest) -> Option<SobolRow> {
         let width = self.parameters.len() + 2;
         let first = self.cases.iter().position(|case| matches!(case.origin, Origin::Sample { .. }))?;
         let of = |column: usize| {
@@ -362,7 +362,11 @@ impl<'a> Composer<'a> {
     }
 }
 
-fn relative_error(relative: &BTreeMap<Quantity, f64>, quantity: Quantity, value: f64) -> Option<f64> {
+fn relative_error(
+    relative: &BTreeMap<QuantityOfInterest, f64>,
+    quantity: QuantityOfInterest,
+    value: f64,
+) -> Option<f64> {
     relative.get(&quantity).map(|fraction| fraction * value.abs())
 }
 

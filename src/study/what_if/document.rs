@@ -1,6 +1,6 @@
 //! The what-if question as a JSON document: a base, the parameters, and the cases.
 
-use super::super::error::Quantity;
+use crate::measure::QuantityOfInterest;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -272,7 +272,7 @@ fn default_tolerance() -> f64 {
 pub enum LimitMeasure {
     /// A number of the results table.
     #[cfg_attr(feature = "service", schema(value_type = String))]
-    Quantity(Quantity),
+    Quantity(QuantityOfInterest),
     /// Largest von Mises stress [Pa] at any field time in the tissue below this depth below the surface [m].
     VonMisesPaBelowDepthM(f64),
 }
@@ -302,7 +302,7 @@ impl LimitMeasure {
     /// Unit of the limited number.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Quantity(quantity) => quantity.title().1,
+            Self::Quantity(quantity) => quantity.unit(),
             Self::VonMisesPaBelowDepthM(_) => "Pa",
         }
     }

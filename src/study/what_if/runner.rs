@@ -1,6 +1,5 @@
 //! Runs cases on worker threads: each run has one thread, results come in the order of the cases.
 
-use super::super::error::Quantity;
 use super::super::error_bars::error_bars;
 use super::super::single::{ending_name, is_stop, measures_of};
 use super::base_facts::BaseFacts;
@@ -8,6 +7,7 @@ use super::cache::{Cache, Numbers, key};
 use super::case_answer::{FINISHED, NOTHING_TOUCHED};
 use super::cases::Case;
 use super::document::WhatIfDocument;
+use crate::measure::QuantityOfInterest;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::summary::{ErrorEstimate, Shown};
 use crate::measure::{ErrorBars, MeasuringRecorder, Summary};
@@ -199,8 +199,8 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
     };
     // Only a finished run with contact has numbers.
     let is_good = ending == FINISHED;
-    let of = |q: Quantity| q.number(summary).filter(|_| is_good).map(|number| (q, number));
-    let all = || Quantity::ALL.into_iter().filter_map(of);
+    let of = |q: QuantityOfInterest| q.number(summary.values()).filter(|_| is_good).map(|number| (q, number));
+    let all = || QuantityOfInterest::ALL.into_iter().filter_map(of);
     let values = summary.values();
     let tissue = values.tissue.as_ref().filter(|_| is_good);
     let significant =

@@ -1,7 +1,7 @@
 //! Statistics over many cases: sensitivities, spread, correlations, Sobol indices.
 
-use super::super::error::Quantity;
 use super::sampling::Random;
+use crate::measure::QuantityOfInterest;
 use serde::Serialize;
 
 /// Number of bootstrap samples for an interval.
@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-12;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sensitivity {
     /// Number affected by the parameter.
-    pub quantity: Quantity,
+    pub quantity: QuantityOfInterest,
     /// Name of the parameter.
     pub parameter: String,
     /// Parameter at the low end, in the base, and at the high end.
@@ -46,7 +46,7 @@ pub struct Sensitivity {
 impl Sensitivity {
     /// From the values at the low end, in the base and at the high end; the rank is assigned later.
     pub fn new(
-        quantity: Quantity,
+        quantity: QuantityOfInterest,
         parameter: &str,
         parameter_values: [f64; 3],
         values: [f64; 3],
@@ -91,8 +91,12 @@ impl Sensitivity {
 }
 
 /// Ranks the entries of each quantity, largest first.
-pub fn rank<T>(all: &mut [T], of: impl Fn(&T) -> (Quantity, f64), rank: impl Fn(&mut T) -> &mut usize) {
-    for quantity in Quantity::ALL {
+pub fn rank<T>(
+    all: &mut [T],
+    of: impl Fn(&T) -> (QuantityOfInterest, f64),
+    rank: impl Fn(&mut T) -> &mut usize,
+) {
+    for quantity in QuantityOfInterest::ALL {
         let mut order: Vec<(usize, f64)> = all
             .iter()
             .map(&of)
@@ -111,7 +115,7 @@ pub fn rank<T>(all: &mut [T], of: impl Fn(&T) -> (Quantity, f64), rank: impl Fn(
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Number with this distribution.
-    pub quantity: Quantity,
+    pub quantity: QuantityOfInterest,
     /// Number of cases with a value.
     pub count: usize,
     /// Mean of the sample.
@@ -136,7 +140,7 @@ pub struct Spread {
 
 impl Spread {
     /// From at least two values, and the numerical error of one.
-    pub fn new(quantity: Quantity, values: &[f64], numerical_error: Option<f64>) -> Option<Self> {
+    pub fn new(quantity: QuantityOfInterest, values: &[f64], numerical_error: Option<f64>) -> Option<Self> {
         if values.len() < 2 {
             return None;
         }
@@ -173,7 +177,7 @@ fn percentile(sorted: &[f64], fraction: f64) -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Correlation {
     /// Number correlated with the parameter.
-    pub quantity: Quantity,
+    pub quantity: QuantityOfInterest,
     /// Name of the parameter.
     pub parameter: String,
     /// Spearman's rank correlation, −1 … 1 [-].
@@ -217,7 +221,7 @@ fn mean_ranks(values: &[f64]) -> Vec<f64> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SobolIndex {
     /// Number whose variance is decomposed.
-    pub quantity: Quantity,
+    pub quantity: QuantityOfInterest,
     /// Name of the parameter.
     pub parameter: String,
     /// First-order index: the parameter by itself [-].
@@ -346,7 +350,7 @@ mod tests {
     #[test]
     fn what_goes_up_and_down_ranks_by_how_far() {
         let of = |name: &str, values: [f64; 3]| {
-            Sensitivity::new(Quantity::PeakForceN, name, [-45.0, 0.0, 45.0], values, Some(20.0))
+            Sensitivity::new(QuantityOfInterest::PeakForceN, name, [-45.0, 0.0, 45.0], values, Some(20.0))
         };
         let mut all = [of("speed", [2500.0, 2730.0, 2900.0]), of("angle", [1303.0, 2730.0, 1287.0])];
         rank(&mut all, |s| (s.quantity, s.span), |s| &mut s.rank);
@@ -359,7 +363,7 @@ mod tests {
     #[test]
     fn a_base_outside_of_the_range_is_omitted() {
         let of = |parameter_values: [f64; 3], values: [f64; 3]| {
-            Sensitivity::new(Quantity::PeakForceN, "speed", parameter_values, values, Some(300.0))
+            Sensitivity::new(QuantityOfInterest::PeakForceN, "speed", parameter_values, values, Some(300.0))
         };
         let outside = of([50.0, 100.0, 60.0], [800.0, 2734.0, 1046.0]);
         assert_eq!((outside.is_base_in_range, outside.is_monotone), (false, true));
@@ -393,7 +397,8 @@ mod tests {
         // By hand: ranks 1, 0, 3½, 3½, 2 about their mean, 5½ / √(10 · 9½).
         let rho = spearman(&[1.0, 2.0, 3.0, 4.0, 5.0], &[2.0, 1.0, 4.0, 4.0, 3.0]).unwrap();
         assert!((rho - 5.5 / 95.0_f64.sqrt()).abs() < 1e-15, "{rho}");
-        let spread = Spread::new(Quantity::PeakForceN, &[4.0, 1.0, 3.0, 2.0, 5.0], Some(3.7)).unwrap();
+        let spread =
+            Spread::new(QuantityOfInterest::PeakForceN, &[4.0, 1.0, 3.0, 2.0, 5.0], Some(3.7)).unwrap();
         assert_eq!(spread.exceeds_numerical_error, Some(false), "3.6 apart");
         let values = [spread.least, spread.median, spread.greatest, spread.mean];
         assert!(values.iter().zip([1.0, 3.0, 5.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15));

@@ -5,8 +5,8 @@
 //! cross-validation: each case is predicted from all others, with error `e_i / (1 − h_i)`, h the diagonal of the hat
 //! matrix (Allen 1974, PRESS).
 
-use super::super::error::Quantity;
 use super::case_answer::CaseAnswer;
+use crate::measure::QuantityOfInterest;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Surrogate {
     /// Number predicted by the polynomial.
-    pub quantity: Quantity,
+    pub quantity: QuantityOfInterest,
     /// Number of finished cases in the fit.
     pub cases: usize,
     /// Degree of the polynomial.
@@ -67,10 +67,10 @@ impl Surrogate {
 
 /// Surrogates of all numbers in the cases, each of the highest degree that the cases determine.
 pub fn surrogates(cases: &[CaseAnswer]) -> Vec<Surrogate> {
-    Quantity::ALL.into_iter().filter_map(|quantity| fit(quantity, cases)).collect()
+    QuantityOfInterest::ALL.into_iter().filter_map(|quantity| fit(quantity, cases)).collect()
 }
 
-fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
+fn fit(quantity: QuantityOfInterest, cases: &[CaseAnswer]) -> Option<Surrogate> {
     let with_number = |case: &CaseAnswer| Some((case.parameters.clone(), case.numbers.get(&quantity)?.value));
     let mut given: Vec<(BTreeMap<String, f64>, f64)> = cases.iter().filter_map(with_number).collect();
     // Duplicate cases would predict themselves.
@@ -183,7 +183,10 @@ mod tests {
             reason: None,
             reaches: Vec::new(),
             steps: 1,
-            numbers: BTreeMap::from([(Quantity::PeakForceN, Number::new(number(*point), None, true))]),
+            numbers: BTreeMap::from([(
+                QuantityOfInterest::PeakForceN,
+                Number::new(number(*point), None, true),
+            )]),
         };
         points.iter().enumerate().map(case).collect()
     }
@@ -230,7 +233,7 @@ mod tests {
             let others = cases(&others, law);
             let given: Vec<_> = others
                 .iter()
-                .map(|case| (case.parameters.clone(), case.numbers[&Quantity::PeakForceN].value))
+                .map(|case| (case.parameters.clone(), case.numbers[&QuantityOfInterest::PeakForceN].value))
                 .collect();
             let ranges = ranges(&given);
             let row = |at: &BTreeMap<String, f64>| -> Vec<f64> {

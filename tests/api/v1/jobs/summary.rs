@@ -39,7 +39,7 @@ fn what_is_handed_out_of_a_job() {
     let (job, end) = finished(&client, &request);
     let report = client.get(&format!("{job}/report"));
     assert_eq!((report.status, report.header("content-type")), (200, Some("text/html; charset=utf-8")));
-    assert!(report.text().contains("Peak impact force") && report.text().contains("<svg"));
+    assert!(report.text().contains("Peak force") && report.text().contains("<svg"));
     let bundle = client.get(&format!("{job}/fhir"));
     assert_eq!((bundle.status, bundle.header("content-type")), (200, Some("application/fhir+json")));
     assert_eq!(bundle.json()["timestamp"], end["finished_at"]);

@@ -1,14 +1,15 @@
-//! Quantities of interest: numbers of the summary whose error is studied.
+//! Quantities of interest: the numbers of the summary that every output shows, and whose error is studied.
 
-use crate::measure::summary::Quantity as Number;
-use crate::measure::{Results, Summary};
+use super::quantity::Quantity;
+use super::results::Results;
+use crate::scene::document::RequestedNumber;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A quantity of interest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Quantity {
+pub enum QuantityOfInterest {
     /// Largest mean force over the window [N].
     PeakForceN,
     /// Impulse of the contact [N s].
@@ -32,7 +33,7 @@ pub enum Quantity {
     DeflectionMm,
 }
 
-impl Quantity {
+impl QuantityOfInterest {
     /// All quantities of interest.
     pub const ALL: [Self; 10] = [
         Self::PeakForceN,
@@ -51,21 +52,28 @@ impl Quantity {
     pub const HEADLINE: [Self; 4] =
         [Self::PeakForceN, Self::LargestPatchAreaMm2, Self::StressDepthMm, Self::EnergyGivenJ];
 
-    /// Name in documents, title and unit.
-    fn words(self) -> [&'static str; 3] {
+    /// Name in documents, title, title in tables, and unit.
+    fn words(self) -> [&'static str; 4] {
         match self {
-            Self::PeakForceN => ["peak_force_n", "peak force", "N"],
-            Self::ImpulseNS => ["impulse_n_s", "impulse", "N s"],
-            Self::EnergyGivenJ => ["energy_given_j", "energy given", "J"],
-            Self::AbsorbedEnergyJ => ["absorbed_energy_j", "absorbed energy", "J"],
-            Self::LargestPatchAreaMm2 => ["largest_patch_area_mm2", "largest patch", "mm²"],
-            Self::PatchAreaMm2 => ["patch_area_mm2", "patch at the peak force", "mm²"],
-            Self::StressDepthMm => ["stress_depth_mm", "depth of stress", "mm"],
-            Self::PrincipalStrain => ["principal_strain", "principal strain", "-"],
-            Self::PrincipalStrainInVolume => {
-                ["principal_strain_in_volume", "principal strain in volume", "-"]
+            Self::PeakForceN => ["peak_force_n", "peak force", "peak force", "N"],
+            Self::ImpulseNS => ["impulse_n_s", "impulse", "impulse", "N s"],
+            Self::EnergyGivenJ => ["energy_given_j", "energy given to the tissue", "energy given", "J"],
+            Self::AbsorbedEnergyJ => ["absorbed_energy_j", "absorbed energy", "absorbed energy", "J"],
+            Self::LargestPatchAreaMm2 => {
+                ["largest_patch_area_mm2", "largest contact patch", "largest patch", "mm²"]
             }
-            Self::DeflectionMm => ["deflection_mm", "deflection", "mm"],
+            Self::PatchAreaMm2 => {
+                ["patch_area_mm2", "contact patch at the peak force", "patch at the peak force", "mm²"]
+            }
+            Self::StressDepthMm => ["stress_depth_mm", "depth of stress", "depth of stress", "mm"],
+            Self::PrincipalStrain => ["principal_strain", "peak principal strain", "principal strain", "-"],
+            Self::PrincipalStrainInVolume => [
+                "principal_strain_in_volume",
+                "principal strain exceeded in a volume",
+                "principal strain in volume",
+                "-",
+            ],
+            Self::DeflectionMm => ["deflection_mm", "deflection of the surface", "deflection", "mm"],
         }
     }
 
@@ -74,10 +82,19 @@ impl Quantity {
         self.words()[0]
     }
 
-    /// Human-readable name, and its unit.
-    pub fn title(self) -> (&'static str, &'static str) {
-        let [_, title, unit] = self.words();
-        (title, unit)
+    /// Human-readable name.
+    pub fn title(self) -> &'static str {
+        self.words()[1]
+    }
+
+    /// Human-readable name for the head of a column.
+    pub fn short_title(self) -> &'static str {
+        self.words()[2]
+    }
+
+    /// Unit of the number; "-" for none.
+    pub fn unit(self) -> &'static str {
+        self.words()[3]
     }
 
     /// The quantity with a name.
@@ -85,14 +102,13 @@ impl Quantity {
         Self::ALL.into_iter().find(|quantity| quantity.name() == name)
     }
 
-    /// Value in a summary, for the headline contact; `None` if the scene has none.
-    pub fn of(self, summary: &Summary) -> Option<f64> {
-        self.number(summary).map(|number| number.value)
+    /// Value in the results, for the headline contact; `None` if the scene has none.
+    pub fn of(self, results: &Results) -> Option<f64> {
+        self.number(results).map(|number| number.value)
     }
 
     /// As [`Self::of`], with the error bar.
-    pub fn number(self, summary: &Summary) -> Option<&Number> {
-        let results: &Results = summary.values();
+    pub fn number(self, results: &Results) -> Option<&Quantity> {
         let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
         let tissue = results.tissue.as_ref();
         match self {
@@ -116,7 +132,20 @@ impl Quantity {
     }
 }
 
-impl fmt::Display for Quantity {
+impl From<RequestedNumber> for QuantityOfInterest {
+    fn from(number: RequestedNumber) -> Self {
+        match number {
+            RequestedNumber::PeakForce => Self::PeakForceN,
+            RequestedNumber::Impulse => Self::ImpulseNS,
+            RequestedNumber::ContactPatch => Self::LargestPatchAreaMm2,
+            RequestedNumber::StressDepth => Self::StressDepthMm,
+            RequestedNumber::EnergyGiven => Self::EnergyGivenJ,
+            RequestedNumber::Deflection => Self::DeflectionMm,
+        }
+    }
+}
+
+impl fmt::Display for QuantityOfInterest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -128,9 +157,9 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_documents() {
-        for quantity in Quantity::ALL {
+        for quantity in QuantityOfInterest::ALL {
             assert_eq!(serde_json::to_value(quantity).unwrap(), quantity.name());
-            assert_eq!(Quantity::from_name(quantity.name()), Some(quantity));
+            assert_eq!(QuantityOfInterest::from_name(quantity.name()), Some(quantity));
         }
     }
 }
