@@ -67,7 +67,7 @@ fn markdown(study: &CoverageStudy) -> String {
 
 fn impacts_in_markdown(study: &CoverageStudy) -> String {
     let mut text = String::new();
-    for bars in ["two levels", "three levels"] {
+    for bars in ["two levels", "three levels", "accuracy"] {
         for (chosen_on, what) in [(false, "are reported on only"), (true, "constants may be chosen on")] {
             let picks = |number: &&Number| number.bars == bars && number.chosen_on == chosen_on;
             let picked: Vec<&Number> = study.numbers.iter().filter(picks).collect();

@@ -20,7 +20,7 @@ pub struct MeasuresDocument {
     /// by default 1e-7, which is 100 mm³.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exceeded_in_volume_m3: Option<f64>,
-    /// Window τ of the peak force, the maximum of ΔI/τ [s]; by default 1/50 of the duration of contact, but at least ten
+    /// Window τ of the peak force, the maximum of ΔI/τ [s]; by default 1/10 of the duration of contact, but at least ten
     /// steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_window_s: Option<f64>,

@@ -325,7 +325,7 @@ fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
     (window < FEWEST_STEPS_OF_WINDOW * step).then(|| {
         format!(
             "The force of {} is averaged over {}, less than two steps of {}: its peak is one of single steps, which does not converge. \
-             Omit `measures.force_window_s` (the window is then 1/50 of the contact, ten steps at least), or take shorter steps.",
+             Omit `measures.force_window_s` (the window is then 1/10 of the contact, ten steps at least), or take shorter steps.",
             pair.name,
             seconds(window),
             seconds(step)

@@ -62,7 +62,7 @@ const PIECES_OF_CLASS: f64 = 10.0;
 fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
     let measures = &document.measures;
     if let Some(window) = measures.force_window_s {
-        let remedy = "by default 1/50 of the duration of contact";
+        let remedy = "by default 1/10 of the duration of contact";
         out.positive(&here.key("force_window_s"), "the window", window, remedy);
     }
     let Some(filter) = measures.force_filter else { return };

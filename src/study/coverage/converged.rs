@@ -6,7 +6,7 @@
 use super::impacts::Impact;
 use super::numbers::{WithBar, value_at};
 use super::{CoverageStudy, NoClaim, Number, run_finished};
-use crate::scene::document::{ErrorBarsDocument, SceneDocument};
+use crate::scene::document::{AccuracyDocument, ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene, load_document, load_parsed};
 use crate::step::Interrupt;
 use crate::study::error_bars::relative_size;
@@ -14,14 +14,30 @@ use crate::study::setting::Setting;
 use rayon::prelude::*;
 use serde_json::Value;
 
-/// The two kinds of error bars, with their names.
-const BARS: [(&str, ErrorBarsDocument); 2] =
-    [("two levels", ErrorBarsDocument::TwoLevels), ("three levels", ErrorBarsDocument::ThreeLevels)];
+/// Where the error bars of a run come from.
+#[derive(Clone, Copy, PartialEq)]
+enum Bars {
+    /// Coarser meshes, on request.
+    Levels(ErrorBarsDocument),
+    /// The sequence of meshes of an accuracy.
+    Accuracy,
+}
+
+/// All kinds of error bars, with their names.
+const BARS: [(&str, Bars); 3] = [
+    ("two levels", Bars::Levels(ErrorBarsDocument::TwoLevels)),
+    ("three levels", Bars::Levels(ErrorBarsDocument::ThreeLevels)),
+    ("accuracy", Bars::Accuracy),
+];
+
+/// Estimated time of the sequences of an accuracy [s]: most of them end at the mesh of the document, √2 to 2√2 times as coarse as that
+/// which they are compared with.
+const SEQUENCE_S: f64 = 3.0;
 
 /// Results of a run and the document that it is of.
 type Run = Result<(SceneDocument, Value), String>;
 
-/// Runs all impacts on all of their meshes with both kinds of error bars, in parallel on all threads.
+/// Runs all impacts on all of their meshes with each kind of error bars, in parallel on all threads.
 pub fn study_impacts(
     impacts: &[Impact],
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
@@ -37,7 +53,7 @@ pub fn study_impacts(
         .par_iter()
         .with_max_len(1)
         .map(|(impact, mesh, bars)| {
-            let bars = bars.map_or(ErrorBarsDocument::None, |(_, bars)| bars);
+            let bars = bars.map_or(Bars::Levels(ErrorBarsDocument::None), |(_, bars)| bars);
             run_on(impact, *mesh, bars, interrupt)
         })
         .collect();
@@ -66,26 +82,38 @@ pub fn study_impacts(
     study
 }
 
-/// Runs an impact on a mesh.
+/// Runs an impact on a mesh, or from there to an accuracy; the document is that of the finest mesh.
 fn run_on(
     impact: &Impact,
     mesh_factor: f64,
-    bars: ErrorBarsDocument,
+    bars: Bars,
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
 ) -> Run {
     let problems = |problems: crate::scene::Problems| problems.to_string();
     let own =
         load_parsed(&impact.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE).map_err(problems)?;
-    let setting = Setting { mesh_factor, ..Setting::OWN };
-    let mut document = setting.apply(&own.scene.document).ok_or("there is no such mesh")?;
-    document.solver.error_bars = bars;
+    let on_mesh = |mesh_factor: f64| {
+        let setting = Setting { mesh_factor, ..Setting::OWN };
+        setting.apply(&own.scene.document).ok_or("there is no such mesh")
+    };
+    let mut document = on_mesh(mesh_factor)?;
+    match bars {
+        Bars::Levels(levels) => document.solver.error_bars = levels,
+        Bars::Accuracy => document.accuracy = Some(sequence()),
+    }
     let scene: Scene = load_document(document, &NoFiles, &Budget::COMMAND_LINE).map_err(problems)?.scene;
     let summary = run_finished(&scene, interrupt)?;
     let results = serde_json::to_value(summary.values()).map_err(|error| error.to_string())?;
-    if bars != ErrorBarsDocument::None && !summary.error_bars.starts_with("estimated") {
+    if bars != Bars::Levels(ErrorBarsDocument::None) && !summary.error_bars.starts_with("estimated") {
         return Err(summary.error_bars);
     }
-    Ok((scene.document, results))
+    let finest = summary.accuracy.map(|accuracy| on_mesh(accuracy.mesh_factor * mesh_factor));
+    Ok((finest.unwrap_or(Ok(scene.document))?, results))
+}
+
+/// An accuracy that no mesh reaches: the sequence ends with its time, on every machine alike.
+fn sequence() -> AccuracyDocument {
+    AccuracyDocument { relative: 1e-6, time_budget_s: SEQUENCE_S, reproducible: true, ..Default::default() }
 }
 
 /// The numbers of a run that have error bars, with their errors.

@@ -26,7 +26,7 @@ pub struct Number {
     pub scenario: &'static str,
     /// Varied parameters of the run.
     pub run: String,
-    /// Kind of its error bars: `two levels` or `three levels`.
+    /// Kind of its error bars: `two levels`, `three levels`, or those of the meshes of an `accuracy`.
     pub bars: &'static str,
     /// Whether constants of the error bars were chosen on this scenario.
     pub chosen_on: bool,
