@@ -37,7 +37,7 @@ impl Counter {
 }
 
 #[test]
-fn a_job_loads_its_scene_once() {
+fn a_job_loads_each_mesh_once_for_its_validation_and_once_for_its_run() {
     let counter = Counter::default();
     tracing_subscriber::registry().with(counter.clone()).init();
     // In this process, where it can be counted.

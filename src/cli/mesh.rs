@@ -63,7 +63,7 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
     }
     if is_surface(&args.file) {
         if args.picture.is_some() {
-            let words = "--picture draws meshes and scans, no surface of a rigid body: leave it out";
+            let words = "--picture draws meshes and scans, no surface of a rigid body: omit it";
             return Err(CliError::Usage(words.into()));
         }
         let (solid, name) = read_surface_file(&args.file)?;

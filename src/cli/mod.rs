@@ -111,12 +111,12 @@ pub enum Command {
     Material(material::MaterialArgs),
     /// List the named sets of material parameters that scenes can use, with their sources.
     Materials(materials::MaterialsArgs),
-    /// Inspect mesh files.
+    /// Inspect mesh files and scans: kinds, parts, sets, quality.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
     /// Write a mesh file in another format.
     Convert(convert::ConvertArgs),
-    /// Begin a scene.
+    /// Begin a scene from a mesh, a scan or a FEBio file.
     #[command(subcommand)]
     Scene(scene::SceneCommand),
     /// Solve saved frictional contact problems, and compare solvers on them.

@@ -68,12 +68,12 @@ fn check_path(path: &Path, flag: &str) -> Result<(), CliError> {
 pub(super) fn check_series(pvd: &Path, flag: &str) -> Result<(), CliError> {
     check_path(pvd, flag)?;
     if format_of(pvd).ok() != Some(Format::Vtu) {
-        return Err(CliError::Usage(format!("{flag}: {} has not the suffix .pvd", pvd.display())));
+        return Err(CliError::Usage(format!("{flag}: {} does not end in .pvd", pvd.display())));
     }
     for folder in [folder_of(pvd), partial_path(&folder_of(pvd))] {
         if folder.exists() && !holds_only_vtu(&folder) {
             return Err(CliError::Usage(format!(
-                "{flag}: the files of {} go to {}, which is no folder of .vtu files alone; remove it or name another file",
+                "{flag}: the files of {} go to {}, which contains files other than .vtu; remove it or name another file",
                 pvd.display(),
                 folder.display()
             )));

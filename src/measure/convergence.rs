@@ -32,9 +32,9 @@ pub enum Reference {
     },
     /// Value of another code, with its uncertainty.
     Given {
-        /// Its value.
+        /// Value of the other code, in the unit of the quantity.
         value: f64,
-        /// Its uncertainty.
+        /// Half-width of its uncertainty, in the same unit.
         uncertainty: f64,
     },
     /// Limit of the meshes (Richardson extrapolation).

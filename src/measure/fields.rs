@@ -1,6 +1,6 @@
 //! Fields at the nodes and elements, projected from the quadrature points.
 
-use crate::mechanics::element::{ElementKind, MOST_NODES, POINTS};
+use crate::mechanics::element::{ElementKind, MOST_NODES, MOST_POINTS};
 use crate::mechanics::force::{BATCH, PointBatch, PointScalar};
 use crate::mesh::Cells;
 use crate::plan::Plan;
@@ -66,7 +66,7 @@ impl Fields {
     }
 
     /// Adds the volume of an element (global number) to those around its nodes.
-    fn add_volume(&mut self, element: u32, volume: &[f64; POINTS]) {
+    fn add_volume(&mut self, element: u32, volume: &[f64; MOST_POINTS]) {
         if let Some(sum) = self.element_volume.get_mut(element as usize) {
             *sum = volume.iter().sum();
         }
@@ -179,8 +179,8 @@ mod tests {
         };
         let mut points = PointBatch::default();
         for (lane, (stress, volume)) in [(3.0, 1.0), (9.0, 2.0)].into_iter().enumerate() {
-            fields.add_volume(lane as u32, &[volume; POINTS]);
-            for q in 0..POINTS {
+            fields.add_volume(lane as u32, &[volume; MOST_POINTS]);
+            for q in 0..MOST_POINTS {
                 points.volume[q][lane] = volume;
                 points.von_mises[q][lane] = stress;
                 points.cauchy[q][0][lane] = stress;
@@ -206,9 +206,9 @@ mod tests {
         };
         let mut points = PointBatch::default();
         for element in 0..2 {
-            fields.add_volume(element, &[1.0; POINTS]);
+            fields.add_volume(element, &[1.0; MOST_POINTS]);
         }
-        for q in 0..POINTS {
+        for q in 0..MOST_POINTS {
             (points.volume[q][0], points.von_mises[q][0]) = (1.0, 3.0);
         }
         fields.accumulate(&[0], &points);
@@ -226,8 +226,8 @@ mod tests {
             ..Fields::default()
         };
         let mut points = PointBatch::default();
-        fields.add_volume(0, &[1.0; POINTS]);
-        for q in 0..POINTS {
+        fields.add_volume(0, &[1.0; MOST_POINTS]);
+        for q in 0..MOST_POINTS {
             (points.volume[q][0], points.pressure[q][0]) = (1.0, Hex8::point(q)[0]);
         }
         fields.accumulate(&[0], &points);

@@ -8,7 +8,7 @@
 #[cfg(test)]
 mod tests;
 
-use crate::mechanics::element::POINTS;
+use crate::mechanics::element::MOST_POINTS;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::CellKind;
 use crate::mesh::distance::DepthField;
@@ -38,7 +38,7 @@ pub struct TissueElement<'a> {
     /// Global numbers of its nodes, in the order of the kind.
     pub nodes: &'a [u32],
     /// Reference volumes of its quadrature points [m³].
-    pub volumes: [f64; POINTS],
+    pub volumes: [f64; MOST_POINTS],
 }
 
 /// A node of a part.
@@ -63,7 +63,7 @@ struct Corners {
     count: usize,
     vertices: [u32; MOST_CORNERS],
     /// Depths of its quadrature points [m].
-    depths: [f64; POINTS],
+    depths: [f64; MOST_POINTS],
 }
 
 /// Depths between which the stress exceeds a threshold [m].

@@ -51,7 +51,7 @@ pub(super) fn compile_contact(
         tolerance: document.contact.tolerance,
         discretisation: document.contact.discretisation.method(),
         solver: document.solver.contact.map(ContactSolver::method),
-        always_looks_at_itself: document.keeps(Keep::IdleSelfContact),
+        always_searches_self_contact: document.keeps(Keep::IdleSelfContact),
     };
     // Pairs with a rigid side come last.
     let (rigid, meshes): (Vec<Requested>, Vec<Requested>) =

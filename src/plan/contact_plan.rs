@@ -26,7 +26,7 @@ pub struct ContactPlan {
     /// Solver of the library that is given `W`, if the scene names one.
     pub solver: Option<Method>,
     /// Whether self-contact is searched for in every step, even where no parts can have come close.
-    pub always_looks_at_itself: bool,
+    pub always_searches_self_contact: bool,
 }
 
 impl ContactPlan {

@@ -67,7 +67,7 @@ fn each_switch_restores_its_item_and_nothing_else() {
         assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
         assert_eq!(other.fields.len(), if keep == Keep::UnrequestedFields { 6 } else { 1 });
         let contact = other.contact.as_ref().unwrap();
-        assert_eq!(contact.always_looks_at_itself, keep == Keep::IdleSelfContact);
+        assert_eq!(contact.always_searches_self_contact, keep == Keep::IdleSelfContact);
         let law = contact.pairs.get(0).law;
         let expected = if keep == Keep::TangentialReactions {
             ContactLaw::Coulomb(0.0)

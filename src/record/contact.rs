@@ -46,7 +46,6 @@ fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     let Some(contact) = &frame.plan.contact else { return Vec::new() };
     let sides = contact.pairs.get(pair as usize);
     let first_node = frame.plan.bodies[contact.surface_body[sides.slave]].nodes.start;
-    let mu = sides.law.mu();
     let active = || frame.contacts_of(pair).filter(|(_, r)| r.impulse[0] > 0.0);
     let force = |impulse: f64| impulse / frame.mean_step;
     let tangential = |(c, r): (&Contact, &Reaction)| -> Vec3 {
@@ -59,11 +58,11 @@ fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
         packed::scalars("normal_force_n", "N", active().map(|(_, r)| force(r.impulse[0]))),
         packed::vectors("tangential_force_n", "N", active().map(tangential)),
         packed::scalars("gap_m", "m", active().map(|(c, _)| c.gap)),
-        packed::u8s("status", active().map(|(_, r)| status(r, mu))),
+        packed::u8s("status", active().map(|(c, r)| status(r, c.law.mu()))),
     ]
 }
 
-/// Stick inside the cone, slip on it; frictionless contacts always slip.
+/// Stick inside the cone of the contact's own law, slip on it; frictionless contacts always slip.
 fn status(reaction: &Reaction, mu: f64) -> u8 {
     let [r_n, r_1, r_2] = reaction.impulse;
     if r_1.hypot(r_2) < mu * r_n * (1.0 - STICK_MARGIN) { STICK } else { SLIP }

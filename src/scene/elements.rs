@@ -71,11 +71,11 @@ fn check_formulation(
         out.require(count == 0 || has_it, || {
             let title = kind.table().title;
             let message =
-                format!("the part has {count} cells of the kind {title}, which have no such formulation");
+                format!("the part has {count} cells of the kind {title}, which do not have this formulation");
             Problem::error("formulation_of_element", &here.key("formulation"), message)
                 .value(serde_json::json!(written))
                 .limit("a formulation that all elements of the part have")
-                .remedy("leave the formulation out: each kind of element then has its default")
+                .remedy("omit the formulation: each kind of element then has its default")
         });
     }
 }

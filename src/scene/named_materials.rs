@@ -89,7 +89,7 @@ fn resolve_part(part: &mut Map<String, Value>, here: &Pointer, checked: &mut Che
         }
         Some(Found::Law) | None => require_density(part, here, checked),
     }
-    // Null leaves the viscosity of a set out.
+    // Null omits the viscosity of a set.
     if part.get(VISCOSITY).is_some_and(Value::is_null) {
         part.remove(VISCOSITY);
     }

@@ -27,7 +27,7 @@ pub struct PartDocument {
     #[schemars(skip)]
     pub library: Option<String>,
     /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): adds 2 η dev d to the stress of the law, where d is the rate of
-    /// deformation. Not in quasi-static runs. Null leaves that of a set of the library out.
+    /// deformation. Not in quasi-static runs. Null omits that of a set of the library.
     #[serde(default, skip_serializing_if = "is_nothing")]
     #[schemars(with = "Option<f64>")]
     pub shear_viscosity_pa_s: f64,

@@ -155,7 +155,7 @@ impl Ledger {
         // velocity alone every change of the slip velocity would be miscounted as numerical dissipation of either sign.
         // The energy that a contact sticking at the end takes from the slip before is numerical: impact activation of a
         // lumped node.
-        let slides = p_1.hypot(p_2) >= sides.law.mu() * p_n * (1.0 - SLIDING);
+        let slides = p_1.hypot(p_2) >= contact.law.mu() * p_n * (1.0 - SLIDING);
         let friction = if slides {
             let slip = slave_v(v) - if master_body.is_some() { master_v(v) } else { Vec3::zeros() };
             -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip))

@@ -52,7 +52,7 @@ pub(super) struct ContactStep<'p> {
 
 /// Failure cause and message for a step whose numbers define no contact problem.
 pub(super) fn no_problem(error: ProblemError) -> (FailureCause, String) {
-    (FailureCause::NotFinite, format!("There is no contact problem: {error}."))
+    (FailureCause::NotFinite, format!("The contact problem is invalid: {error}."))
 }
 
 /// Detection and projection for pairs with a rigid side.
@@ -87,8 +87,11 @@ fn detectors(
 ) -> (Detector, Guard) {
     let pairs = &contact.pairs;
     let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation).on(threads);
-    let detector =
-        if contact.always_looks_at_itself { detector.that_always_looks_at_itself() } else { detector };
+    let detector = if contact.always_searches_self_contact {
+        detector.with_self_contact_in_every_step()
+    } else {
+        detector
+    };
     (detector, Guard::new(surfaces, pairs, contact.discretisation, &plan.X).on(threads))
 }
 
@@ -120,7 +123,7 @@ impl<'p> ContactStep<'p> {
     }
 
     /// Accounts for eroded elements: the surfaces they expose become contact surfaces.
-    pub fn lay_bare(&mut self, plan: &'p Plan, erosion: &Erosion) {
+    pub fn expose(&mut self, plan: &'p Plan, erosion: &Erosion) {
         let of_body = |body: &usize| plan.bodies[*body].boundary_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
         (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces, &self.threads);

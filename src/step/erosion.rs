@@ -78,6 +78,6 @@ pub(super) fn follow<'p>(
     *gone = now;
     forces.take_out(&state.erosion);
     if let Some(contact) = contact {
-        contact.lay_bare(plan, &state.erosion);
+        contact.expose(plan, &state.erosion);
     }
 }

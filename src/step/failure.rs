@@ -29,7 +29,8 @@ pub enum FailureCause {
     /// An implicit step did not converge at any admissible size.
     NewtonNotConverged,
     /// In a quasi-static step, a load on an unsupported body is not balanced.
-    NothingHolds,
+    #[serde(alias = "nothing_holds")]
+    UnderConstrained,
     /// The energy balance exceeded its gate.
     EnergyGate,
     /// The step is longer than a rigid body's rotation allows.
@@ -163,7 +164,7 @@ impl FailureCause {
                 "Lower `integrator.step_s` (try a fifth), in an implicit run raise `theta` to 0.6, or refine the mesh \
                  where it deforms most; for shocks and waves use the explicit integrator."
             }
-            Self::NothingHolds => {
+            Self::UnderConstrained => {
                 "Fix some of its nodes, add friction or another body that supports it, or use explicit or implicit dynamics, \
                  in which it accelerates."
             }

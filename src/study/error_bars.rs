@@ -192,7 +192,7 @@ pub(super) fn compared(
         }
         ending => Err(match ending_name(ending) {
             stop if is_stop(&stop) => format!(
-                "the run was stopped ({stop}) during those before it that error bars come from; allow more time, or leave them out \
+                "the run was stopped ({stop}) during those before it that error bars come from; allow more time, or omit them \
                  (`--no-error-bars`)"
             ),
             name => format!("a run to compare with ended as {name}"),

@@ -33,12 +33,14 @@ const REPLACED: [(&str, &str); 24] = [
 
 /// The changelog, the migrations of the store and their test name what was renamed.
 fn is_checked(path: &str) -> bool {
-    let is_text =
-        [".rs", ".md", ".js", ".json", ".py", ".html", ".proto"].iter().any(|end| path.ends_with(end));
+    let is_text = [".rs", ".md", ".js", ".json", ".py", ".html", ".proto", ".toml"]
+        .iter()
+        .any(|end| path.ends_with(end));
     let is_here = ["src/", "tests/", "benches/", "examples/", "docs/", "scenarios/", "api/"]
         .iter()
         .any(|folder| path.starts_with(folder))
         || path == "README.md"
+        || path == "Cargo.toml"
         || path == "ARCHITECTURE.md";
     let is_exempt = path.starts_with("tests/tidy/")
         || path == "src/service/jobs/store/sqlite/tests.rs"
@@ -59,6 +61,15 @@ fn normalised(line: &str) -> String {
     format!(" {} ", text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
+/// Whether a phrase has "leave" and, a few words later, "out".
+fn leaves_something_out(text: &str) -> bool {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let later = |at: usize| {
+        words[at + 1..].iter().take(6).take_while(|word| **word != "|").any(|word| *word == "out")
+    };
+    words.iter().enumerate().any(|(at, word)| ["leave", "leaves", "left"].contains(word) && later(at))
+}
+
 fn violations_in(file: &Path) -> Vec<String> {
     let path = relative(file);
     let mut found = Vec::new();
@@ -66,6 +77,9 @@ fn violations_in(file: &Path) -> Vec<String> {
         let text = normalised(line);
         for (word, term) in REPLACED.iter().filter(|(word, _)| text.contains(&format!(" {word} "))) {
             found.push(format!("{path}:{}: `{word}` (rather: {term})", i + 1));
+        }
+        if leaves_something_out(&text) {
+            found.push(format!("{path}:{}: `leave … out` (rather: omit)", i + 1));
         }
     }
     found

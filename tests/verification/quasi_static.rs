@@ -133,7 +133,7 @@ fn loads_act_in_all_integrators_and_their_work_closes_the_balance() {
 }
 
 #[test]
-fn what_nothing_holds_is_reported() {
+fn what_under_constrained_is_reported() {
     // A block on an incline without friction.
     let mut scene = crate::incline::scene(15.0, 0.0, 0.0, 1.0, 1e6);
     scene.as_object_mut().unwrap().remove("dynamic_relaxation");
@@ -141,7 +141,7 @@ fn what_nothing_holds_is_reported() {
     let plan = plan(&scene);
     let (outcome, _) = run_on(&plan, State::new(&plan), 1, |_| {});
     let Ending::Failed { failure } = &outcome.ending else { panic!("{outcome:#?}") };
-    assert_eq!(failure.cause, FailureCause::NothingHolds, "{failure}");
+    assert_eq!(failure.cause, FailureCause::UnderConstrained, "{failure}");
     assert!(failure.message.contains("`block`"), "{failure}");
 }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::measure::stress_field::TissueElement;
-use crate::mechanics::element::POINTS;
+use crate::mechanics::element::MOST_POINTS;
 use crate::mesh::cell::CellKind;
 use crate::mesh::distance::DepthField;
 
@@ -21,7 +21,7 @@ fn column(count: u32, thresholds: &[f64]) -> StressDepth {
         part: 0,
         cell: CellKind::Hex8,
         nodes,
-        volumes: [0.125; POINTS],
+        volumes: [0.125; MOST_POINTS],
     });
     let field = StressField::new(&skin, &X, (1, count as usize), elements);
     let parts = TissueParts {
@@ -35,8 +35,8 @@ fn column(count: u32, thresholds: &[f64]) -> StressDepth {
 
 /// An element in a slot, all of whose points have the same stress, strain and energy density.
 fn feed(measure: &mut StressDepth, body: usize, slot: usize, stress: f64) {
-    let mut points = PointBatch { count: POINTS, ..PointBatch::default() };
-    for q in 0..POINTS {
+    let mut points = PointBatch { count: MOST_POINTS, ..PointBatch::default() };
+    for q in 0..MOST_POINTS {
         points.volume[q][0] = 0.125;
         for field in [&mut points.von_mises, &mut points.psi, &mut points.principal_strain] {
             field[q][0] = stress;

@@ -34,7 +34,7 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
         .collect();
     let tissue = mesh.cells.iter().zip(&points).enumerate().map(|(slot, (cell, points))| {
         let centre = points.iter().map(|(X, _)| X.z).sum::<f64>() / points.len() as f64;
-        let mut volumes = [0.0; POINTS];
+        let mut volumes = [0.0; MOST_POINTS];
         volumes.iter_mut().zip(points).for_each(|(to, (_, volume))| *to = *volume);
         TissueElement {
             slot,

@@ -94,8 +94,8 @@ impl Accuracy {
             None => String::new(),
         };
         format!(
-            "accuracy of {:.3} % {verdict} with {:.2} times the numbers of elements: {}{next}",
-            100.0 * self.requested,
+            "accuracy of {} % {verdict} with {:.2} times the numbers of elements: {}{next}",
+            (1e5 * self.requested).round() / 1e3,
             self.mesh_factor,
             numbers.join(", ")
         )

@@ -1,6 +1,6 @@
 //! The list of the elements that there are.
 
-use super::{Element, POINTS};
+use super::Element;
 
 /// The list: calls a macro with what follows its name, and name, nodes, points and one-point formulation (of [`crate::force`])
 /// of every element.
@@ -19,6 +19,8 @@ pub(crate) use for_each_element;
 
 /// The most nodes of any element.
 pub const MOST_NODES: usize = 10;
+/// Most quadrature points of any element.
+pub const MOST_POINTS: usize = 8;
 
 macro_rules! kinds {
     ($($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
@@ -50,7 +52,7 @@ macro_rules! kinds {
             }
         }
 
-        $(const _: () = assert!($N <= MOST_NODES && $Q <= POINTS);)*
+        $(const _: () = assert!($N <= MOST_NODES && $Q <= MOST_POINTS);)*
     };
 }
 for_each_element!(kinds);

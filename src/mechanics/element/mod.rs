@@ -19,7 +19,7 @@ pub use hex8_modes::{ModalGeometry, Modes, V3};
 pub use hourglass::{Hourglass, HourglassResponse};
 pub use interface::Element;
 pub(crate) use kind::for_each_element;
-pub use kind::{ElementKind, MOST_NODES};
+pub use kind::{ElementKind, MOST_NODES, MOST_POINTS};
 pub(crate) use largest_eigenvalue::largest_eigenvalue;
 pub use tet4::Tet4;
 pub use tet10::Tet10;

@@ -11,7 +11,7 @@ use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::shear_viscosity::stress_over_viscosity;
-use crate::element::POINTS;
+use crate::element::MOST_POINTS;
 use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::material::{Inelastic, Kinematics, Law, Material, Memories};
 use crate::real::{Outlined, Real, inverse_cbrt_m1};
@@ -20,7 +20,7 @@ use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// A scalar at the quadrature points of a batch: `[point][lane]`.
-pub type PointScalar = [Row; POINTS];
+pub type PointScalar = [Row; MOST_POINTS];
 
 /// The quadrature points of one batch of elements, `[point][lane]`; lanes beyond the elements of the block are padding
 /// without volume.
@@ -34,10 +34,10 @@ pub struct PointBatch {
     /// Reference volume of the point [m³].
     pub volume: PointScalar,
     /// Deformation gradient F [-], `[point][3 row + column][lane]`.
-    pub F: [[Row; 9]; POINTS],
+    pub F: [[Row; 9]; MOST_POINTS],
     /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure and the stresses of shear viscosity and relaxation in it,
     /// without bulk viscosity.
-    pub cauchy: [[Row; 6]; POINTS],
+    pub cauchy: [[Row; 6]; MOST_POINTS],
     /// Strain energy per reference volume ψ [J/m³], less what is lost by softening.
     pub psi: PointScalar,
     /// Von Mises stress [Pa].
@@ -56,12 +56,12 @@ pub struct PointBatch {
 
 impl Default for PointBatch {
     fn default() -> Self {
-        let zero = [Row::default(); POINTS];
+        let zero = [Row::default(); MOST_POINTS];
         Self {
             count: 0,
             volume: zero,
-            F: [[Row::default(); 9]; POINTS],
-            cauchy: [[Row::default(); 6]; POINTS],
+            F: [[Row::default(); 9]; MOST_POINTS],
+            cauchy: [[Row::default(); 6]; MOST_POINTS],
             psi: zero,
             von_mises: zero,
             pressure: zero,
@@ -150,7 +150,7 @@ impl ElementBlock {
     }
 
     /// Reference volume of the quadrature points of the element in a slot of this block [m³]; 0 beyond their number.
-    pub fn point_volumes(&self, slot: usize) -> [f64; POINTS] {
+    pub fn point_volumes(&self, slot: usize) -> [f64; MOST_POINTS] {
         let rows: &[Row] =
             with_elements!(&self.packed, elements => &elements.batches[slot / BATCH].inverse_weight);
         std::array::from_fn(|q| rows.get(q).map_or(0.0, |row| 1.0 / row.0[slot % BATCH]))
@@ -277,7 +277,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Points<'_, 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         self.to.count = Q;
-        self.to.damage = [Row::default(); POINTS];
+        self.to.damage = [Row::default(); MOST_POINTS];
         self.to.volume[Q..].fill(Row::default());
         let u = self.gather(self.u);
         let rates = self.viscosity.map(|(eta, v)| (eta, self.gather(v)));

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 /// An element whose children are taken.
 pub(super) struct Item<'x> {
-    /// The element.
+    /// The XML element whose children and attributes are taken from here.
     pub node: Node<'x, 'x>,
     taken: BTreeSet<&'x str>,
 }

@@ -48,7 +48,7 @@ impl UnitSystem {
         Self::NAMED.map(|(name, _)| name).join(", ")
     }
 
-    /// Its units.
+    /// The units of the system, in SI.
     pub(super) fn units(self) -> Units {
         // Powers of ten of length, stress and density; a stress is mass/(length s²), a density mass/length³.
         let (length, stress, density) = match self {

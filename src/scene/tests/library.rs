@@ -65,7 +65,7 @@ fn ranges_beside_the_name_leave_the_sets_others_as_they_are() {
 }
 
 #[test]
-fn null_leaves_the_viscosity_of_a_set_out() {
+fn null_omits_the_viscosity_of_a_set() {
     let viscosity = |beside: Value| {
         let mut document = json!({"part": "*", "material": {"library": "muscle/kang_2007_voigt_100hz"}});
         document.as_object_mut().unwrap().extend(beside.as_object().unwrap().clone());

@@ -85,7 +85,7 @@ impl Problem {
 
     /// No resource at this address.
     pub fn no_such_address() -> Self {
-        Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", "Nothing has this address.")
+        Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", "There is nothing at this address.")
             .remedy("The addresses are listed at /docs.")
     }
 

@@ -101,9 +101,9 @@ pub struct OpenMesh {
 
 /// A mesh file for a call of the engine, read from the front once.
 pub struct MeshFile<'a> {
-    /// The bytes.
+    /// The uploaded bytes, from where they begin.
     pub content: &'a mut dyn Read,
-    /// Number of them.
+    /// Number of bytes of the upload.
     pub bytes: u64,
     /// Their format; `None`: that which they begin with.
     pub format: Option<MeshFormat>,

@@ -78,8 +78,7 @@ impl Simulator {
         }
         let bytes = read.as_slice();
         let format = format.or_else(|| MeshFormat::sniff(bytes));
-        let format =
-            format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
+        let format = format.ok_or_else(|| refusal("the format of the file is unknown".into()))?;
         let invalid = |error: MeshError| refusal(error.to_string());
         let content = if let Some(volume) = format.volume() {
             MeshContent::Scan(read_labels(bytes, volume, self.scenes.budget().mesh_bytes).map_err(invalid)?)

@@ -6,6 +6,7 @@ use crate::mechanics::contact::solution::compliance::{are_many, closing_velocity
 use crate::mechanics::contact::solution::delassus::Delassus;
 use crate::mechanics::contact::solution::local::Local;
 use crate::mechanics::contact::solution::problem::{ContactProblem, ProblemError};
+use crate::mechanics::contact::solution::slip::IMMOVABLE;
 use crate::mechanics::contact::solution::solvers::{self, MatrixFree, Method, Options, SolveReport};
 use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
@@ -13,8 +14,6 @@ use crate::step::contact::{ContactStep, no_problem};
 use crate::step::failure::FailureCause;
 use crate::step::interrupt::Ask;
 
-/// Normal compliance below this fraction of the trace: no motion along n is possible.
-const IMMOVABLE: f64 = 1e-12;
 /// Tolerance of the contact law in quasi-static steps relative to that of the equilibrium, and its lower bound.
 const STATIC_CONTACT: f64 = 1e-2;
 const TIGHTEST_CONTACT: f64 = 1e-13;
@@ -45,7 +44,7 @@ pub(super) fn solve_contacts(
         None => are_many(contacts, sides),
     };
     let report = if by_products && is_finite {
-        solve_by_products(system, contact, sides, &options, &|c| closing(step, c, sides, v_free))
+        solve_matrix_free(system, contact, sides, &options, &|c| closing(step, c, sides, v_free))
     } else {
         solve_with_matrix(system, contact, sides, &options, &|c| closing(step, c, sides, v_free))
     };
@@ -92,7 +91,7 @@ fn solve_with_matrix(
 }
 
 /// Matrix-free: products with W, each a solution with the matrix of the step.
-fn solve_by_products(
+fn solve_matrix_free(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,

@@ -88,8 +88,8 @@ pub(super) struct Iterate {
     /// Forces of loads at u⁺ [N].
     pub f_ext: Vec<Vec3>,
     /// `M (v⁺ − v) − h [ξ f⁺ + (1 − ξ) f]` of the unknowns [N s]: the impulse required of the contacts.
-    pub lack: Vec<f64>,
-    /// Norm of `lack − Cᵀ p`, and its reference: `√(Σ r²/m)` [√J].
+    pub residuals: Vec<f64>,
+    /// Norm of `residuals − Cᵀ p`, and its reference: `√(Σ r²/m)` [√J].
     pub residual: f64,
     pub scale: f64,
     /// Strain energy of each body, and its part in the stabilisation [J].
@@ -114,7 +114,7 @@ impl Iterate {
             still: if depends_on_time && options.statics.is_some() { nodes() } else { Vec::new() },
             conserving: Conserving::default(),
             f_ext: nodes(),
-            lack: vec![0.0; options.unknowns.count()],
+            residuals: vec![0.0; options.unknowns.count()],
             residual: 0.0,
             scale: 0.0,
             strain: vec![0.0; plan.bodies.len()],
@@ -248,20 +248,20 @@ impl Iterate {
             }
         }
         // Residual of the unknowns.
-        let mut lack = std::mem::take(&mut self.lack);
+        let mut residuals = std::mem::take(&mut self.residuals);
         let mut residual = 0.0;
         options.unknowns.for_each(|unknown, node, axis| {
-            lack[unknown] = self.lack_at(step, &gravity, node, axis);
-            residual += (lack[unknown] - self.impulse[node][axis]).powi(2) / plan.inertia(node)[axis];
+            residuals[unknown] = self.residual_at(step, &gravity, node, axis);
+            residual += (residuals[unknown] - self.impulse[node][axis]).powi(2) / plan.inertia(node)[axis];
         });
-        self.lack = lack;
+        self.residuals = residuals;
         self.residual = residual.sqrt();
         let floor = ROUNDING * plan.rounding_energy.sqrt();
         self.scale = sizes.into_iter().fold(0.0, f64::max).sqrt().max(floor);
     }
 
     /// `m (v⁺ − v) − h f` of a node along an axis [N s]: the impulse required of contact or a support.
-    fn lack_at(&self, step: &Step, gravity: &Vec3, node: usize, axis: usize) -> f64 {
+    fn residual_at(&self, step: &Step, gravity: &Vec3, node: usize, axis: usize) -> f64 {
         let Step { plan, options, h, .. } = *step;
         let (m, xi) = (plan.inertia(node)[axis], options.xi);
         let internal = self.internal(step, node)[axis];
@@ -278,7 +278,7 @@ impl Iterate {
         let growth = step.growth_of_gravity();
         for (impulse, Prescribed { node, axis, .. }) in impulses.iter_mut().zip(&step.plan.loads.prescribed) {
             let (node, axis) = (*node as usize, *axis);
-            *impulse = self.lack_at(step, &gravity, node, axis) - self.impulse[node][axis];
+            *impulse = self.residual_at(step, &gravity, node, axis) - self.impulse[node][axis];
             if step.options.statics.is_some() {
                 let external = step.plan.mass[node] * growth[axis] + self.f_ext[node][axis]
                     - step.start.f_ext[node][axis];
@@ -366,15 +366,15 @@ impl Iterate {
             let nodes = &step.plan.bodies[body].nodes;
             let mut sum = Vec3::zeros();
             for node in nodes.start as usize..nodes.end as usize {
-                let lack = Vec3::from_fn(|axis, _| {
+                let residual = Vec3::from_fn(|axis, _| {
                     let is_free = step.plan.inverse_mass[node][axis] > 0.0;
                     if is_free {
-                        self.lack_at(step, &gravity, node, axis) - self.impulse[node][axis]
+                        self.residual_at(step, &gravity, node, axis) - self.impulse[node][axis]
                     } else {
                         0.0
                     }
                 });
-                sum -= lack;
+                sum -= residual;
             }
             sum
         };

@@ -307,7 +307,7 @@ impl Stepper for ImplicitStepper<'_> {
                     target = 0.5 * self.step;
                     was_cut = true;
                     self.cuts.note(state.time, target, &failure);
-                    let is_under_constrained = failure.cause == FailureCause::NothingHolds;
+                    let is_under_constrained = failure.cause == FailureCause::UnderConstrained;
                     if target < self.options.smallest_step {
                         // The diagnosis of the whole step is more informative than that of its last part.
                         let cause =

@@ -172,7 +172,7 @@ impl Newton {
     ) -> Result<(), Failure> {
         let unknowns = &step.options.unknowns;
         // Contact-free end velocity of a full step.
-        self.x.clone_from(&self.end.lack);
+        self.x.clone_from(&self.end.residuals);
         self.driven = self.add_driven(step, forces)?;
         system.solve(&mut self.x);
         let (v, impulse) = &mut self.goal;
@@ -237,7 +237,7 @@ impl Newton {
         self.end.eval(step, forces)?;
         let mut size = 0.0;
         step.options.unknowns.for_each(|unknown, node, axis| {
-            let gain = (self.end.lack[unknown] - self.x[unknown]) / PROBE;
+            let gain = (self.end.residuals[unknown] - self.x[unknown]) / PROBE;
             self.x[unknown] += gain;
             size += gain * gain / step.plan.inertia(node)[axis];
         });
@@ -265,7 +265,7 @@ impl Newton {
             let is_inside = self.end.eval(step, forces).is_ok();
             let within = self.end.residual <= step.options.tolerance * self.end.scale;
             let falls = || self.end.residual <= (1.0 - SUFFICIENT * fraction) * expected;
-            if is_inside && (within || falls() || self.comes_nearer(step, system, fraction)) {
+            if is_inside && (within || falls() || self.decreases_residual(step, system, fraction)) {
                 return Ok(Some(fraction));
             }
             fraction *= 0.5;
@@ -279,14 +279,14 @@ impl Newton {
     /// Quasi-static: whether the next step with this matrix would be shorter than this one (the natural test of
     /// Deuflhard 2011, section 3.1.2). If volume is stiff and shape is soft, forces grow along every long step towards
     /// equilibrium, and a test of their residual alone would reject all steps.
-    fn comes_nearer(&mut self, step: &Step, system: &mut System, fraction: f64) -> bool {
+    fn decreases_residual(&mut self, step: &Step, system: &mut System, fraction: f64) -> bool {
         if step.options.statics.is_none() {
             return false;
         }
         let unknowns = &step.options.unknowns;
         let mut way = 0.0;
         unknowns.for_each(|unknown, node, axis| {
-            self.x[unknown] = self.end.lack[unknown] - self.end.impulse[node][axis];
+            self.x[unknown] = self.end.residuals[unknown] - self.end.impulse[node][axis];
             let full = self.goal.0[node][axis] - self.before.0[node][axis];
             way += full * full * step.plan.mass[node];
         });
@@ -358,7 +358,7 @@ fn not_converged(step: &Step, end: &Iterate, iterations: u32, why: &str) -> Fail
             "No reaction balances a resultant of [{:.3e}, {:.3e}, {:.3e}] N on the body `{}`, which is under-constrained.",
             force.x, force.y, force.z, step.plan.bodies[body].name
         );
-        return Failure::new(step.state, FailureCause::NothingHolds, message);
+        return Failure::new(step.state, FailureCause::UnderConstrained, message);
     }
     if !end.residual.is_finite() {
         let message = format!("In a step of {:.3e} s the residual is not a number.", step.h);

@@ -160,7 +160,7 @@ impl Detector {
 
     /// Checks for self-contact in every step, even where nothing can have come near since the last one.
     #[must_use]
-    pub fn that_always_looks_at_itself(mut self) -> Self {
+    pub fn with_self_contact_in_every_step(mut self) -> Self {
         self.own_slack = 0.0;
         self
     }

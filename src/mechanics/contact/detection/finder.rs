@@ -62,11 +62,11 @@ impl Finder<'_> {
     }
 
     fn find_on_surface(&self, (master, tree): (&Boundary, &FaceTree), part: &mut Part) {
-        let Part { range, contacts, impacts, quiet_until, search } = part;
+        let Part { range, contacts, impacts, inactive_until, search } = part;
         let candidates = &self.pair.candidates;
         for (i, listed) in candidates.listed(range).iter().enumerate() {
             let moved = match &self.pair.own {
-                Some(own) => match self.moved_in_reach(own, listed, &mut quiet_until[i]) {
+                Some(own) => match self.moved_in_reach(own, listed, &mut inactive_until[i]) {
                     Some(moved) => moved,
                     None => continue,
                 },
@@ -95,8 +95,8 @@ impl Finder<'_> {
 
     /// In self-contact: upper bound of the displacement [m] of a node relative to its listed faces since the list was made, to either end
     /// of the step; `None` if it can reach none of them in this step.
-    fn moved_in_reach(&self, own: &OwnMotion, listed: &Listed, quiet_until: &mut f64) -> Option<f64> {
-        if own.travel + own.closing < *quiet_until {
+    fn moved_in_reach(&self, own: &OwnMotion, listed: &Listed, inactive_until: &mut f64) -> Option<f64> {
+        if own.travel + own.closing < *inactive_until {
             return None;
         }
         // From where the node is now, as far as the surface must move relative to itself before the first face matters.
@@ -107,7 +107,7 @@ impl Finder<'_> {
             spare = spare.min(entry.spare - relative);
             moved = moved.max(relative);
         }
-        *quiet_until = own.travel + spare;
+        *inactive_until = own.travel + spare;
         (spare <= own.closing).then_some((moved + own.closing).min(own.since_list))
     }
 

@@ -19,7 +19,7 @@ pub(super) struct Part {
     /// Contacts found by their time of impact.
     pub impacts: usize,
     /// In self-contact, for each node, the sum of the surface's relative motion from which on it may meet a listed face [m].
-    pub quiet_until: Vec<f64>,
+    pub inactive_until: Vec<f64>,
     pub search: Search,
 }
 
@@ -31,8 +31,8 @@ impl Part {
 
     /// In self-contact: forgets how far the nodes are from everything.
     pub fn restart(&mut self) {
-        self.quiet_until.clear();
-        self.quiet_until.resize(self.range.len(), f64::NEG_INFINITY);
+        self.inactive_until.clear();
+        self.inactive_until.resize(self.range.len(), f64::NEG_INFINITY);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Faces of a mesh against a rigid body, between their nodes, which have contacts of their own
 //! ([`super::rigid_detection`]).
 //!
-//! A shape may penetrate a face by `ALLOWED` of the face's size at rest and no deeper, a round one besides by its bow between the nodes of
+//! A shape may penetrate a face by `RIGID_ALLOWED` of the face's size at rest and no deeper, a round one besides by its bow between the nodes of
 //! a `FINE` face: where nodes are close
 //! together they keep it out by themselves, and this constrains nothing. Two flat-sided bodies touch with a corner in
 //! a face, a face on a corner, or two edges; faces of a mesh also warp:
@@ -26,7 +26,7 @@ use crate::rigid::Shape;
 use crate::tensor::Vec3;
 
 /// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
-pub(in crate::contact) const ALLOWED: f64 = 0.0025;
+pub(in crate::contact) const RIGID_ALLOWED: f64 = 0.0025;
 /// Size at rest up to which the nodes of a face alone hold a round shape, as a fraction of its radius.
 const FINE: f64 = 0.2;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.
@@ -78,7 +78,7 @@ pub(super) fn allowed(shape: &Shape, size: f64, radius: f64) -> f64 {
         // Others have edges, which may lie between the nodes.
         _ => 0.0,
     };
-    (ALLOWED * size + bow).min(MOST * shape.size())
+    (RIGID_ALLOWED * size + bow).min(MOST * shape.size())
 }
 
 /// Calls `take` with the places at which a face of a size at rest [m] comes too close to a shape while it moves from

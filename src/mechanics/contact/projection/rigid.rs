@@ -14,7 +14,7 @@
 use super::meshes::{CAP, MovableNodes, SLOW};
 use crate::contact::detection::penetration::TOLERANCE;
 use crate::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
-use crate::contact::detection::rigid_faces::ALLOWED;
+use crate::contact::detection::rigid_faces::RIGID_ALLOWED;
 use crate::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
 use crate::contact::{Contact, Kind, Reaction, RigidSides};
 use crate::rigid::{Pose, rotated};
@@ -69,7 +69,7 @@ impl RigidProjection {
         }
         // Between nodes a face may keep what linearisation leaves, up to twice the allowed depth.
         for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
-            contact.gap += ALLOWED * detector.length(contact.pair);
+            contact.gap += RIGID_ALLOWED * detector.length(contact.pair);
         }
         let bodies = detector.bodies();
         let size = |contact: &Contact| {

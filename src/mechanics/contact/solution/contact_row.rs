@@ -6,14 +6,13 @@
 
 use super::local::{Local, LocalOperator};
 use super::slip::ContactOperator;
+use super::slip::IMMOVABLE;
 use crate::contact::stencil::Stencil;
 use crate::contact::{Contact, RigidSides};
 use crate::tensor::{Mat3, Vec3};
 
 /// Relative difference of diagonal entries below which they are equal: the operator is a multiple of the identity.
 const ISOTROPY: f64 = 1e-14;
-/// Fraction of the trace below which the normal compliance is zero: nothing can move along n.
-const IMMOVABLE: f64 = 1e-12;
 
 /// Rotations that a contact causes in addition to translations.
 pub(super) trait Turning {

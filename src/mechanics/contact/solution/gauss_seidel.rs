@@ -35,7 +35,7 @@ mod rows;
 
 use super::contact_row::{MomentArms, NormalRow, Row};
 use super::local::Local;
-use crate::contact::{Contact, Kind, Reaction, RigidSides};
+use crate::contact::{Contact, Reaction, RigidSides};
 use crate::tensor::Vec3;
 use extrapolation::Extrapolation;
 use rows::{Block, Friction, Rows, Sums};
@@ -222,9 +222,8 @@ impl Workspace {
         self.rigid.clear();
         self.blocks.clear();
         let mut start = 0;
-        // A run of contacts has one law; sides of valleys are frictionless within their pair.
-        let is_alike =
-            |a: &Contact, b: &Contact| a.pair == b.pair && (a.kind == Kind::Side) == (b.kind == Kind::Side);
+        // A run of contacts has one law and one pair.
+        let is_alike = |a: &Contact, b: &Contact| a.pair == b.pair && a.law == b.law;
         for run in contacts.chunk_by(is_alike) {
             let law = run[0].law;
             let sides = rigid.of_pair(run[0].pair);

@@ -7,7 +7,7 @@
 use super::local::{Local, LocalOperator, length, solve_frictionless};
 
 /// Fraction of the trace of W below which the normal compliance is zero: nothing on either side can move along n.
-const IMMOVABLE: f64 = 1e-12;
+pub const IMMOVABLE: f64 = 1e-12;
 /// Eigenvalue of S relative to its operator (of order one) below which it is zero.
 const SINGULAR: f64 = 1e-13;
 /// Newton–bisection needs far fewer; the interval is then at rounding in any case.

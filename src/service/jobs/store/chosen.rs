@@ -6,7 +6,7 @@ use crate::service::jobs::JobsError;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Its file.
+/// File of the store in the data folder.
 pub const STORE_FILE: &str = "jobs.sqlite";
 /// The file with its last transactions.
 pub const STORE_LOG: &str = "jobs.sqlite-wal";

@@ -425,8 +425,8 @@ fn a_fold_of_two_faces_meets_itself_once_it_is_narrow() {
             x.iter().enumerate().map(|(i, x)| Vec3::new((i / 2) as f64 - 1.0, x.y, 0.0)).collect();
         let pairs = [pair(0, Master::Surface(0))];
         let surfaces = [surface];
-        let mut detector =
-            Detector::new(&surfaces, &pairs.iter().copied().collect(), &flat).that_always_looks_at_itself();
+        let mut detector = Detector::new(&surfaces, &pairs.iter().copied().collect(), &flat)
+            .with_self_contact_in_every_step();
         let mut contacts = Vec::new();
         detector.detect(&x, &x, &mut contacts).unwrap();
         contacts

@@ -69,7 +69,7 @@ fn a_box_that_lies_flat_in_a_face_stands_on_four_feet_and_a_capsule_on_two() {
         for touch in touches {
             assert!((touch.normal + Vec3::z()).norm() < 1e-12);
             let allowed = Obstacle::new(&shape, SIZE, AROUND).allowed;
-            assert!((touch.gap - allowed).abs() < 1e-3 * SIZE * ALLOWED);
+            assert!((touch.gap - allowed).abs() < 1e-3 * SIZE * RIGID_ALLOWED);
         }
     }
 }
@@ -98,7 +98,7 @@ fn a_corner_is_pushed_back_along_the_normal_of_the_face_however_deep_it_is() {
         let deepest = touches.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).copied();
         let touch = deepest.unwrap_or_else(|| panic!("{depth}"));
         assert!((touch.normal - down).norm() < 1e-9, "{depth}: {}", touch.normal);
-        assert!((touch.gap + depth - ALLOWED * SIZE).abs() < 1e-9, "{depth}: {}", touch.gap);
+        assert!((touch.gap + depth - RIGID_ALLOWED * SIZE).abs() < 1e-9, "{depth}: {}", touch.gap);
     }
 }
 
@@ -157,7 +157,7 @@ fn nodes_on_a_round_shape_keep_it_out_of_the_faces_between_them() {
         let on = -(40.0_f64 * 40.0 - radius * radius).sqrt();
         let bow = 40.0 + on;
         assert_eq!(found(&ball, &low(on), &low(on)), []);
-        let deep = low(on + 0.5 * bow + 2.0 * ALLOWED * SIZE);
+        let deep = low(on + 0.5 * bow + 2.0 * RIGID_ALLOWED * SIZE);
         assert!(found(&ball, &low(on), &deep).iter().any(|touch| touch.gap > 0.0), "{stretch}");
     }
 }

@@ -116,13 +116,13 @@ impl NewtonSystem {
         let is_at_rest = step.chunks_exact(3).all(|step| is_zero([step[0], step[1], step[2]]));
         let mut effect = if is_at_rest { vec![0.0; step.len()] } else { scaled.product(&step) };
         let applied = self.apply(&step, &effect);
-        let lack: Vec<f64> =
+        let residual: Vec<f64> =
             self.at.iter().flat_map(|at| at.f).zip(applied).map(|(f, applied)| -f - applied).collect();
-        let size = norm(&lack);
+        let size = norm(&residual);
         if size == 0.0 {
             return (step, effect);
         }
-        let mut krylov = Krylov::new(lack, size);
+        let mut krylov = Krylov::new(residual, size);
         let mut tried: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         while tried.len() < MOST_PRODUCTS && krylov.residual() > precision * size {
             let x = self.precondition(krylov.last());

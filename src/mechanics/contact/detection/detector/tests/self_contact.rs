@@ -82,7 +82,7 @@ fn the_age_of_the_list_of_a_surface_against_itself_never_shows() {
     };
     let (ring, start) = places(0);
     let new = || Detector::new(std::slice::from_ref(&ring), &own.iter().copied().collect(), &start);
-    let (mut aged, mut always) = (new(), new().that_always_looks_at_itself());
+    let (mut aged, mut always) = (new(), new().with_self_contact_in_every_step());
     let [mut from_aged, mut from_fresh, mut from_always] = [const { Vec::new() }; 3];
     let (mut total, mut rebuilt) = (0, 0);
     for step in 0..200 {
