@@ -230,6 +230,25 @@ pub(super) fn own_warnings(
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(penetration_warning(&measures.penetration.deepest));
     warnings.extend(projection_warning(&measures.energy));
+    warnings.extend(body_warnings(measures, plan));
+    // Sampling in time.
+    if let Some(samples) = measures.stress.as_ref().map(|s| s.samples)
+        && has_ended
+        && samples < FEW_SAMPLES
+    {
+        warnings.push(format!(
+            "Stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
+             missed: a smaller `record.field_interval_s` samples more often."
+        ));
+    }
+    warnings.extend(contact_warnings(measures, plan, has_ended));
+    warnings.extend(resolution_warnings(measures));
+    warnings
+}
+
+/// Warns of bodies with too little inertia of rotation, and of those whose mesh does not resolve their deformation.
+fn body_warnings(measures: &Measures, plan: &Plan) -> Vec<String> {
+    let mut warnings = Vec::new();
     for body in plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING) {
         warnings.push(format!(
             "Redistributed mass takes {:.1} % of the inertia of {}: its spin is wrong by as much. Refine its mesh, \
@@ -238,7 +257,6 @@ pub(super) fn own_warnings(
             body.name
         ));
     }
-    // Unresolved deformation.
     for (body, fraction) in plan.bodies.iter().zip(measures.hourglass.fractions()) {
         if fraction > HOURGLASS_WARNING {
             warnings.push(format!(
@@ -250,17 +268,12 @@ pub(super) fn own_warnings(
             ));
         }
     }
-    // Sampling in time.
-    if let Some(samples) = measures.stress.as_ref().map(|s| s.samples)
-        && has_ended
-        && samples < FEW_SAMPLES
-    {
-        warnings.push(format!(
-            "Stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
-             missed: a smaller `record.field_interval_s` samples more often."
-        ));
-    }
-    // Missed or unfinished contact.
+    warnings
+}
+
+/// Warns of contact that is missed or has not ended.
+fn contact_warnings(measures: &Measures, plan: &Plan, has_ended: bool) -> Vec<String> {
+    let mut warnings = Vec::new();
     let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
     let is_joined =
         measures.pairs.values().any(|p| p.on_tissue) || missed().next().is_some() || every_two_meet(plan);
@@ -287,7 +300,12 @@ pub(super) fn own_warnings(
                 .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
         }
     }
-    // Unresolved patches and reflected waves.
+    warnings
+}
+
+/// Warns of contact patches that are not resolved, and of waves reflected from artificial ends of the model.
+fn resolution_warnings(measures: &Measures) -> Vec<String> {
+    let mut warnings = Vec::new();
     for pair in measures.pairs.values() {
         let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {

@@ -16,18 +16,32 @@ use base64::prelude::BASE64_STANDARD;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::Arc;
+use utoipa::IntoResponses;
 
 /// Largest recording that is read in well below a second [bytes].
 const SMALL_RECORDING: u64 = 8 << 20;
+
+/// Answers to requests for what is made of a recording, where there is none.
+#[derive(IntoResponses)]
+#[allow(dead_code)] // never made: the contract is generated from it
+pub(super) enum NoRecording {
+    /// No such job, or it left no recording, or one without fields where fields are requested
+    #[response(status = 404, content_type = "application/problem+json")]
+    NoSuchJob(ProblemBody),
+    /// The job has not ended
+    #[response(status = 409, content_type = "application/problem+json")]
+    NotEnded(ProblemBody),
+    /// Its recording was removed from the disk, or damaged
+    #[response(status = 410, content_type = "application/problem+json")]
+    Gone(ProblemBody),
+}
 
 /// Get the report of a job: one self-contained page with pictures, for reading or printing.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/report", tag = "jobs", operation_id = "get_report", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "The report as a page with its pictures", body = String, content_type = "text/html"),
-        (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
+        NoRecording,
     )
 )]
 pub async fn report(
@@ -63,9 +77,7 @@ fn content_security_policy(page: &str) -> String {
     get, path = "/v1/jobs/{id}/fhir", tag = "jobs", operation_id = "get_fhir", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "Bundle of observations with their units and errors", body = serde_json::Value, content_type = "application/fhir+json"),
-        (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
+        NoRecording,
     )
 )]
 pub async fn bundle(
@@ -83,9 +95,7 @@ pub async fn bundle(
     get, path = "/v1/jobs/{id}/export.csv", tag = "jobs", operation_id = "get_csv", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "Table of the recorded steps, with a header", body = String, content_type = "text/csv"),
-        (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
+        NoRecording,
     )
 )]
 pub async fn table(

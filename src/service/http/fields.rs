@@ -1,9 +1,9 @@
 //! `/v1/jobs/{id}/export.vtu.tar`: the fields of a job's recording for ParaView, made while they are sent.
 
 use super::app::App;
-use super::exports::recorded_row;
+use super::exports::{NoRecording, recorded_row};
 use super::extract::{JobPath, Owner, Peer};
-use super::problem::{Problem, ProblemBody};
+use super::problem::Problem;
 use super::recording::file_name;
 use crate::blobs::Blob;
 use crate::record::RecordError;
@@ -36,9 +36,7 @@ type Piece = Result<Bytes, ReadError>;
     get, path = "/v1/jobs/{id}/export.vtu.tar", tag = "jobs", operation_id = "get_fields", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "The archive", body = Vec<u8>, content_type = "application/x-tar", headers(("Content-Disposition" = String))),
-        (status = 404, description = "No such job, or it left no recording, or one without fields", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
+        NoRecording,
     )
 )]
 pub async fn archive(

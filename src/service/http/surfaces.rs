@@ -1,7 +1,7 @@
 //! `/v1/jobs/{id}/export.stl` and `.ply`: the deformed surfaces of a job at one time.
 
 use super::app::App;
-use super::exports::recorded_row;
+use super::exports::{NoRecording, recorded_row};
 use super::extract::{JobPath, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::recording::file_name;
@@ -35,9 +35,7 @@ pub struct SurfaceParameters {
     responses(
         (status = 200, description = "The triangles of the surfaces", body = Vec<u8>, content_type = "model/stl", headers(("Content-Disposition" = String))),
         (status = 400, description = "The recording has no fields around that time", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 404, description = "No such job, or it left no recording, or one without fields", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
+        NoRecording,
     )
 )]
 pub async fn stl(
@@ -56,9 +54,7 @@ pub async fn stl(
     responses(
         (status = 200, description = "The triangles of the surfaces", body = Vec<u8>, content_type = "model/ply", headers(("Content-Disposition" = String))),
         (status = 400, description = "The recording has no fields around that time", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 404, description = "No such job, or it left no recording, or one without fields", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
+        NoRecording,
     )
 )]
 pub async fn ply(
