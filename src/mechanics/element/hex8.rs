@@ -54,7 +54,7 @@ const HEX8_LENGTHS: [(usize, usize); 16] = {
 };
 
 /// The Gauss coordinate 1/√3.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
+pub const GAUSS: f64 = 0.577_350_269_189_625_8;
 /// Linear shape functions at a Gauss point: of the near and of the far end.
 const NEAR: f64 = 0.5 * (1.0 + GAUSS);
 const FAR: f64 = 0.5 * (1.0 - GAUSS);

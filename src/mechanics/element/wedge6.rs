@@ -7,6 +7,7 @@
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::Element;
+use super::hex8::GAUSS;
 use crate::real::Real;
 use crate::tensor::{Tensor, tensor};
 
@@ -17,8 +18,7 @@ const TRIANGLE: usize = 3;
 const OWN: f64 = 2.0 / 3.0;
 const OTHER: f64 = 1.0 / 6.0;
 
-/// The Gauss coordinate 1/√3, and the linear shape functions there: of the near and of the far end.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
+/// Linear shape functions at a Gauss point: of the near and of the far end.
 const NEAR: f64 = 0.5 * (1.0 + GAUSS);
 const FAR: f64 = 0.5 * (1.0 - GAUSS);
 

@@ -1,6 +1,7 @@
 //! The eight-node hexahedron: points, faces, edges, interpolation, names elsewhere.
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, Split};
+use crate::mechanics::element::GAUSS;
 use crate::mechanics::element::HEX8_CORNERS;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
@@ -79,9 +80,6 @@ pub(super) static TABLE: CellTable = CellTable {
     gmsh: Foreign { number: 5, order: &[0, 1, 2, 3, 4, 5, 6, 7] },
     abaqus: AbaqusName { name: "C3D8", suffixes: "RHIS" },
 };
-
-/// Gauss point 1/√3 of the two-point rule.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// Position x(ξ) = Σ_a x_a ⅛ (1 + ξ_a ξ)(1 + η_a η)(1 + ζ_a ζ)
 fn place(x: &[Vec3], xi: [f64; 3]) -> Vec3 {

@@ -1,10 +1,8 @@
 //! Node positions of one cell.
 
+pub use crate::mechanics::element::MOST_NODES;
 use crate::mechanics::tensor::Vec3;
 use std::ops::Deref;
-
-/// Largest number of nodes of a cell of any kind.
-pub const MOST_NODES: usize = 10;
 
 /// Positions [m] of the nodes of one cell of any kind, without heap allocation; dereferences to a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
 };
+use crate::mechanics::element::GAUSS;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Nodes 0–2 counter-clockwise on the bottom seen from the top, 3–5 above them.
@@ -80,9 +81,6 @@ pub(super) static TABLE: CellTable = CellTable {
 /// Reference cell: ξ, η ≥ 0 with ξ + η ≤ 1, and ζ within ±1.
 const POINTS: [[f64; 3]; 6] =
     [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
-
-/// Gauss point 1/√3 of the two-point rule.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// Derivatives of the barycentric coordinates of the triangle with respect to ξ and η.
 const TRIANGLE_GRADIENTS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
