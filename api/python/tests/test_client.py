@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contuse import Client, InvalidScene, JobFailed, NotMeasured, Recording, RecordingError, ServiceProblem, Summary, Unreachable
+from contuse import Client, ContuseError, InvalidScene, JobFailed, NotMeasured, Recording, RecordingError, ServiceProblem, Summary, Unreachable
 
 ROOT = Path(__file__).resolve().parents[3]
 BINARY = Path(os.environ.get("CONTUSE", ROOT / "target/release/contuse"))
@@ -161,6 +161,25 @@ def test_a_mesh_is_uploaded_once(client):
     with pytest.raises(ServiceProblem) as caught:
         client.upload(ROOT / "api/examples/events.txt")
     assert caught.value.status == 422
+
+
+def test_a_scene_begins_with_a_mesh(client):
+    mesh = client.upload(ROOT / "tests/data/meshes/layered_plate.msh")
+    begun = client.first_scene(mesh, radius_m=0.01)
+    assert {part["part"] for part in begun["parts"]} == {"skin", "fat", "muscle"}
+    assert client.first_scene(mesh.id) != begun
+    # What only the user knows is still to be chosen.
+    with pytest.raises(InvalidScene):
+        client.validate(begun["scene"])
+
+
+def test_surfaces_are_triangles_at_a_time(client, job, tmp_path):
+    last = client.surface(job, tmp_path / "last.stl").read_bytes()
+    assert int.from_bytes(last[80:84], "little") == (len(last) - 84) // 50 > 0
+    assert client.surface(job, tmp_path / "last.ply", time_s=1e-4).read_bytes().startswith(b"ply")
+    assert client.surface(job, tmp_path / "first.stl", time_s=0).read_bytes() != last
+    with pytest.raises(ContuseError, match=".stl or .ply"):
+        client.surface(job, tmp_path / "surface.obj")
 
 
 @pytest.mark.parametrize("scene", ["scene_frictionless.json", "scene_L0_inp.json"])

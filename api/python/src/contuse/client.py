@@ -50,6 +50,13 @@ class Client:
         answer = self._post("/v1/meshes", Path(path).read_bytes(), {"Content-Type": "application/octet-stream"})
         return Mesh.of(answer.json())
 
+    def first_scene(self, mesh: Mesh | str, radius_m: float | None = None) -> dict[str, Any]:
+        """A scene of an uploaded mesh or scan to begin with: `scene`, `parts`, `sets`, and where a ball of that radius touches it (`touches`)."""
+        mesh_id = mesh.id if isinstance(mesh, Mesh) else mesh
+        parameters = {} if radius_m is None else {"radius_m": str(radius_m)}
+        begun: dict[str, Any] = self._get(f"/v1/meshes/{mesh_id}/first-scene", params=parameters).json()
+        return begun
+
     def submit(self, scene: Document) -> Job:
         """Submits a scene (a document, or the path of one, whose mesh files are uploaded). Sent again after a broken connection, it is still one job."""
         return self._submitted("/v1/jobs", scene)
@@ -128,6 +135,15 @@ class Client:
             raise ContuseError(f"the download of job {_id(job)} is damaged: SHA-256 {digest}, not {expected['sha256']}")
         partial.replace(path)
         return Recording(path)
+
+    def surface(self, job: Job | str, path: str | Path, time_s: float | None = None) -> Path:
+        """Writes the deformed surfaces of a job to `path`, by its suffix `.stl` or `.ply`: at the field time nearest to `time_s`, or the last one."""
+        path = Path(path)
+        if path.suffix not in (".stl", ".ply"):
+            raise ContuseError(f"{path}: surfaces are written as .stl or .ply")
+        parameters = {} if time_s is None else {"time_s": str(time_s)}
+        path.write_bytes(self._get(f"/v1/jobs/{_id(job)}/export{path.suffix}", params=parameters).content)
+        return path
 
     def _download(self, address: str, partial: Path, expected: dict[str, Any]) -> None:
         """Appends what is missing; only bytes of the expected file come."""
