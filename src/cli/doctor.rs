@@ -22,7 +22,7 @@ pub struct DoctorArgs {
 pub fn doctor(args: &DoctorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     if !args.data.is_dir() {
         return Err(CliError::Usage(format!(
-            "{} is no folder: name that of the service with --data",
+            "{} is not a folder: name that of the service with --data",
             args.data.display()
         )));
     }

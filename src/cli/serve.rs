@@ -220,8 +220,10 @@ pub struct PurgeArgs {
 /// If the folder does not exist, is in use or cannot be used.
 pub fn purge(args: &PurgeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     if !args.data.join(STORE_FILE).is_file() {
-        let message =
-            format!("{} is no data folder of a service: it has no file {STORE_FILE}", args.data.display());
+        let message = format!(
+            "{} is not the data folder of a service: it has no file {STORE_FILE}",
+            args.data.display()
+        );
         return Err(CliError::Usage(message));
     }
     keep_files_private();

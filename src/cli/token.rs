@@ -25,7 +25,7 @@ pub struct TokenArgs {
 /// If the name has spaces, or the output cannot be written.
 pub fn token(args: &TokenArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     if args.name.is_empty() || args.name.starts_with('#') || args.name.contains(char::is_whitespace) {
-        return Err(CliError::Usage(format!("{:?} is no name: give a word without spaces", args.name)));
+        return Err(CliError::Usage(format!("{:?} is not a name: give a word without spaces", args.name)));
     }
     // 244 random bits.
     let token = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());

@@ -190,7 +190,7 @@ impl Reader<'_> {
         };
         let index = |x: &Value| x.as_u64().and_then(|x| usize::try_from(x).ok()).filter(|x| *x < end);
         if let Some(bad) = items.iter().position(|x| index(x).is_none()) {
-            let problem = Problem::error("value", &pointer.index(bad), "This is no row of W.");
+            let problem = Problem::error("value", &pointer.index(bad), "This is not a row of W.");
             self.problems
                 .push(problem.value(items[bad].clone()).limit(format!("0 to {}", end.saturating_sub(1))));
             return None;

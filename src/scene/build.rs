@@ -293,7 +293,7 @@ pub fn read_scan(
     let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
     let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
     let format = format.and_then(MeshFormat::volume).ok_or_else(|| {
-        Problem::error("unknown_mesh_format", place, "this is no scan with labels")
+        Problem::error("unknown_mesh_format", place, "this is not a scan with labels")
             .value(name)
             .limit("a file name ending in .nii, .nii.gz, .nrrd or .mha")
             .remedy(

@@ -55,7 +55,7 @@ pub fn add_table(mesh: &mut Mesh, table: &[u8]) -> Result<(), MeshError> {
             let entry = entries.next().unwrap_or_default();
             let value = entry.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
                 let entry = shown(entry.as_bytes());
-                malformed(number, format!("{entry} of the column {name} is no finite number"))
+                malformed(number, format!("{entry} of the column {name} is not a finite number"))
             })?;
             for e in &elements {
                 column[*e] = value;
@@ -159,10 +159,10 @@ mod tests {
             ("element,a\n99999999999999999999,1\n", 2, "there is no element"),
             ("part,a\nbone,1\n", 2, "no part"),
             ("element,a\n0,1\n\n0,2\n", 4, "already"),
-            ("element,a\n0\n", 2, "is no finite number"),
-            ("element,a\n0,x\n", 2, "is no finite number"),
-            ("element,a\n0,nan\n", 2, "is no finite number"),
-            ("element,a\n0,1e999\n", 2, "is no finite number"),
+            ("element,a\n0\n", 2, "is not a finite number"),
+            ("element,a\n0,x\n", 2, "is not a finite number"),
+            ("element,a\n0,nan\n", 2, "is not a finite number"),
+            ("element,a\n0,1e999\n", 2, "is not a finite number"),
             ("element,a\n0,1,2\n", 2, "more than 2"),
         ] {
             let error = add_table(&mut mesh(), table.as_bytes()).unwrap_err();

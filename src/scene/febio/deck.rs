@@ -119,7 +119,7 @@ impl Deck<'_> {
         let is_constant = parameter.attribute("type").is_none_or(|kind| ["const", "vector"].contains(&kind));
         let values = numbers(text(parameter)).filter(|_| is_constant && elements(parameter).next().is_none());
         if values.is_none() {
-            self.refuse(parameter, "a parameter that is no constant number", "give it a constant value");
+            self.refuse(parameter, "a parameter that is not a constant number", "give it a constant value");
         }
         values
     }

@@ -87,7 +87,7 @@ fn read_points(text: &str, kind: TestKind, here: &Pointer, out: &mut Findings) -
     }
     out.require(wrong <= REPORTED_LINES, || {
         let more = wrong - REPORTED_LINES;
-        Problem::error("not_a_point", here, format!("{more} more lines are no points of the curve"))
+        Problem::error("not_a_point", here, format!("{more} more lines are not points of the curve"))
             .value(more)
             .limit("0")
             .remedy("correct the lines above and look for others like them")

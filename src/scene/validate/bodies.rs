@@ -193,7 +193,7 @@ fn check_frame(frame: &FibreFrameDocument, here: &Pointer, out: &mut Findings) {
 /// Consecutive points of a line must differ, and it must not turn back.
 fn check_line(points: &[[f64; 3]], here: &Pointer, out: &mut Findings) {
     out.require((2..=MOST_POINTS).contains(&points.len()), || {
-        Problem::error("out_of_range", here, "this is no line")
+        Problem::error("out_of_range", here, "this is not a line")
             .value(points.len())
             .limit(format!("2 to {MOST_POINTS} points"))
             .remedy("give points along the fibres, in order")

@@ -176,7 +176,7 @@ fn check_labels(labels: &[LabelDocument], here: &Pointer, out: &mut Findings) {
         for (key, name) in [("part", &label.part), ("hole", &label.hole)] {
             let Some(limit) = name.as_deref().and_then(fault) else { continue };
             out.push(
-                Problem::error("bad_name", &place.key(key), "this is no name")
+                Problem::error("bad_name", &place.key(key), "this is not a name")
                     .limit(limit)
                     .remedy("choose another name"),
             );

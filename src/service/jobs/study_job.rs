@@ -191,7 +191,7 @@ pub(super) fn scene_place() -> Pointer {
 }
 
 fn out_of_range(name: &str, level: i32, range: &RangeInclusive<i32>) -> Problem {
-    let message = format!("{name} is no level of meshes that is offered");
+    let message = format!("{name} is not one of the mesh levels on offer");
     Problem::error("out_of_range", &Pointer::root().key(name), message)
         .value(level)
         .limit(format!("{} to {}", range.start(), range.end()))

@@ -27,7 +27,7 @@ pub(super) fn limb_of<'a>(
     limb(&scene.bodies[index]).map(|limb| (index, limb)).ok_or_else(|| Misfit {
         field: "limb",
         value: json!(name),
-        message: "this body is no limb segment: its layers and its skin have no parameters".into(),
+        message: "this body is not a limb segment: its layers and its skin have no parameters".into(),
         limit: "a body whose mesh is made by the generator limb_segment".into(),
         remedy: "use impact_offset_m to hit another point of its surface".into(),
     })

@@ -83,14 +83,14 @@ impl<'a> Reader<'a> {
             None | Some("LittleEndian") => false,
             Some("BigEndian") => true,
             Some(other) => {
-                return Err(xml.error(root, format!("{} is no byte order", shown(other.as_bytes()))));
+                return Err(xml.error(root, format!("{} is not a byte order", shown(other.as_bytes()))));
             }
         };
         let header = match root.attribute("header_type") {
             None | Some("UInt32") => Scalar::U32,
             Some("UInt64") => Scalar::U64,
             Some(other) => {
-                return Err(xml.error(root, format!("{} is no type of a header", shown(other.as_bytes()))));
+                return Err(xml.error(root, format!("{} is not a header type", shown(other.as_bytes()))));
             }
         };
         let appended = Appended::new(appended);
@@ -209,7 +209,7 @@ impl<'a> Reader<'a> {
         let scalar = match kind {
             "String" => None,
             _ => Some(Scalar::of_xml(kind).ok_or_else(|| {
-                self.xml.error(array, format!("{} is no type of an array", shown(kind.as_bytes())))
+                self.xml.error(array, format!("{} is not an array type", shown(kind.as_bytes())))
             })?),
         };
         if array.attribute("format").is_none_or(|format| format == "ascii") {
@@ -271,7 +271,7 @@ impl<'a> Reader<'a> {
             }
             other => {
                 let other = shown(other.unwrap_or_default().as_bytes());
-                return Err(format!("{other} is no format of an array"));
+                return Err(format!("{other} is not an array format"));
             }
         };
         let (size, big_endian, kind) = (self.header.size(), self.big_endian, self.header);
