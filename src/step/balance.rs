@@ -175,12 +175,10 @@ impl Ledger {
         pair.work_on_slave_j += on_slave;
         pair.work_on_master_j += on_master;
         pair.friction_j += friction;
-        // What is lost beyond friction is an impact of rigid bodies, an error of a load step, or numerical dissipation.
+        // What is lost beyond friction is an impact of rigid bodies, or numerical: in load steps of either sign.
         let lost = -(on_slave + on_master + friction);
         if has_rigid_side && work.rigid.is_some_and(|r| r.plan.has_no_mesh(plan, contact.pair as usize)) {
             pair.impact_j += lost;
-        } else if work.is_static {
-            self.algorithmic[slave_body] += lost;
         } else {
             pair.numerical_j += lost;
         }

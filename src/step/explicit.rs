@@ -264,7 +264,6 @@ impl ExplicitStepper<'_> {
             f_int: &self.f_int,
             contacts,
             reactions,
-            is_static: false,
             gravity: loads::gravity(self.plan, Phase::Running.load_time(state.time)),
             f_ext: &self.f_ext,
             prescribed: &self.prescribed,

@@ -286,7 +286,7 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
             100.0 * limit,
             energy.scale_j
         )
-    } else if numerical < -LARGEST_CONTACT_CREATION * energy.scale_j {
+    } else if !plan.is_static() && numerical < -LARGEST_CONTACT_CREATION * energy.scale_j {
         format!(
             "Contact created {:.3e} J of energy numerically, more than {:.1} % of {:.3e} J.",
             -numerical,
@@ -372,7 +372,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.values().map(|p| p.numerical_j).sum();
     let scale = state.ledger.turnover(plan);
-    if lost > NOTABLE_LOSS * scale && scale > 0.0 {
+    if !plan.is_static() && lost > NOTABLE_LOSS * scale && scale > 0.0 {
         let remedy = match plan.integrator {
             Integrator::Explicit(_) => "a finer mesh at the contact reduces it",
             Integrator::Implicit(_) => "shorter steps and a finer mesh at the contact reduce it",
@@ -382,7 +382,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
             100.0 * lost / scale
         ));
     }
-    let missed: f64 = state.ledger.algorithmic.iter().sum();
+    let missed = state.ledger.algorithmic.iter().sum::<f64>() + if plan.is_static() { lost } else { 0.0 };
     if !plan.is_static() && missed > NOTABLE_LOSS * scale && scale > 0.0 {
         outcome.warnings.push(format!(
             "The time integrator dissipated {:.1} % of the energy scale, which counts as dissipated by the bodies: shorter steps, \

@@ -22,8 +22,6 @@ pub(super) struct StepWork<'a> {
     pub f_int: &'a [Vec3],
     pub contacts: &'a [Contact],
     pub reactions: &'a [Reaction],
-    /// Whether this is a quasi-static load step: work of the end reactions along it is no contact loss.
-    pub is_static: bool,
     /// Effective gravity in the step [m/s²].
     pub gravity: Vec3,
     /// Forces of loads in the step [N], nodes × 3; empty when there are none.

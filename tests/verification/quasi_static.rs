@@ -70,6 +70,45 @@ fn last(scene: &Value) -> (contuse::step::Outcome, State, Energy) {
     (outcome, state, energy)
 }
 
+/// Two unit cubes, the upper pressed onto the lower by a tenth.
+fn press(step: f64) -> Value {
+    let mut scene = cube(&quasi_static(step));
+    let mut upper = scene["bodies"][0].clone();
+    upper["name"] = json!("upper");
+    upper["mesh"]["generator"]["min_m"] = json!([0, 0, 1]);
+    upper["mesh"]["generator"]["max_m"] = json!([1, 1, 2]);
+    upper["fixed"] = json!([{"set": "x_min", "axes": ["x"]}, {"set": "y_min", "axes": ["y"]}]);
+    upper["prescribed"] = json!([{"set": "z_max", "axes": ["z"], "displacement_m": [0, 0, -0.2]}]);
+    scene["bodies"].as_array_mut().unwrap().push(upper);
+    scene["contact"] = json!({"friction": 0.0});
+    scene
+}
+
+#[test]
+fn contact_works_by_the_reactions_at_both_ends_of_a_load_step() {
+    let of_steps = |steps: u32| {
+        let (outcome, _, energy) = last(&press(1.0 / f64::from(steps)));
+        assert_at_most(outcome.balance_error, 1e-8, "error of the energy balance");
+        energy
+    };
+    let [coarse, fine] = [10, 20].map(of_steps);
+    // Each cube is compressed by a tenth, without friction.
+    let (_, _, strain) = uniaxial(0.9);
+    let missed = |energy: &Energy| {
+        for body in &energy.bodies {
+            assert_close(body.strain_j, strain, 1e-6, "strain energy");
+        }
+        // The work of contact is the strain energy of the lower cube, whose support does not move, and the rest is what the steps miss.
+        let lower = &energy.bodies[0];
+        assert_close(lower.contact_work_j, lower.strain_j + lower.algorithmic_j, 1e-8, "work of contact");
+        lower.algorithmic_j.abs() / strain
+    };
+    // With the reactions at the ends alone it was 1/steps.
+    assert_at_most(missed(&coarse), 2e-3, "energy that ten load steps miss");
+    let order = (missed(&coarse) / missed(&fine)).log2();
+    assert_at_most((order - 2.0).abs(), 0.1, "order of what load steps miss, less 2");
+}
+
 #[test]
 fn traction_and_pressure_stretch_as_the_law_says() {
     let a = 1.3;
@@ -133,7 +172,7 @@ fn loads_act_in_all_integrators_and_their_work_closes_the_balance() {
 }
 
 #[test]
-fn what_under_constrained_is_reported() {
+fn an_under_constrained_body_is_reported() {
     // A block on an incline without friction.
     let mut scene = crate::incline::scene(15.0, 0.0, 0.0, 1.0, 1e6);
     scene.as_object_mut().unwrap().remove("dynamic_relaxation");

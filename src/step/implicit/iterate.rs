@@ -272,7 +272,7 @@ impl Iterate {
     }
 
     /// Impulses on the prescribed components [N s], for the ledger; in quasi-static steps from the mean of the forces
-    /// at both ends, except for contact.
+    /// at both ends.
     pub fn prescribed_impulses(&self, step: &Step, impulses: &mut [f64]) {
         let gravity = step.gravity();
         let growth = step.growth_of_gravity();
@@ -280,8 +280,10 @@ impl Iterate {
             let (node, axis) = (*node as usize, *axis);
             *impulse = self.residual_at(step, &gravity, node, axis) - self.impulse[node][axis];
             if step.options.statics.is_some() {
+                let contact = (self.impulse[node][axis] - step.start.impulse[node][axis]) / step.h;
                 let external = step.plan.mass[node] * growth[axis] + self.f_ext[node][axis]
-                    - step.start.f_ext[node][axis];
+                    - step.start.f_ext[node][axis]
+                    + contact;
                 *impulse -= 0.5 * step.h * (self.f_int[node][axis] - step.start.f_int[node][axis] - external);
             }
         }
@@ -334,21 +336,24 @@ impl Iterate {
         0.5 * step.h * work.sum::<f64>()
     }
 
-    /// Work of the internal forces of a body in a load step [J], consistent with the work of the others in the ledger:
-    /// with the mean of both ends if the loads are known at both, otherwise (contact) with the end.
+    /// Work of the internal forces of a body in a load step [J], consistent with the work of loads and contact in the ledger: by the mean
+    /// of both ends.
     fn left_by_load_step(&self, step: &Step, body: usize) -> f64 {
         let nodes = step.plan.bodies[body].nodes.start as usize..step.plan.bodies[body].nodes.end as usize;
         let growth = step.growth_of_gravity();
         let mut work = 0.0;
         for node in nodes.clone() {
             let external = growth * step.plan.mass[node] + self.f_ext[node] - step.start.f_ext[node];
-            work += (self.f_int[node] - external * 0.5).dot(&self.v[node]);
+            let contact = (self.impulse[node] - step.start.impulse[node]) / step.h;
+            work += (self.f_int[node] - (external + contact) * 0.5).dot(&self.v[node]);
         }
         for Prescribed { node, axis, .. } in &step.plan.loads.prescribed {
             let (node, axis) = (*node as usize, *axis);
             if nodes.contains(&node) {
+                let contact = (self.impulse[node][axis] - step.start.impulse[node][axis]) / step.h;
                 let external = growth[axis] * step.plan.mass[node] + self.f_ext[node][axis]
-                    - step.start.f_ext[node][axis];
+                    - step.start.f_ext[node][axis]
+                    + contact;
                 let internal = self.f_int[node][axis] - step.start.f_int[node][axis];
                 work -= 0.5 * (internal - external) * self.v[node][axis];
             }

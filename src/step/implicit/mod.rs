@@ -44,6 +44,7 @@ use super::rigid::RigidStep;
 use super::state::{Held, State};
 use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
+use crate::mechanics::contact::solution::compliance::add_impulse;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{Activity, ElementForces, Threads};
 use crate::mechanics::lanes::Row;
@@ -51,7 +52,7 @@ use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, Plan};
 use iterate::{Iterate, Step};
-use newton::{Newton, Touch};
+use newton::{Newton, Touch, sides_of};
 use system::System;
 
 /// Number of iterations up to which a step counts as easy.
@@ -90,6 +91,8 @@ pub(super) struct ImplicitStepper<'p> {
     prescribed: Vec<f64>,
     /// In quasi-static steps, the contacts that support the bodies at t_n.
     held: Held,
+    /// Their reactions over the step to t_{n+1}.
+    held_on: Vec<Reaction>,
     ledger: Ledger,
     energy: Energy,
     extremes: Extremes,
@@ -131,6 +134,7 @@ impl<'p> ImplicitStepper<'p> {
             f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { plan.node_count() } else { 0 }],
             prescribed: vec![0.0; plan.loads.prescribed.len()],
             held: Held::default(),
+            held_on: Vec::new(),
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
             extremes: Extremes::NONE,
@@ -180,7 +184,6 @@ impl<'p> ImplicitStepper<'p> {
             f_int: &[],
             contacts,
             reactions,
-            is_static: self.options.statics.is_some(),
             gravity: end * weight + start * (1.0 - weight),
             f_ext: &self.f_ext,
             prescribed: &self.prescribed,
@@ -211,8 +214,24 @@ impl<'p> ImplicitStepper<'p> {
         self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
     }
 
+    /// The reactions at the start of a load step, as impulses over it, and on the nodes.
+    fn hold_on(&mut self) {
+        let scale = if self.held.step > 0.0 { self.step / self.held.step } else { 0.0 };
+        self.held_on.clear();
+        self.held_on
+            .extend(self.held.reactions.iter().map(|r| Reaction { impulse: r.impulse.map(|p| scale * p) }));
+        let sides = sides_of(self.rigid.as_ref());
+        self.start.impulse.fill(Vec3::zeros());
+        for (contact, reaction) in self.held.contacts.iter().zip(&self.held_on) {
+            add_impulse(contact, &sides, reaction.impulse, &mut self.start.impulse);
+        }
+    }
+
     /// Adds the work of the step.
     fn add_step(&mut self, state: &State, ledger: &mut Ledger) {
+        if self.options.statics.is_some() {
+            self.hold_on();
+        }
         let load_times = [state.time, state.time + self.step].map(|time| Phase::Running.load_time(time));
         let weight = self.weight_of_end();
         let ends = self.start.f_ext.iter().zip(&self.newton.end.f_ext);
@@ -243,9 +262,13 @@ impl<'p> ImplicitStepper<'p> {
         }
         ledger.add_branch_work(&self.newton.end.branches, weight);
         let work = self.work(state, &self.newton.end.v);
-        // In quasi-static steps the velocity is that of the whole step.
-        let first = if self.options.statics.is_some() { Half::After } else { Half::Before };
-        ledger.add_work(&work, first);
+        if self.options.statics.is_some() {
+            // The velocity is that of the whole step, the reactions those of both ends.
+            let start = StepWork { contacts: &self.held.contacts, reactions: &self.held_on, ..work };
+            ledger.add_work(&start, Half::After);
+        } else {
+            ledger.add_work(&work, Half::Before);
+        }
         ledger.add_work(&work, Half::After);
     }
 }

@@ -327,7 +327,8 @@ impl Newton {
     }
 }
 
-fn sides_of<'a>(rigid: Option<&'a RigidStep>) -> RigidSides<'a> {
+/// The rigid bodies that contacts rotate.
+pub(super) fn sides_of<'a>(rigid: Option<&'a RigidStep>) -> RigidSides<'a> {
     rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides)
 }
 
