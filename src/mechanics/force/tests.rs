@@ -380,7 +380,7 @@ fn history_has_rows_where_something_is_remembered_and_only_there() {
     let both = BlockParameters { memory, ..bulk };
     let one_point = BlockParameters { formulation: Formulation::Reduced, ..both };
     // Two branches: displacements of eight nodes, and their forces.
-    let (of_point, of_nodes) = (6 * 3, 3 * 8 * 3);
+    let (of_point, of_nodes) = (6 * 3 + 2, 3 * 8 * 3);
     let expected = [0, 2, 8 * of_point + of_nodes, 2 + 8 * of_point + of_nodes, 2 + of_point + of_nodes];
     for (parameters, rows) in [elastic, bulk, relaxing, both, one_point].into_iter().zip(expected) {
         let element = Element::of(shapes()[2], parameters);

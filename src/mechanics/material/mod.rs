@@ -52,7 +52,7 @@ pub use memory::{ElasticPoint, History, Inelastic, Memory};
 pub use ogden::{MAX_OGDEN_TERMS, OgdenTerm};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use peng_guo_moran::FibreShear;
-pub use prony::{Branch, MAX_BRANCHES, PronySeries, isochoric_stress};
+pub use prony::{Branch, MAX_BRANCHES, PronySeries, SecantStiffness, isochoric_stress};
 pub use stability::{Instability, first_instability};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
 pub use validity::{Deformations, Given, Validity};

@@ -12,8 +12,16 @@
 //! H_i⁺ = e^(−h/τ_i) H_i + (1 − e^(−h/τ_i)) τ_i/h (S_iso⁺ − S_iso)
 //! ```
 //!
-//! What is stored in a branch follows from the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any
-//! law where loading is sudden. The rest of the forces' work is dissipated.
+//! A branch is relaxed at the stress `S_iso − H`, and stores the work from there. With the secant stiffness `k(|S_iso|) = |S_iso|²/ψ`, which
+//! grows linearly with the stress of a law that stiffens exponentially, and the mean stress of both ends that is
+//!
+//! ```text
+//! g |H|²/k(|S_iso| + |S_iso − H|)
+//! ```
+//!
+//! exact for small strains, and for any law where loading is sudden. Between the stress now and the largest so far, which a point remembers
+//! with its k, and beyond, k is taken as linear. The rest of the forces' work is dissipated; it is negative only for a moment, by up to a tenth of
+//! the work, where tissue that has relaxed in a large strain is loaded and released suddenly: quasi-linear viscoelasticity has no energy there.
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
 use super::{Kinematics, Response};
@@ -24,6 +32,10 @@ use crate::tensor::Sym;
 pub const MAX_BRANCHES: usize = 6;
 /// |S_iso|² over G² below which the secant is that at rest [-].
 const UNSTRAINED: f64 = 1e-20;
+/// |S_iso| over G by which two stresses differ at least [-].
+const DISTINCT: f64 = 1e-12;
+/// Numbers beside S_iso and the H: the largest |S_iso| so far, and its k.
+const OF_STIFFNESS: usize = 2;
 
 /// One term of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,6 +78,62 @@ impl PronySeries {
     }
 }
 
+/// The secant stiffness k of a law at a point, over its stress.
+#[derive(Clone, Copy, Debug)]
+pub struct SecantStiffness<R> {
+    /// |S_iso| now, and its k [Pa].
+    now: [R; 2],
+    /// The largest |S_iso| so far, and its k [Pa].
+    largest: [R; 2],
+    /// Shear modulus at rest [Pa].
+    shear_modulus: f64,
+}
+
+impl<R: Real> SecantStiffness<R> {
+    /// At a point whose largest stress so far, and k there, were these.
+    #[inline(always)]
+    fn new(elastic: &ElasticPoint<R>, largest: [R; 2]) -> Self {
+        let (G, square) = (elastic.shear_modulus, elastic.S_iso.norm_squared());
+        let floor = square.constant(UNSTRAINED * G * G);
+        let at_rest = square.constant(4.0 * G);
+        let k = (square - floor).select_positive(square.max(floor) / elastic.psi, at_rest);
+        let now = [square.sqrt(), k];
+        let is_less = largest[0] - now[0];
+        let largest = [0, 1].map(|i| is_less.select_positive(largest[i], now[i]));
+        Self { now, largest, shear_modulus: G }
+    }
+
+    /// From the history of a point at t_n, whose numbers of the series begin at 0.
+    #[inline(always)]
+    pub fn remembered(elastic: &ElasticPoint<R>, branches: usize, number: impl Fn(usize) -> R) -> Self {
+        let place = PronySeries::place_of_branch(branches);
+        Self::new(elastic, [number(place), number(place + 1)])
+    }
+
+    /// k at a stress of at least that now [Pa].
+    #[inline(always)]
+    fn at(&self, stress: R) -> R {
+        let ([now, k], [largest, k_largest]) = (self.now, self.largest);
+        let distinct = now.constant(DISTINCT * self.shear_modulus);
+        let one = now.constant(1.0);
+        // Between now and the largest so far.
+        let ahead = largest - now;
+        let fraction = ((stress - now) / ahead.max(distinct)).min(one);
+        let between = (ahead - distinct).select_positive((k_largest - k).mul_add(fraction, k), k_largest);
+        // Beyond: as from rest to the largest, where the law stiffens.
+        let rise =
+            (k_largest - now.constant(4.0 * self.shear_modulus)).max(now.zero()) / largest.max(distinct);
+        between + rise * (stress - largest).max(now.zero())
+    }
+
+    /// What a branch with `H` [Pa] stores, over its relative modulus [J/m³].
+    #[inline(always)]
+    fn stored(&self, S_iso: &Sym<R>, H: &Sym<R>) -> R {
+        let relaxed = S_iso.plus_scaled(-H.0[0].constant(1.0), H).norm_squared().sqrt();
+        H.norm_squared() / self.at(self.now[0] + relaxed)
+    }
+}
+
 impl PronySeries {
     /// Where H of a branch begins in the history of a point.
     pub const fn place_of_branch(branch: usize) -> usize {
@@ -74,10 +142,15 @@ impl PronySeries {
 
     /// What a branch with `H` [Pa] adds: second Piola–Kirchhoff stress [Pa] and stored energy [J/m³].
     #[inline(always)]
-    pub fn of_branch<R: Real>(&self, branch: usize, elastic: &ElasticPoint<R>, H: &Sym<R>) -> (Sym<R>, R) {
+    pub fn of_branch<R: Real>(
+        &self,
+        branch: usize,
+        (elastic, stiffness): (&ElasticPoint<R>, &SecantStiffness<R>),
+        H: &Sym<R>,
+    ) -> (Sym<R>, R) {
         let g = self.branches[branch].relative_modulus;
         let S = deviator_at(elastic.k, H).scaled(elastic.psi.constant(g));
-        (S, H.norm_squared() * g * secant(elastic))
+        (S, stiffness.stored(&elastic.S_iso, H) * g)
     }
 }
 
@@ -86,9 +159,9 @@ impl Memory for PronySeries {
     const NONE: Self =
         Self { branches: [Branch { relative_modulus: 0.0, relaxation_time: 0.0 }; MAX_BRANCHES], count: 0 };
 
-    /// S_iso, and H of each branch.
+    /// S_iso, H of each branch, the largest |S_iso| so far and its k.
     fn history_len(&self) -> usize {
-        if self.count == 0 { 0 } else { 6 * (1 + self.count) }
+        if self.count == 0 { 0 } else { 6 * (1 + self.count) + OF_STIFFNESS }
     }
 
     fn softens(&self) -> bool {
@@ -117,31 +190,26 @@ impl Memory for PronySeries {
         let one = zero.constant(1.0);
         let change = S_iso.plus_scaled(-one, &history.tensor_before(0, zero));
         history.set_tensor(0, S_iso);
-        let (mut sum, mut squares, mut total_g) = (Sym([zero; 6]), zero, 0.0);
+        let stiffness = SecantStiffness::remembered(elastic, self.count, |index| history.before(index));
+        for (i, number) in stiffness.largest.into_iter().enumerate() {
+            history.set(Self::place_of_branch(self.count) + i, number);
+        }
+        let (mut sum, mut total_g) = (Sym([zero; 6]), 0.0);
         for (b, step) in steps[..self.count].iter().enumerate() {
             let place = Self::place_of_branch(b);
             let decayed = history.tensor_before(place, zero).scaled(zero.constant(step.decay));
             let H = decayed.plus_scaled(zero.constant(step.gain), &change);
             history.set_tensor(place, &H);
             sum = sum.plus_scaled(zero.constant(step.g), &H);
-            squares += H.norm_squared() * step.g;
+            to.stored += stiffness.stored(S_iso, &H) * step.g;
             total_g += step.g;
         }
 
-        to.stored += squares * secant(elastic);
         to.S = to.S.plus_scaled(one, &deviator_at(elastic.k, &sum));
         // δP = δF DEV H + F δ(DEV H): by |H| and the stretches; the law's own tangent by its bound.
         let geometric = sum.norm_squared().sqrt() * elastic.condition.scale_add(4.0 / 3.0, 1.0);
         to.stiffness += elastic.stiffness_bound * total_g + geometric;
     }
-}
-
-/// ψ/|S_iso|² [1/Pa], at rest 1/(4 G).
-#[inline(always)]
-fn secant<R: Real>(elastic: &ElasticPoint<R>) -> R {
-    let (G, square) = (elastic.shear_modulus, elastic.S_iso.norm_squared());
-    let floor = square.constant(UNSTRAINED * G * G);
-    (square - floor).select_positive(elastic.psi / square.max(floor), square.constant(0.25 / G))
 }
 
 /// S_iso [Pa], the second Piola–Kirchhoff stress of a response without the pressure: `cof C matrix / J + S_fibres`.
@@ -167,7 +235,7 @@ pub fn deviator_at<R: Real>(k: &Kinematics<R>, H: &Sym<R>) -> Sym<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Law, NeoHookean, Volumetric};
+    use crate::material::{Law, NeoHookean, Ogden, OgdenTerm, Volumetric};
     use crate::tensor::Tensor;
 
     fn series() -> PronySeries {
@@ -202,6 +270,90 @@ mod tests {
         let C = k.dev_C.plus_diagonal(k.mean_C);
         let other = Sym([1.0, -2.0, 0.5, 0.3, 0.7, -0.4]);
         assert!(deviator_at(&k, &other).double_dot(&C).abs() < 1e-13);
+    }
+
+    /// Work of the branches, and what they store of it [J/m³], after each step of a path of (duration [s], final stretch).
+    fn energies(law: &Ogden, series: PronySeries, path: &[(f64, f64)]) -> Vec<[f64; 3]> {
+        let (G, _) = law.moduli_at_rest();
+        let mut history = vec![0.0; series.history_len()];
+        let (mut at, mut work, mut before) = (1.0_f64, 0.0, (Sym([0.0; 6]), Tensor([[0.0; 3]; 3])));
+        let mut all = Vec::new();
+        for &(duration, end) in path {
+            let start = at;
+            for i in 1..=STEPS {
+                at = start + (end - start) * f64::from(i) / f64::from(STEPS);
+                let side = at.powf(-0.5);
+                let H = Tensor([[at - 1.0, 0.0, 0.0], [0.0, side - 1.0, 0.0], [0.0, 0.0, side - 1.0]]);
+                let k = Kinematics::new(&H);
+                let response = law.eval(&k, &[]);
+                let elastic = ElasticPoint {
+                    k: &k,
+                    psi: response.psi,
+                    tension: 0.0,
+                    S_iso: isochoric_stress(&k, &response),
+                    stiffness_bound: 0.0,
+                    condition: 1.0,
+                    size: 1.0,
+                    shear_modulus: G,
+                };
+                let none = Sym([0.0; 6]);
+                let mut to = Inelastic { S: none, stored: 0.0, stiffness: 0.0, damage: 0.0, dissipated: 0.0 };
+                series.update(&series.step(duration / f64::from(STEPS)), &elastic, &mut history, &mut to);
+                // By the mean stress and the change of the Green–Lagrange strain.
+                let mean = to.S.plus_scaled(1.0, &before.0);
+                let strain = |H: &Tensor<f64>| [0, 1, 2].map(|i| H.0[i][i] + 0.5 * H.0[i][i].powi(2));
+                let (now, then) = (strain(&H), strain(&before.1));
+                work += (0..3).map(|i| 0.5 * mean.0[i] * (now[i] - then[i])).sum::<f64>();
+                before = (to.S, H);
+                all.push([work, to.stored, response.psi]);
+            }
+        }
+        all
+    }
+
+    const STEPS: u32 = 500;
+
+    #[test]
+    fn branches_never_store_more_than_the_work_on_them() {
+        // Fat of the library, whose stiffness rises by orders of magnitude; and a law that softens in this measure of stress.
+        let ogden = |mu, alpha| Ogden::new(&[OgdenTerm { mu, alpha }], Volumetric::Quadratic(1e8)).unwrap();
+        let branch = |(g, tau)| Branch { relative_modulus: g, relaxation_time: tau };
+        let one = PronySeries::new(&[branch((10.0, 3.2e-3))]).unwrap();
+        let three = PronySeries::new(&[(2.3, 0.17), (5.1, 0.02), (6.3, 1.7e-3)].map(branch)).unwrap();
+        let paths: [&[(f64, f64)]; 7] = [
+            &[(1e-3, 0.4), (9e-3, 0.4), (1e-3, 0.8)],
+            &[(5e-3, 1.6), (5e-3, 1.0)],
+            &[(2e-3, 0.7), (2e-2, 0.7), (2e-3, 1.0)],
+            &[(1e-2, 0.6), (1e-2, 1.0)],
+            &[(2e-3, 0.6), (2e-3, 1.3), (2e-3, 0.7), (2e-3, 1.0)],
+            &[(1.0, 0.6), (1e-4, 1.0)],
+            // Relaxed at one strain and loaded suddenly from there: the one kind of path where the energy is only an estimate.
+            &[(1.0, 0.8), (1e-4, 0.6), (1e-2, 0.6), (1e-4, 0.9)],
+        ];
+        for law in [ogden(30.0, 20.0), ogden(4000.0, 1.0)] {
+            for (series, (number, path)) in
+                [one, three].into_iter().flat_map(|s| paths.into_iter().enumerate().map(move |p| (s, p)))
+            {
+                let allowed = if number == 6 { 0.11 } else { 1e-3 };
+                let all = energies(&law, series, path);
+                let most = all.iter().map(|[work, ..]| work.abs()).fold(0.0, f64::max);
+                for [work, stored, _] in &all {
+                    assert!(
+                        *stored >= 0.0 && work - stored >= -allowed * most,
+                        "{path:?}: {work} {stored} of {most}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_stored_suddenly_is_the_energy_of_the_law() {
+        let law = Ogden::new(&[OgdenTerm { mu: 30.0, alpha: 20.0 }], Volumetric::Quadratic(1e8)).unwrap();
+        let slow = PronySeries::new(&[Branch { relative_modulus: 2.0, relaxation_time: 1e6 }]).unwrap();
+        let [work, stored, psi] = *energies(&law, slow, &[(1e-6, 0.6)]).last().unwrap();
+        assert!((stored / (2.0 * psi) - 1.0).abs() < 1e-9, "{stored} {psi}");
+        assert!((work / stored - 1.0).abs() < 1e-3, "{work} {stored}");
     }
 
     #[test]

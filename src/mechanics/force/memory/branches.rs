@@ -9,7 +9,7 @@ use crate::force::first_pass::FirstPass;
 use crate::force::packed::InBlocks;
 use crate::force::rows::load_corners;
 use crate::lanes::{Aligned, Lane, Row};
-use crate::material::{ElasticPoint, Inelastic, MAX_BRANCHES, PronySeries};
+use crate::material::{ElasticPoint, Inelastic, MAX_BRANCHES, PronySeries, SecantStiffness};
 use crate::real::Real;
 use crate::tensor::Sym;
 use pulp::Simd;
@@ -50,15 +50,18 @@ impl<S: Simd, E: InBlocks<N, Q>, const N: usize, const Q: usize> BranchSums<S, E
         let prony = &block.parameters.memory.prony;
         let history = q * block.memory_rows();
         let points = if block.memory_points() == 1 { 0..Q } else { q..q + 1 };
+        let count = prony.branches().len();
+        let number = |index: usize| Lane::load(simd, &after[history + index], part);
+        let stiffness = SecantStiffness::remembered(elastic, count, number);
         // Damage takes from all branches alike.
         let kept = -point.damage + 1.0;
-        for branch in 0..prony.branches().len() {
+        for branch in 0..count {
             let first = history + PronySeries::place_of_branch(branch);
             let mut H = Sym([Lane::splat(simd, 0.0); 6]);
             for (i, component) in H.0.iter_mut().enumerate() {
                 *component = Lane::load(simd, &after[first + i], part);
             }
-            let (S, stored) = prony.of_branch(branch, elastic, &H);
+            let (S, stored) = prony.of_branch(branch, (elastic, &stiffness), &H);
             let P = elastic.k.F.dot_sym(&S.scaled(kept));
             for q in points.clone() {
                 E::add_local_stress(&mut self.stress.0[branch], q, &P, &cof_X.0[q]);
