@@ -326,15 +326,15 @@ mod tests {
             &[(2e-3, 0.7), (2e-2, 0.7), (2e-3, 1.0)],
             &[(1e-2, 0.6), (1e-2, 1.0)],
             &[(2e-3, 0.6), (2e-3, 1.3), (2e-3, 0.7), (2e-3, 1.0)],
+            // Relaxed in a strain, then sudden: the energy is an estimate.
             &[(1.0, 0.6), (1e-4, 1.0)],
-            // Relaxed at one strain and loaded suddenly from there: the one kind of path where the energy is only an estimate.
             &[(1.0, 0.8), (1e-4, 0.6), (1e-2, 0.6), (1e-4, 0.9)],
         ];
         for law in [ogden(30.0, 20.0), ogden(4000.0, 1.0)] {
             for (series, (number, path)) in
                 [one, three].into_iter().flat_map(|s| paths.into_iter().enumerate().map(move |p| (s, p)))
             {
-                let allowed = if number == 6 { 0.11 } else { 1e-3 };
+                let allowed = [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.01, 0.11][number];
                 let all = energies(&law, series, path);
                 let most = all.iter().map(|[work, ..]| work.abs()).fold(0.0, f64::max);
                 for [work, stored, _] in &all {
