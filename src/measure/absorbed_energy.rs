@@ -73,6 +73,8 @@ pub struct AbsorbedEnergy {
     planes: Vec<usize>,
     /// Reference frame; after the first touch, the one of that time.
     frame: Observer,
+    /// Whether the motion of the projectile is prescribed.
+    is_driven: bool,
     /// Whether the tissue has been touched.
     is_touched: bool,
     /// States of tissue and projectile at the start and at the latest step.
@@ -108,7 +110,8 @@ impl AbsorbedEnergy {
         let acceleration = Vec3::from_fn(|axis, _| if held[axis].is_none() { gravity[axis] } else { 0.0 });
         let frame = Observer { acceleration, ..Observer::default() };
         let any = !tissue.bodies.is_empty();
-        any.then(|| Self { holder, planes, frame, ..Self::of(sides) })
+        let is_driven = plan.loads.prescribed.iter().any(|p| is_projectile(plan.body_of_node(p.node)));
+        any.then(|| Self { holder, planes, frame, is_driven, ..Self::of(sides) })
     }
 
     /// For tissue and projectile, in the frame at rest.
@@ -119,6 +122,7 @@ impl AbsorbedEnergy {
             holder: Holder::default(),
             planes: Vec::new(),
             frame: Observer::default(),
+            is_driven: false,
             is_touched: false,
             motions: None,
             now: Absorbed::default(),
@@ -133,9 +137,9 @@ impl AbsorbedEnergy {
         self.frame.velocity
     }
 
-    /// Whether there is a projectile, so that its loss is defined.
-    pub fn has_projectile(&self) -> bool {
-        !self.projectile.bodies.is_empty()
+    /// Whether there is a projectile that moves by itself, so that its loss is defined: prescribed motion does work on it.
+    pub fn has_free_projectile(&self) -> bool {
+        !self.projectile.bodies.is_empty() && !self.is_driven
     }
 
     /// Takes up the pairs of the ledger that are not listed in the plan.
@@ -303,6 +307,6 @@ mod tests {
         let leak = BodyEnergy { strain_j: 3.0, contact_work_j: 2.0, ..BodyEnergy::default() };
         measure.accumulate(1.0, &energy(leak, BodyEnergy::default()), [None; 3]);
         assert!((measure.disagreement - 1.0).abs() < 1e-12);
-        assert!(!measure.has_projectile());
+        assert!(!measure.has_free_projectile());
     }
 }

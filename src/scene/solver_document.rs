@@ -91,10 +91,7 @@ impl ContactSolver {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorBarsDocument {
-    /// `contuse run` runs an impact to an accuracy of 10 % within a minute ([`SceneDocument::implied_accuracy`]); everything else
-    /// uses two levels.
-    ///
-    /// [`SceneDocument::implied_accuracy`]: super::document::SceneDocument::implied_accuracy
+    /// `contuse run` runs an impact to an accuracy of 10 % within an estimated time of 20 s; everything else uses two levels.
     #[default]
     Automatic,
     /// From three runs with half the numbers of elements, before the run itself; they add about a third to its time. A mesh

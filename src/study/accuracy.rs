@@ -149,7 +149,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         clock.count(&result.plan_report, result.outcome.steps);
         let seconds = clock.elapsed_s() - started - bars_s;
         let again = is_withheld(&result.summary) && was_withheld;
-        let has_stopped = is_good_enough(&result, level, again);
+        let has_stopped = is_good_enough(&result, level, done.len(), again);
         was_withheld = is_withheld(&result.summary);
         // Whether there is a next mesh, and time for it. Without any error bar it is tried in whatever time is left.
         let next_s = Some(growth * seconds).filter(|seconds| seconds.is_finite());
@@ -168,7 +168,9 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1)) {
             Ok(next) => next,
             Err(why) => {
-                result.summary.warnings.push(no_finer_mesh(&why));
+                if !has_reached(&result) {
+                    result.summary.warnings.push(no_finer_mesh(&why));
+                }
                 return Ok(result);
             }
         };
@@ -183,15 +185,21 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
     }
 }
 
-/// Whether a level is the last whatever the time; `again`: its results and those of the level before are withheld.
-fn is_good_enough(result: &RunResult, level: i32, again: bool) -> bool {
-    let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
+/// Whether a level is the last whatever the time, after some `coarser` ones: two meshes may agree by chance. `again`: its results and those of
+/// the level before are withheld.
+fn is_good_enough(result: &RunResult, level: i32, coarser: usize, again: bool) -> bool {
+    let is_reached = coarser >= LEVELS_USED && has_reached(result);
     let is_final = result.summary.values().nothing_touched || again;
     match &result.outcome.ending {
         Ending::Finished => is_reached || (level >= 0 && is_final),
         // A mesh that is too coarse may fail where a finer one does not.
         ending => level >= 0 || is_stop(&ending_name(ending)),
     }
+}
+
+/// Whether the error bars are as small as requested.
+fn has_reached(result: &RunResult) -> bool {
+    result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached)
 }
 
 fn is_withheld(summary: &Summary) -> bool {

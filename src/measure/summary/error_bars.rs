@@ -274,7 +274,7 @@ impl Results {
             all_found.push((listed, Differences { bulk_modulus, ..differences }));
         }
         let least = LEAST_FRACTION * median_mesh_error(&all_found);
-        for (Listed { quantity, steps_known, spacing, missing, is_peak }, found) in all_found {
+        for (Listed { quantity, steps_known, spacing, missing, is_peak, is_too_coarse }, found) in all_found {
             let Differences { mesh, step, contact, bulk_modulus } = found;
             let mesh = mesh.max(missing).max(least * quantity.value.abs());
             // The total, with the resolution.
@@ -283,7 +283,7 @@ impl Results {
             if total.is_finite() {
                 // A pointwise peak may grow with every mesh: two meshes cannot show convergence, nor can those that keep a direction.
                 let may_converge = !is_peak || (runs.levels.len() > 1 && !runs.keeps_a_direction);
-                let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
+                let resolved = total == 0.0 || may_converge && !is_too_coarse && total < quantity.value.abs();
                 let estimate = Estimate { total, mesh, step, contact, bulk_modulus, resolution, resolved };
                 quantity.error = ErrorEstimate::Estimated(estimate);
             }

@@ -155,7 +155,7 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
         peak_absorbed_energy_time_s: mint.quantity(absorbed.peak.time),
         peak_absorbed_split: split(&absorbed.peak),
         contact_ended: !measures.strikes().any(|pair| pair.force.is_touching()),
-        projectile_loss_j: absorbed.has_projectile().then(|| mint.quantity(absorbed.projectile_loss)),
+        projectile_loss_j: absorbed.has_free_projectile().then(|| mint.quantity(absorbed.projectile_loss)),
         looked_at_until_s: stress.time,
         significant_stress: if is_looked_at { significant_stress(stress, mint) } else { Vec::new() },
         dose_volumes: if is_looked_at { dose_volumes(stress, mint) } else { Vec::new() },

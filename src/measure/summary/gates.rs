@@ -6,6 +6,7 @@ use super::super::pair::PairMeasures;
 use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT, TOO_DEEP};
 use super::erosion::{ErosionOfPart, erosion};
 use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
+use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
 use super::quantity::GateResult;
 use super::run_state::RunState;
@@ -32,7 +33,7 @@ const INERTIA_WARNING: f64 = 0.01;
 const LAW_LIMIT: f64 = 0.05;
 /// Gate for laws used beyond their limits, and its remedy.
 const LAW_GATE: &str = "laws_within_limits";
-const BEYOND_LAW: &str = "End the run before that time, lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
+const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; an earlier end helps with the same mesh only, since finer ones exceed the limit sooner; where you know \
                           how far a law holds, say so in the scene (`valid_to` of the material).";
 /// Where no limit is declared, and the usual one is exceeded by as much.
 const NOT_OF_TISSUE: &str = " The other numbers are those of the law, not of an intact tissue: no limit is declared for it, and the \
@@ -51,8 +52,6 @@ const PENETRATION_WARNING: f64 = 0.02;
 const FEW_SAMPLES: u32 = 20;
 /// Steps in a force window below which a warning is raised.
 const FEWEST_STEPS_OF_WINDOW: f64 = 2.0;
-/// Minimum number of nodes across a resolved contact patch.
-const NODES_ACROSS: u32 = 5;
 
 /// A check that decides whether the numbers may be shown.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,6 +4,9 @@ use super::super::exceeded::sampling_error;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Exceeded, Impact, Results};
 
+/// Fewest nodes along the short axis of a contact patch that resolve it.
+pub(super) const NODES_ACROSS: u32 = 5;
+
 /// A number with the limits of its resolution.
 pub(super) struct Listed<'a> {
     pub quantity: &'a mut Quantity,
@@ -18,11 +21,13 @@ pub(super) struct Listed<'a> {
     pub missing: f64,
     /// Whether it is a maximum of a field at one or a few points, which may grow with every mesh.
     pub is_peak: bool,
+    /// Whether the mesh is too coarse for it, whatever its error bar: a patch of a few nodes.
+    pub is_too_coarse: bool,
 }
 
 impl<'a> Listed<'a> {
     fn sum(quantity: &'a mut Quantity) -> Self {
-        Self { quantity, steps_known: 0, spacing: 0.0, missing: 0.0, is_peak: false }
+        Self { quantity, steps_known: 0, spacing: 0.0, missing: 0.0, is_peak: false, is_too_coarse: false }
     }
     fn time(quantity: &'a mut Quantity, steps_known: u8) -> Self {
         Self { steps_known, ..Self::sum(quantity) }
@@ -38,6 +43,10 @@ impl<'a> Listed<'a> {
         let Exceeded { quantity, resolution, is_peak, .. } = exceeded;
         Self { spacing: *resolution, is_peak: *is_peak, ..Self::sum(quantity) }
     }
+    /// Of a contact patch with so many nodes along its short axis.
+    fn patch(quantity: &'a mut Quantity, nodes_across: u32) -> Self {
+        Self { is_too_coarse: nodes_across < NODES_ACROSS, ..Self::sum(quantity) }
+    }
     fn peak(quantity: &'a mut Quantity) -> Self {
         Self { is_peak: true, ..Self::sum(quantity) }
     }
@@ -47,15 +56,18 @@ impl Impact {
     /// Its numbers that can have an error bar, in a fixed order.
     fn list_mut(&mut self) -> [Listed<'_>; 10] {
         let touched = u8::from(self.contact_span_s.is_some());
+        // Points have no patch, and what never touched has a known one.
+        let has_patch = touched == 1 && !self.touches_in_points;
+        let [at_peak, largest] = if has_patch { self.nodes_across_patch } else { [NODES_ACROSS; 2] };
         [
             Listed::known_to(&mut self.peak_force_n, self.peak_force_placing_n),
             Listed::time(&mut self.peak_force_time_s, touched),
             Listed::time(&mut self.contact_duration_s, 2 * touched),
             Listed::sum(&mut self.impulse_n_s),
-            Listed::sum(&mut self.patch_area_mm2),
-            Listed::sum(&mut self.patch_long_axis_mm),
-            Listed::sum(&mut self.patch_short_axis_mm),
-            Listed::sum(&mut self.largest_patch_area_mm2),
+            Listed::patch(&mut self.patch_area_mm2, at_peak),
+            Listed::patch(&mut self.patch_long_axis_mm, at_peak),
+            Listed::patch(&mut self.patch_short_axis_mm, at_peak),
+            Listed::patch(&mut self.largest_patch_area_mm2, largest),
             Listed::sum(&mut self.friction_dissipation_j),
             Listed::sum(&mut self.numerical_contact_dissipation_j),
         ]

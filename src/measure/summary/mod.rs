@@ -156,6 +156,9 @@ impl Summary {
             None => Shown::Results(values),
             Some(Withholding { reason, remedy }) => Shown::Withheld { reason, remedy, values },
         };
+        let torn = softening.iter().map(SofteningOfPart::in_words);
+        let torn = torn.chain(erosion.iter().map(ErosionOfPart::in_words));
+        let plain_words = plain_words(&results, (&state, time_s), &law_ranges, torn);
         Self {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
@@ -163,7 +166,7 @@ impl Summary {
             time_s,
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
-            plain_words: plain_words(&results, &state, time_s, &law_ranges),
+            plain_words,
             injury_measures: injury_measures(measures, plan, &state, &results),
             state,
             results,

@@ -7,7 +7,13 @@ use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 
 /// Sentences on the numbers of a run that has reached a time [s], for readers without a technical background.
-pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
+/// `torn` has those on what softened or eroded.
+pub(super) fn plain_words(
+    results: &Shown,
+    (state, time): (&RunState, f64),
+    laws: &[LawRange],
+    torn: impl Iterator<Item = String>,
+) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
         Shown::Withheld { reason, remedy, .. } => {
@@ -36,8 +42,11 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
     if let Some(tissue) = &results.tissue {
         stress(tissue, *state == RunState::Finished, &mut words);
         words.extend(tissue.exceeded_in_volume.as_ref().map(strain));
-        energy(tissue, &mut words);
+        if results.impacts.iter().any(|impact| impact.on_tissue && impact.contact_span_s.is_some()) {
+            energy(tissue, &mut words);
+        }
     }
+    words.extend(torn);
     words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     words
 }
@@ -71,7 +80,7 @@ fn value(quantity: &Quantity, unit: &str) -> String {
         ErrorEstimate::Estimated(error) => {
             let is_small = error.total < quantity.value.abs();
             let doubt = if is_small {
-                "two meshes do not show whether it converges"
+                "these meshes do not show whether it converges"
             } else {
                 "its numerical error exceeds the value"
             };
@@ -248,7 +257,7 @@ mod tests {
             let error = ErrorEstimate::Estimated(error);
             value(&Quantity { value: 0.24, error, gate: super::super::GateResult::Passed }, "")
         };
-        assert_eq!(said(0.02), "about 0.24 (two meshes do not show whether it converges)");
+        assert_eq!(said(0.02), "about 0.24 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
     }
 
