@@ -90,7 +90,7 @@ fn fields_and_surfaces_are_files_of_the_names_given() {
         |flags: [&str; 2]| [&["export", &recording, "--stl", &path("x.stl")][..], &flags].concat().join(" ");
     for (args, words) in [
         (format!("run {scene} -o {}", path("a.vtu")), "use .mcap for a recording or .pvd"),
-        (format!("export {recording} --vtu {}", path("a.xml")), "suffix .pvd"),
+        (format!("export {recording} --vtu {}", path("a.xml")), "does not end in .pvd"),
         (stl(["--at-ms", "-1"]), "they are from 0 to"),
         (stl(["--body", "x"]), "there is no such body"),
     ] {

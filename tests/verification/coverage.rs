@@ -33,9 +33,9 @@ fn error_bars_are_no_excuse() {
 #[test]
 fn nine_of_ten_numbers_of_impacts_on_tissue_are_within_their_error_bars() {
     let study = study_impacts(&impacts(true), &|| None);
-    assert!(study.without.is_empty() && study.runs == 6, "{} runs, {:#?}", study.runs, study.without);
+    assert!(study.without.is_empty() && study.runs == 4, "{} runs, {:#?}", study.runs, study.without);
     let missed: Vec<_> = study.numbers.iter().filter(|number| !number.is_covered()).collect();
-    for bars in ["two levels", "three levels", "accuracy"] {
+    for bars in ["two levels", "three levels"] {
         let (fraction, numbers) = study.fraction(|number| number.bars == bars);
         assert!(numbers >= 60 && fraction >= 0.9, "{bars}: {fraction} of {numbers}; {missed:#?}");
     }

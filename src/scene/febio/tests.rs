@@ -168,7 +168,7 @@ fn what_has_no_counterpart_is_refused_with_its_line() {
     for (from, to, line, what) in [
         ("type=\"neo-Hookean\"", "type=\"Holmes-Mow\"", 3, "a law that is not here"),
         ("type=\"neo-Hookean\"", "type=\"rigid body\"", 3, "a rigid body"),
-        ("<E>0.1</E>", "<E type=\"map\">m</E>", 3, "no constant number"),
+        ("<E>0.1</E>", "<E type=\"map\">m</E>", 3, "not a constant number"),
         ("<v>0.4</v>", "<v>0.4</v><beta>1</beta>", 3, "<beta> in <material"),
         ("<v>0.4</v>", "", 3, "no <v>"),
         ("STATIC", "STEADY-STATE", 31, "steady-state"),

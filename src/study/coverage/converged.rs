@@ -48,7 +48,8 @@ pub fn study_impacts(
     let mut runs: Vec<_> = references.collect();
     for impact in impacts {
         let meshes = impact.meshes.iter().rev();
-        runs.extend(meshes.flat_map(|mesh| BARS.map(|bars| (impact, *mesh, Some(bars)))));
+        let kinds = BARS.into_iter().filter(|(_, bars)| *bars != Bars::Accuracy || impact.with_accuracy);
+        runs.extend(meshes.flat_map(|mesh| kinds.clone().map(|bars| (impact, *mesh, Some(bars)))));
     }
     let done: Vec<Run> = runs
         .par_iter()

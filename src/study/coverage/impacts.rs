@@ -24,6 +24,8 @@ pub struct Impact {
     pub meshes: Vec<f64>,
     /// Factor on them of the mesh to compare with.
     pub reference: f64,
+    /// Whether the error bars of an accuracy count, too: the mesh to compare with must be finer than its finest.
+    pub with_accuracy: bool,
 }
 
 /// All impacts; the short list has two of them on the coarsest mesh, compared with one of 2√2 times its numbers of elements.
@@ -60,6 +62,7 @@ pub fn impacts(short: bool) -> Vec<Impact> {
         document: document(projectile, layers_mm, speed, end_s),
         meshes: if short { MESHES[..1].to_vec() } else { MESHES.to_vec() },
         reference: if short { SHORT_REFERENCE } else { REFERENCE },
+        with_accuracy: !short,
     };
     let is_listed = |scenario: &str| {
         !short || ["steel ball of 20 mm, 3 m/s", "rubber ball of 30 mm, 10 m/s"].contains(&scenario)

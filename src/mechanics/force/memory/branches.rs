@@ -51,6 +51,9 @@ impl<S: Simd, E: InBlocks<N, Q>, const N: usize, const Q: usize> BranchSums<S, E
         let history = q * block.memory_rows();
         let points = if block.memory_points() == 1 { 0..Q } else { q..q + 1 };
         let count = prony.branches().len();
+        if count == 0 {
+            return;
+        }
         let number = |index: usize| Lane::load(simd, &after[history + index], part);
         let stiffness = SecantStiffness::remembered(elastic, count, number);
         // Damage takes from all branches alike.
