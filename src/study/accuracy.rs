@@ -167,12 +167,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         started = clock.elapsed_s();
         let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1)) {
             Ok(next) => next,
-            Err(why) => {
-                if !has_reached(&result) {
-                    result.summary.warnings.push(no_finer_mesh(&why));
-                }
-                return Ok(result);
-            }
+            Err(why) => return Ok(without_finer_mesh(result, &why)),
         };
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished {
@@ -223,9 +218,12 @@ fn discarded(mesh_factor: f64, failure: Option<String>) -> String {
     format!("The run with {mesh_factor:.2} times the numbers of elements is discarded: it {how}")
 }
 
-/// Warning of an accuracy that no mesh reaches.
-fn no_finer_mesh(why: &str) -> String {
-    format!("There is no finer mesh to reach the accuracy with: {why}")
+/// The result on the finest mesh that there is, with a warning if it is not accurate enough.
+fn without_finer_mesh(mut result: RunResult, why: &str) -> RunResult {
+    if !has_reached(&result) {
+        result.summary.warnings.push(format!("There is no finer mesh to reach the accuracy with: {why}"));
+    }
+    result
 }
 
 /// Warning of a mesh that is coarser than the scene's own.
