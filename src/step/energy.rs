@@ -11,7 +11,8 @@ pub struct PairLedger {
     pub impulse_n_s: [f64; 3],
     /// Energy dissipated by friction so far [J].
     pub friction_j: f64,
-    /// Numerical contact dissipation so far: loss of lumped contact nodes at impact activation [J].
+    /// Numerical contact dissipation so far [J]: loss of lumped contact nodes at impact activation; in quasi-static steps what opening and
+    /// closing gaps leave, of either sign.
     pub numerical_j: f64,
     /// Energy lost so far by rigid bodies stopped by a plane or by each other, according to their impact law: they do
     /// not rebound [J].
@@ -116,6 +117,10 @@ impl Energy {
     pub fn of_body(&self, body: usize) -> f64 {
         let b = &self.bodies[body];
         b.kinetic_j + b.strain_j + b.viscous_j + b.eroded_j + b.algorithmic_j
+    }
+    /// Least loss at contacts so far [J]; below zero, they created energy. What load steps leave at contacts has either sign and does not count.
+    pub fn least_contact_loss_j(&self, is_static: bool) -> f64 {
+        if is_static { self.impact_j() } else { self.numerical_contact_j().min(self.impact_j()) }
     }
     /// Energy dissipated by the time integrator in all bodies [J].
     pub fn algorithmic_j(&self) -> f64 {

@@ -277,7 +277,7 @@ fn snap(state: &mut State, target: Option<f64>) {
 /// Energy gate: the balance, and no energy created by contact.
 fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
     let limit = plan.energy_gate;
-    let numerical = energy.numerical_contact_j().min(energy.impact_j());
+    let numerical = energy.least_contact_loss_j(plan.is_static());
     let message = if !(energy.balance_error <= limit) {
         let imbalance = energy.total_j - energy.initial_total_j - energy.external_work_j;
         format!(
@@ -286,7 +286,7 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
             100.0 * limit,
             energy.scale_j
         )
-    } else if !plan.is_static() && numerical < -LARGEST_CONTACT_CREATION * energy.scale_j {
+    } else if numerical < -LARGEST_CONTACT_CREATION * energy.scale_j {
         format!(
             "Contact created {:.3e} J of energy numerically, more than {:.1} % of {:.3e} J.",
             -numerical,

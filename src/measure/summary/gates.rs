@@ -79,15 +79,14 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
     // NaN propagates; dissipation counts as nothing created.
     let created =
         |lost: f64| if lost > 0.0 || energy.scale_j == 0.0 { 0.0 } else { -lost / energy.scale_j + 0.0 };
-    // In quasi-static steps neither contact nor an integrator can create energy: both are errors of the load steps, of either sign.
+    // A quasi-static step has no integrator that could create energy.
     let algorithmic = if is_static { 0.0 } else { energy.algorithmic_j() };
-    let contact = if is_static { 0.0 } else { energy.numerical_contact_j().min(energy.impact_j()) };
     vec![
         gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),
         gate(
             "contact_creates_no_energy",
             "energy created by contact over the energy scale",
-            created(contact),
+            created(energy.least_contact_loss_j(is_static)),
             CONTACT_CREATION_LIMIT,
         ),
         gate(

@@ -12,8 +12,8 @@
 //! H_i⁺ = e^(−h/τ_i) H_i + (1 − e^(−h/τ_i)) τ_i/h (S_iso⁺ − S_iso)
 //! ```
 //!
-//! A branch is relaxed at the stress `S_iso − H`, and stores the work from there. With the secant stiffness `k(|S_iso|) = |S_iso|²/ψ`, which
-//! grows linearly with the stress of a law that stiffens exponentially, and the mean stress of both ends that is
+//! A branch is relaxed at the stress `S_iso − H`, and stores the work from there. The secant stiffness `k(|S_iso|) = |S_iso|²/ψ` grows linearly
+//! with the stress of a law that stiffens exponentially; at the sum of the stresses of both ends it gives the stored energy
 //!
 //! ```text
 //! g |H|²/k(|S_iso| + |S_iso − H|)
