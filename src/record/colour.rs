@@ -30,11 +30,14 @@ const VIRIDIS: [[f64; 3]; 17] = [
     [0.9932, 0.9062, 0.1439],
 ];
 
-/// Colour of a value between 0 and `top`, clamped at the ends.
+/// Steps between the ends of the range: as many colours as a screen has grey levels, which compress.
+const STEPS: f64 = 255.0;
+
+/// Colour of a value between 0 and `top` in one of [`STEPS`] steps, clamped at the ends.
 #[allow(clippy::cast_sign_loss)] // s is clamped
 pub fn viridis(value: f64, top: f64) -> Color {
     let last = VIRIDIS.len() - 1;
-    let s = (value / top).clamp(0.0, 1.0) * last as f64;
+    let s = ((value / top).clamp(0.0, 1.0) * STEPS).round() / STEPS * last as f64;
     // NaN becomes 0 here; a run with NaN ends as failed before it is drawn.
     let i = (s as usize).min(last - 1);
     let t = s - i as f64;

@@ -9,6 +9,7 @@ use super::proto::timestamp;
 use crate::measure::fields::Fields;
 use crate::mechanics::contact::Surface;
 use crate::mechanics::rigid::{Shape, triangulated};
+use crate::mechanics::tensor::Vec3;
 use crate::plan::PlanBody;
 use crate::step::Frame;
 
@@ -104,7 +105,7 @@ pub fn message(
     }
     let mesh = TriangleListPrimitive {
         pose: Some(Pose::identity()),
-        points: nodes.iter().map(|&node| frame.position_in(body, node).into()).collect(),
+        points: nodes.iter().map(|&node| in_single(frame.position_in(body, node))).collect(),
         color: stress.is_none().then_some(PLAIN),
         colors: stress
             .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())
@@ -112,6 +113,11 @@ pub fn message(
         indices: boundary.triangles.clone(),
     };
     update(frame, body, metadata, mesh)
+}
+
+/// A position in the precision of `/points`: the schema has room for twice the digits, which would not compress.
+fn in_single(x: Vec3) -> Point3 {
+    x.map(|c| f64::from(c as f32)).into()
 }
 
 fn update(

@@ -69,7 +69,7 @@ pub fn text_cell(text: &str) -> String {
     format!("\"{mark}{}\"", text.replace('"', "\"\""))
 }
 
-/// Averaging of the peak force in the summary; 1/50 of the run where the summary does not give it.
+/// Averaging of the peak force in the summary; a tenth of the run where the summary does not give it.
 pub(super) fn force_average(run: &RecordedRun) -> Average {
     let impact = super::headline_impact(super::values(&run.summary));
     let filter = impact.and_then(|i| i["force_filter"].as_str()).and_then(ForceFilter::from_name);

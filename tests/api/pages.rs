@@ -33,6 +33,32 @@ fn viewer_is_served_whole_and_strict() {
     assert_eq!(server.client().get("/viewer/..%2F..%2FCargo.toml").status, 404);
 }
 
+/// The text in a gzip file of one member without a name.
+fn ungzipped(file: &[u8]) -> Vec<u8> {
+    assert_eq!(file[..4], [0x1f, 0x8b, 8, 0], "the head of a gzip file without extras");
+    miniz_oxide::inflate::decompress_to_vec(&file[10..file.len() - 8]).unwrap()
+}
+
+#[test]
+fn texts_are_compressed_for_who_accepts_it_and_nothing_else_is() {
+    let server = Server::start();
+    let client = server.client();
+    let (job, _) = finished(&client, &quick());
+    let gzip = [("Accept-Encoding", "gzip, br")];
+    for path in ["/", "/viewer/app.js", "/viewer/style.css", "/openapi.json", "/scene.schema.json"] {
+        let (plain, packed) = (client.get(path), client.get_with(path, &gzip));
+        assert_eq!(plain.header("content-encoding"), None, "{path}");
+        assert_eq!(packed.header("content-encoding"), Some("gzip"), "{path}");
+        assert_eq!(packed.header("vary"), Some("accept-encoding"), "{path}");
+        assert_eq!(ungzipped(&packed.body), plain.body, "{path}");
+        assert!(2 * packed.body.len() < plain.body.len(), "{path}");
+    }
+    // Read by ranges; short.
+    for path in [format!("{job}/recording"), "/healthz".to_owned()] {
+        assert_eq!(client.get_with(&path, &gzip).header("content-encoding"), None, "{path}");
+    }
+}
+
 #[test]
 fn presets_are_scenes_that_may_run() {
     let server = Server::start();

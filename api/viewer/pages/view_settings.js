@@ -228,9 +228,9 @@ export class ViewSettings {
   }
 }
 
-/** The window that forces are averaged over in plots [s]: that of the summary's main impact, or a fiftieth of the run. */
+/** The window that forces are averaged over in plots [s]: that of the summary's main impact, or a tenth of the run. */
 export function forceWindow(summary) {
-  return summary && (mainImpact(resultsOf(summary))?.force_window_s || summary.time_s / 50);
+  return summary && (mainImpact(resultsOf(summary))?.force_window_s || summary.time_s / 10);
 }
 
 /** The buttons that look at the impact and at the whole again. */

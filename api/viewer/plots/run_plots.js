@@ -37,8 +37,8 @@ export function contactPlots(runs, shared) {
     width: more?.width,
   });
   const columns = ({ recording }) => recording.series.pairs.get(mainPair(recording));
-  // Without a summary yet: a fiftieth of the time so far.
-  const window = ({ window: chosen, recording }) => chosen || (recording.series.forceTimes.at(-1) || 1) / 50;
+  // Without a summary yet: a tenth of the time so far, as the summary averages over a tenth of the contact.
+  const window = ({ window: chosen, recording }) => chosen || (recording.series.forceTimes.at(-1) || 1) / 10;
   const force = {
     ...shared,
     title: "Contact force",

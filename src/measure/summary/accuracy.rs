@@ -44,9 +44,22 @@ pub struct Accuracy {
 pub struct AccuracyOf {
     /// The number in question.
     pub number: RequestedNumber,
-    /// Error bar as a fraction of the number [-]; absent if there is none.
+    /// Error bar as a fraction of `of` [-]; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
+    /// What the error bar is a fraction of.
+    pub of: AccuracyScale,
+}
+
+/// What an error bar is a fraction of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AccuracyScale {
+    /// The number itself.
+    Number,
+    /// The largest energy that the tissue absorbed, which an elastic rebound takes back: the energy given to the tissue is
+    /// the small difference of two large ones then.
+    PeakAbsorbedEnergy,
 }
 
 impl Accuracy {
@@ -54,14 +67,13 @@ impl Accuracy {
     pub(super) fn of(requested: &RequestedAccuracy, results: &Results) -> Self {
         let of = |number: RequestedNumber| {
             let quantity = QuantityOfInterest::from(number).number(results)?;
+            let (scale, of) = scale(number, quantity.value, results);
             let relative = match &quantity.error {
                 ErrorEstimate::Estimated(error) if error.total == 0.0 => Some(0.0),
-                ErrorEstimate::Estimated(error) => {
-                    Some(error.total / quantity.value.abs()).filter(|r| r.is_finite())
-                }
+                ErrorEstimate::Estimated(error) => Some(error.total / scale).filter(|r| r.is_finite()),
                 ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
             };
-            Some(AccuracyOf { number, relative })
+            Some(AccuracyOf { number, relative, of })
         };
         let numbers: Vec<AccuracyOf> = requested.of.iter().filter_map(|number| of(*number)).collect();
         let is_within = |of: &AccuracyOf| of.relative.is_some_and(|relative| relative <= requested.relative);
@@ -81,7 +93,7 @@ impl Accuracy {
             let title = QuantityOfInterest::from(of.number).title();
             of.relative.map_or_else(
                 || format!("{title}: no error bar"),
-                |relative| format!("{title} ± {:.1} %", 100.0 * relative),
+                |relative| format!("{title} ± {:.1} %{}", 100.0 * relative, of.of.words()),
             )
         };
         let numbers: Vec<String> = self.numbers.iter().map(percent).collect();
@@ -99,5 +111,28 @@ impl Accuracy {
             self.mesh_factor,
             numbers.join(", ")
         )
+    }
+}
+
+impl AccuracyScale {
+    /// What follows the percentage.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Number => "",
+            Self::PeakAbsorbedEnergy => " of the largest absorbed energy",
+        }
+    }
+}
+
+/// What the error bar of a number is compared with: its magnitude, or for an energy the largest that was exchanged.
+fn scale(number: RequestedNumber, value: f64, results: &Results) -> (f64, AccuracyScale) {
+    let exchanged = match (number, &results.tissue) {
+        (RequestedNumber::EnergyGiven, Some(tissue)) => tissue.peak_absorbed_energy_j.value.abs(),
+        _ => 0.0,
+    };
+    if value.abs() < 0.5 * exchanged {
+        (exchanged, AccuracyScale::PeakAbsorbedEnergy)
+    } else {
+        (value.abs(), AccuracyScale::Number)
     }
 }

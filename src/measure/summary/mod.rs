@@ -22,7 +22,7 @@ mod table;
 mod words;
 mod written;
 
-pub use accuracy::{Accuracy, AccuracyOf, RequestedAccuracy};
+pub use accuracy::{Accuracy, AccuracyOf, AccuracyScale, RequestedAccuracy};
 pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;

@@ -9,13 +9,15 @@ use super::wire::NOTICE;
 use crate::service::audit::Entry;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, header};
+use axum::http::{Extensions, HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Version, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
 use std::sync::Arc;
 use std::time::Instant;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{Predicate as _, SizeAbove};
 use tower_http::cors::CorsLayer;
 use tracing::Instrument as _;
 use uuid::Uuid;
@@ -27,6 +29,9 @@ const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 /// Longest id of a request that a client may give.
 const LONGEST_ID: usize = 64;
+
+/// Smallest response that is compressed [bytes]: smaller ones take one packet as they are.
+const WORTH_COMPRESSING: u64 = 1024;
 
 /// Longest path in the audit log [bytes]: ids are shorter.
 const LONGEST_PATH: usize = 200;
@@ -41,10 +46,21 @@ pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
     router
         // Handlers that read a body have their own limits; all others get none.
         .layer(DefaultBodyLimit::max(64 << 10))
+        .layer(CompressionLayer::new().compress_when(SizeAbove::new(WORTH_COMPRESSING).and(is_text)))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(Arc::clone(app), own_pages))
         .layer(cors(&app.config.cors_origins))
         .layer(from_fn_with_state(Arc::clone(app), observed))
+}
+
+/// Whether a response is a text, for clients that accept gzip. Recordings and archives are compressed already and read by ranges,
+/// and events have to arrive one by one.
+fn is_text(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
+    let media_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let essence = media_type.split_once(';').map_or(media_type, |(essence, _)| essence).trim_end();
+    !headers.contains_key(header::ACCEPT_RANGES)
+        && essence != "text/event-stream"
+        && (essence.starts_with("text/") || essence.ends_with("json") || essence == "image/svg+xml")
 }
 
 /// Response to a request whose handler panicked.
