@@ -19,7 +19,6 @@ use contuse::mechanics::material::{
 use contuse::mechanics::tensor::{Mat3, Vec3};
 use contuse::mesh::generate::block::Block;
 use contuse::mesh::{CellKind, Mesh};
-use contuse::scene::elements::element_of;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use std::fmt;
@@ -273,7 +272,7 @@ impl Bench {
             erosion: None,
         };
         // The block of elements.
-        let kind = element_of(case.kind);
+        let kind = case.kind.element();
         let input = |e: usize| {
             let corners = mesh.cells.points(e, &mesh.nodes).to_vec();
             BlockInput {

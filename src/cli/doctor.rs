@@ -2,7 +2,7 @@
 
 use super::{CliError, Exit};
 use crate::service::doctor::{Diagnosis, examine};
-use crate::service::jobs::store::{STORE_FILE, STORE_LOG};
+use crate::service::jobs::store::StoreAddress;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -40,7 +40,8 @@ fn write(diagnosis: &Diagnosis, data: &Path, out: &mut dyn Write) -> io::Result<
     if !diagnosis.store.is_empty() {
         writeln!(
             out,
-            "  restore {STORE_FILE} with its {STORE_LOG} from a backup of {}; the recordings below do not need it",
+            "  restore {} from a backup of {}; the recordings below do not need it",
+            StoreAddress::of_service(data).to_restore(),
             data.display()
         )?;
     }

@@ -6,7 +6,7 @@ use crate::service::access::read_tokens;
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::simulator::Simulator;
-use crate::service::jobs::store::STORE_FILE;
+use crate::service::jobs::store::StoreAddress;
 use crate::service::tokens::Tokens;
 use crate::service::{Service, ServiceError, http};
 use clap::{Args, ValueEnum};
@@ -219,11 +219,10 @@ pub struct PurgeArgs {
 /// # Errors
 /// If the folder does not exist, is in use or cannot be used.
 pub fn purge(args: &PurgeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    if !args.data.join(STORE_FILE).is_file() {
-        let message = format!(
-            "{} is not the data folder of a service: it has no file {STORE_FILE}",
-            args.data.display()
-        );
+    let store = StoreAddress::of_service(&args.data);
+    if !store.exists() {
+        let message =
+            format!("{} is not the data folder of a service: it has no {store}", args.data.display());
         return Err(CliError::Usage(message));
     }
     keep_files_private();

@@ -5,7 +5,6 @@ use crate::mechanics::force::{BATCH, PointBatch, PointScalar};
 use crate::mesh::Cells;
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
-use crate::scene::elements::element_of;
 
 /// Nodal and element fields of the whole model at one time. A field that was not requested is empty.
 ///
@@ -73,7 +72,7 @@ impl Fields {
         if self.nodal_volume.is_empty() {
             return;
         }
-        let kind = element_of(self.cells.kind(element as usize));
+        let kind = self.cells.kind(element as usize).element();
         for (q, volume) in volume.iter().enumerate().take(kind.point_count()) {
             for (&node, N) in self.cells.nodes(element as usize).iter().zip(kind.shapes_at(q)) {
                 self.nodal_volume[node as usize] += N * volume;
@@ -107,7 +106,7 @@ impl Fields {
         let cells = &self.cells;
         // A batch is of one kind.
         let Some(first) = elements.first() else { return };
-        let kind = element_of(cells.kind(*first as usize));
+        let kind = cells.kind(*first as usize).element();
         for (field, values) in [
             (&mut self.von_mises, &points.von_mises),
             (&mut self.pressure, &points.pressure),

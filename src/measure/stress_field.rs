@@ -12,7 +12,6 @@ use crate::mechanics::element::MOST_POINTS;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::CellKind;
 use crate::mesh::distance::DepthField;
-use crate::scene::elements::element_of;
 
 /// Most corners of an element.
 const MOST_CORNERS: usize = 8;
@@ -144,7 +143,7 @@ impl StressField {
         vertex: impl Fn(usize) -> u32,
         depth: impl Fn(usize) -> f64,
     ) {
-        let (kind, table) = (element_of(element.cell), element.cell.table());
+        let (kind, table) = (element.cell.element(), element.cell.table());
         let mut corners = Corners { cell: element.cell, count: table.corners, ..Corners::default() };
         for (local, to) in corners.vertices.iter_mut().enumerate().take(table.corners) {
             *to = vertex(local);
@@ -178,7 +177,7 @@ impl StressField {
     /// Adds a stress [Pa] at a quadrature point of the element in a slot, with its reference volume [m³].
     pub fn add(&mut self, slot: usize, q: usize, (stress, volume): (f64, f64)) {
         let Corners { cell, count, vertices, depths } = &self.elements[slot];
-        for (vertex, N) in vertices.iter().zip(element_of(*cell).shapes_at(q)).take(*count) {
+        for (vertex, N) in vertices.iter().zip(cell.element().shapes_at(q)).take(*count) {
             let vertex = &mut self.vertices[*vertex as usize];
             let (weight, delta) = (volume * N * N, depths[q] - vertex.depth);
             let weighted = weight * stress;

@@ -8,7 +8,6 @@ use crate::mechanics::tensor::Mat3;
 use crate::mesh::{Cell, Mesh};
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, ErosionDocument, Formulation, SceneDocument};
-use crate::scene::elements::element_of;
 
 /// Reference geometry of each element of a mesh.
 ///
@@ -22,7 +21,7 @@ pub(super) fn reference_geometry(
     let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
     let of_element = |(element, cell): (usize, Cell)| {
         let geometry =
-            ReferenceGeometry::with_mass_at(element_of(cell.kind), &cell.points(&mesh.nodes), |volume| {
+            ReferenceGeometry::with_mass_at(cell.kind.element(), &cell.points(&mesh.nodes), |volume| {
                 mass.moved(cell.nodes, volume)
             });
         if geometry.smallest_jacobian > 0.0 {

@@ -14,7 +14,6 @@ use crate::mesh::Mesh;
 use crate::mesh::surface::{boundary, boundary_nodes};
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, SceneDocument};
-use crate::scene::elements::element_of;
 
 /// Lumping of a body's mass.
 pub(super) struct ContactMass {
@@ -84,7 +83,7 @@ pub(super) fn inertia_lost(
     };
     let even = lumped_mass(document, body, |element| {
         let cell = body.mesh.cells.get(element);
-        ReferenceGeometry::new(element_of(cell.kind), &cell.points(&body.mesh.nodes)).corner_volume
+        ReferenceGeometry::new(cell.kind.element(), &cell.points(&body.mesh.nodes)).corner_volume
     });
     1.0 - polar(mass) / polar(&even)
 }

@@ -11,6 +11,8 @@ use std::fmt::Write as _;
 
 /// Code system of the observations.
 pub const CODE_SYSTEM: &str = "urn:contuse:observation";
+/// System of the digests of scenes.
+const SCENE_SYSTEM: &str = "urn:contuse:scene-sha256";
 const UCUM: &str = "http://unitsofmeasure.org";
 
 /// Codes of the quantities of interest.
@@ -43,23 +45,40 @@ struct Observed<'a> {
     quantity: &'a Value,
 }
 
-/// The bundle of a run; `recorded` is the time of the export, RFC 3339.
+/// What all observations of a bundle have in common.
+struct Common<'a> {
+    summary: &'a Value,
+    /// Reference to the program.
+    device: String,
+    /// Time of the computation or of the export, RFC 3339.
+    recorded: &'a str,
+    /// What is observed: the model, not a person.
+    focus: Value,
+}
+
+/// The bundle of a run; `recorded` is the time of the job, or of the export, RFC 3339.
 pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
     let hash = run.metadata.get("scene_hash").cloned().unwrap_or_default();
     let version = run.summary["engine_version"].as_str().unwrap_or("unknown").to_owned();
     let url = |name: &str| format!("urn:uuid:{}", name_based_uuid(&[&hash, &version, name]));
-    let device = url("device");
+    let model = json!({
+        "identifier": {"system": SCENE_SYSTEM, "value": if hash.is_empty() { "unknown" } else { &hash }},
+        "display": run.summary["scene"].as_str().unwrap_or("a scene")
+    });
+    let common =
+        Common { summary: &run.summary, device: url("device"), recorded, focus: json!([model.clone()]) };
     let mut observations: Vec<(String, Value)> = observed(&run.summary)
         .iter()
-        .map(|observed| (url(&observed.code), observation(observed, &run.summary, &device)))
+        .map(|observed| (url(&observed.code), observation(observed, &common)))
         .collect();
     let criteria = run.summary["injury_measures"].as_array().into_iter().flatten();
     observations.extend(criteria.map(|criterion| {
         let name = url(criterion["name"].as_str().unwrap_or_default());
-        (name, injury_criterion(criterion, &run.summary, &device))
+        (name, injury_criterion(criterion, &common))
     }));
+    observations.extend(plain_words(&common).map(|resource| (url("plain-words"), resource)));
+    let device = common.device;
     // Provenance: the program and the scene.
-    observations.extend(plain_words(&run.summary, &device).map(|resource| (url("plain-words"), resource)));
     let targets: Vec<Value> = observations.iter().map(|(url, _)| json!({"reference": url})).collect();
     let mut entries = vec![json!({"fullUrl": device, "resource": device_resource(&version, run)})];
     entries.push(json!({"fullUrl": url("provenance"), "resource": {
@@ -68,10 +87,7 @@ pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
         "recorded": recorded,
         "activity": {"text": "Simulation of a blunt impact on soft tissue"},
         "agent": [{"type": {"text": "Assembled by software"}, "who": {"reference": device}}],
-        "entity": [{"role": "source", "what": {
-            "identifier": {"system": "urn:contuse:scene-sha256", "value": if hash.is_empty() { "unknown".into() } else { hash.clone() }},
-            "display": run.summary["scene"].as_str().unwrap_or("a scene")
-        }}]
+        "entity": [{"role": "source", "what": model}]
     }}));
     entries.extend(
         observations.into_iter().map(|(url, resource)| json!({"fullUrl": url, "resource": resource})),
@@ -162,21 +178,34 @@ fn quantity(value: f64, unit: &str) -> Value {
     json!({"value": value, "unit": unit, "system": UCUM, "code": unit})
 }
 
+/// Whether the numbers of a run are its last word: it ended, the contact too, and nothing is withheld.
+fn is_final(summary: &Value) -> bool {
+    let values = values(summary);
+    let ended = |of: &Value| of["contact_ended"] != false;
+    summary["ending"] == "finished"
+        && summary["withheld"].is_null()
+        && headline_impact(values).is_none_or(ended)
+        && ended(&values["tissue"])
+}
+
 /// An observation without value.
-fn without_value(code: &Value, summary: &Value, device: &str) -> Value {
-    let is_whole = summary["ending"] == "finished";
+fn without_value(code: &Value, common: &Common) -> Value {
     json!({
         "resourceType": "Observation",
-        "status": if is_whole { "final" } else { "preliminary" },
+        "status": if is_final(common.summary) { "final" } else { "preliminary" },
+        "category": [{"text": "Computer simulation"}],
         "code": code,
-        "device": {"reference": device},
+        "focus": common.focus,
+        "effectiveDateTime": common.recorded,
+        "device": {"reference": common.device},
         "method": {"text": "Finite elements with contact, computed on a model; not measured on a person"},
-        "note": [{"text": summary["notice"].as_str().unwrap_or_default()}]
+        "note": [{"text": common.summary["notice"].as_str().unwrap_or_default()}]
     })
 }
 
-fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
-    let mut resource = without_value(&coded(&observed.code, &observed.text), summary, device);
+fn observation(observed: &Observed, common: &Common) -> Value {
+    let summary = common.summary;
+    let mut resource = without_value(&coded(&observed.code, &observed.text), common);
     let withheld = summary.pointer("/withheld/reason").and_then(Value::as_str);
     let withheld = if is_miss(summary) { Some("Nothing touched: there was no impact") } else { withheld };
     match (withheld, Shown::of(observed.quantity)) {
@@ -189,7 +218,8 @@ fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
     resource
 }
 
-/// Sets the value with its error; if the error exceeds the value or is unknown, the reason replaces the value.
+/// Sets the value with its error; if the error exceeds the value or is unknown, the reason replaces the value, and a finer mesh
+/// may have one.
 fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
     let error = coded("numerical-error", "Estimated numerical error, half width");
     // UCUM's unit of a pure number is not shown in text.
@@ -215,12 +245,15 @@ fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
         None =>
             json!({"code": error, "dataAbsentReason": absent("not-performed", "The error was not estimated")}),
     }]);
+    if resource.get("valueQuantity").is_none() {
+        resource["status"] = "preliminary".into();
+    }
 }
 
 /// A published injury criterion: its statement, its reference value and its source.
-fn injury_criterion(criterion: &Value, summary: &Value, device: &str) -> Value {
+fn injury_criterion(criterion: &Value, common: &Common) -> Value {
     let text = |name: &str| criterion[name].as_str().unwrap_or_default();
-    let mut resource = without_value(&coded(&text("name").replace('_', "-"), text("title")), summary, device);
+    let mut resource = without_value(&coded(&text("name").replace('_', "-"), text("title")), common);
     let unit = match text("unit") {
         "J/cm²" => "J/cm2",
         "-" => "1",
@@ -243,10 +276,10 @@ fn injury_criterion(criterion: &Value, summary: &Value, device: &str) -> Value {
 }
 
 /// The summary in plain words.
-fn plain_words(summary: &Value, device: &str) -> Option<Value> {
-    let words: Vec<&str> = summary["plain_words"].as_array()?.iter().filter_map(Value::as_str).collect();
-    let mut resource =
-        without_value(&coded("plain-words", "The simulated impact in plain words"), summary, device);
+fn plain_words(common: &Common) -> Option<Value> {
+    let words: Vec<&str> =
+        common.summary["plain_words"].as_array()?.iter().filter_map(Value::as_str).collect();
+    let mut resource = without_value(&coded("plain-words", "The simulated impact in plain words"), common);
     resource["valueString"] = words.join(" ").into();
     (!words.is_empty()).then_some(resource)
 }
@@ -325,5 +358,26 @@ mod tests {
         assert_eq!(named(&entries, "plain-words")["valueString"], "One. Two.");
         assert_eq!(named(&entries, "viscous-criterion")["dataAbsentReason"]["text"], "says so");
         assert_eq!(named(&entries, "blunt-criterion")["valueQuantity"]["value"], 0.5);
+        // Final is what has a value, of a model at a time.
+        let status = |code: &str| named(&entries, code)["status"].clone();
+        assert_eq!([status("peak-force"), status("impulse")], [json!("preliminary"), json!("final")]);
+        let impulse = named(&entries, "impulse");
+        assert_eq!(impulse["effectiveDateTime"], "2026-01-01T00:00:00Z");
+        assert_eq!(impulse["focus"][0]["identifier"]["system"], SCENE_SYSTEM);
+        assert_eq!(impulse["category"][0]["text"], "Computer simulation");
+    }
+
+    #[test]
+    fn nothing_is_final_before_contact_has_ended() {
+        let status_of = |impact_ended: bool, tissue_ended: bool| {
+            let impact = json!({"impulse_n_s": quantity_of(0.2, 0.01, true), "contact_ended": impact_ended});
+            let entries = entries(json!({"ending": "finished", "results": {
+                "impacts": [impact], "headline": {"impact": 0}, "tissue": {"contact_ended": tissue_ended}
+            }}));
+            named(&entries, "impulse")["status"].clone()
+        };
+        assert_eq!(status_of(true, true), "final");
+        assert_eq!(status_of(false, true), "preliminary");
+        assert_eq!(status_of(true, false), "preliminary");
     }
 }

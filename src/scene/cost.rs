@@ -40,14 +40,6 @@ const RELAXING: [f64; 2] = [250.0, 520.0];
 /// Largest size of the element data that fits in the cache [bytes].
 const CACHE_BYTES: usize = 4_000_000;
 
-/// Cost of an element in units of that of a hexahedron [-]: measured for tetrahedra of four nodes, assumed for wedges and those of ten.
-fn relative_cost(kind: ElementKind) -> f64 {
-    match kind {
-        ElementKind::Hex8 | ElementKind::Wedge6 | ElementKind::Tet10 => 1.0,
-        ElementKind::Tet4 => 0.25,
-    }
-}
-
 /// Time of one element for one step on one core [s], if the force evaluation reads `evaluated_bytes`; `viscous`: whether it has
 /// a shear viscosity, and a Prony series.
 pub fn element_s(
@@ -66,7 +58,7 @@ pub fn element_s(
     let viscous: f64 =
         [VISCOUS, RELAXING].iter().zip(viscous).filter(|(_, is)| *is).map(|(time, _)| time[place]).sum();
     let of_hexahedron = viscous + matrix[place] + material.family_count() as f64 * time.family[place];
-    1e-9 * relative_cost(kind) * of_hexahedron
+    1e-9 * kind.relative_cost() * of_hexahedron
 }
 
 /// Amount of work in a step.

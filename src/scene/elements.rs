@@ -1,4 +1,4 @@
-//! The finite element of each kind of cell, and the formulations that a scene may ask of it.
+//! The formulations that a scene may ask of each element.
 
 use super::document::{
     BodyDocument, Formulation as WrittenFormulation, IntegratorDocument, PartDocument, SceneDocument,
@@ -7,18 +7,8 @@ use super::problem::{Pointer, Problem};
 use super::scene_body::SceneBody;
 use super::validate::Findings;
 use crate::mechanics::element::ElementKind;
-use crate::mechanics::force::{BlockParameters, Formulation};
+use crate::mechanics::force::Formulation;
 use crate::mesh::CellKind;
-
-/// The finite element of a kind of cell, with the same nodes in the same order.
-pub fn element_of(kind: CellKind) -> ElementKind {
-    match kind {
-        CellKind::Hex8 => ElementKind::Hex8,
-        CellKind::Wedge6 => ElementKind::Wedge6,
-        CellKind::Tet10 => ElementKind::Tet10,
-        CellKind::Tet4 => ElementKind::Tet4,
-    }
-}
 
 /// Checks what the elements of a body have to offer against what the document asks of them.
 pub(super) fn check(index: usize, document: &SceneDocument, body: &SceneBody, out: &mut Findings) {
@@ -45,7 +35,7 @@ fn averages_pressure(part: &PartDocument, (entry, body): (usize, &SceneBody)) ->
         let formulation = part.element(&body.materials[entry], kind);
         formulation == Formulation::NodalPressure && Formulation::NodalPressure.is_of(kind)
     };
-    CellKind::ALL.into_iter().any(|kind| averages(element_of(kind)) && count((entry, body), kind) > 0)
+    CellKind::ALL.into_iter().any(|kind| averages(kind.element()) && count((entry, body), kind) > 0)
 }
 
 /// Number of cells of a kind in a part.
@@ -62,10 +52,10 @@ fn check_formulation(
     out: &mut Findings,
 ) {
     let Some(written) = part.formulation else { return };
-    let has_precision = |element| {
-        written != WrittenFormulation::MeanDilatationSingle || BlockParameters::may_be_single(element)
+    let has_precision = |element: ElementKind| {
+        written != WrittenFormulation::MeanDilatationSingle || element.has_single_precision()
     };
-    for (kind, element) in CellKind::ALL.into_iter().map(|kind| (kind, element_of(kind))) {
+    for (kind, element) in CellKind::ALL.into_iter().map(|kind| (kind, kind.element())) {
         let count = count((entry, body), kind);
         let has_it = has_precision(element) && part.element(&body.materials[entry], element).is_of(element);
         out.require(count == 0 || has_it, || {

@@ -6,7 +6,7 @@
 use super::budget::Budget;
 use super::cost::{FactorSize, StepLoad, element_s};
 use super::document::{IntegratorDocument, SceneDocument};
-use super::elements::{element_of, has_averaged_pressure};
+use super::elements::has_averaged_pressure;
 use super::scene_body::SceneBody;
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
 use crate::mechanics::tensor::Vec3;
@@ -143,7 +143,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let evaluate = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_element = |(entry, cell): (&u32, Cell)| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
-            let kind = element_of(cell.kind);
+            let kind = cell.kind.element();
             element_s(
                 material,
                 (kind, part.element(material, kind)),

@@ -3,7 +3,7 @@
 use super::ServiceError;
 use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
-use super::jobs::store::{KnownBlobs, STORE_FILE, open_store};
+use super::jobs::store::{KnownBlobs, StoreAddress};
 use super::jobs::{JobId, JobsError};
 use crate::blobs::{BlobStore as _, FolderBlobs};
 use crate::report::RecordedRun;
@@ -50,14 +50,15 @@ impl Diagnosis {
 /// # Errors
 /// If the folder is in use or cannot be read.
 pub async fn examine(root: &Path) -> Result<Diagnosis, ServiceError> {
-    let folder = DataFolder::open(root)?;
+    // Locked while it is examined.
+    let _folder = DataFolder::open(root)?;
     let blobs = FolderBlobs::open(root).map_err(JobsError::from)?;
     let mut diagnosis = Diagnosis::default();
-    // Without its file, the store would be made anew and empty.
-    let store = if folder.store_file().is_file() {
-        open_store(&folder.store_file()).await.map_err(|error| error.to_string())
+    let address = StoreAddress::of_service(root);
+    let store = if address.exists() {
+        address.open().await.map_err(|error| error.to_string())
     } else {
-        Err(format!("{STORE_FILE} is missing"))
+        Err(format!("{address} is missing"))
     };
     let known = match store {
         Ok(store) => {

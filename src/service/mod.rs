@@ -38,7 +38,7 @@ use jobs::JobsError;
 use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
 use jobs::queue::{Purged, Queue, Storage};
-use jobs::store::open_store;
+use jobs::store::StoreAddress;
 use jobs::worker;
 use metrics::Metrics;
 use permits::AllPermits;
@@ -94,7 +94,7 @@ async fn open_queue(
 ) -> Result<Arc<Queue>, JobsError> {
     let folder = DataFolder::open(&config.data)?;
     let storage = Storage {
-        jobs: open_store(&folder.store_file()).await?,
+        jobs: StoreAddress::of_service(&config.data).open().await?,
         blobs: Arc::new(FolderBlobs::open(&config.data)?),
         folder,
     };

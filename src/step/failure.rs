@@ -6,7 +6,6 @@ use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cell;
 use crate::plan::Plan;
-use crate::scene::elements::element_of;
 use serde::{Deserialize, Serialize};
 
 /// Why a run or a job failed, as a machine-readable code.
@@ -295,7 +294,7 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
             let dX = plan.X[b] - plan.X[a];
             stretch_rate(&dX, &(dX + (u[b] - u[a])), &(v[b] - v[a]))
         };
-        let lengths = element_of(cell.kind).lengths();
+        let lengths = cell.kind.element().lengths();
         lengths.iter().map(along).fold(0.0, f64::max)
     };
     let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(rate)));

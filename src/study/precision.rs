@@ -3,7 +3,6 @@
 use crate::mechanics::force::BlockParameters;
 use crate::scene::Scene;
 use crate::scene::document::{Formulation, IntegratorDocument};
-use crate::scene::elements::element_of;
 
 /// The scene with single precision in the parts whose formulation it leaves open: in explicit steps without a preload, in bodies all of whose
 /// laws have a moderate ratio of bulk to shear modulus.
@@ -15,8 +14,7 @@ pub(super) fn in_single_precision(scene: &Scene) -> Scene {
     }
     for (document, body) in scene.document.bodies.iter_mut().zip(&scene.bodies) {
         let is_moderate = body.materials.iter().all(BlockParameters::is_accurate_in_single);
-        let may_be_single =
-            body.mesh.cells.iter().all(|cell| BlockParameters::may_be_single(element_of(cell.kind)));
+        let may_be_single = body.mesh.cells.iter().all(|cell| cell.kind.element().has_single_precision());
         let parts = document.parts.iter_mut().filter(|part| part.formulation.is_none());
         for part in parts.filter(|_| is_moderate && may_be_single) {
             part.formulation = Some(Formulation::MeanDilatationSingle);

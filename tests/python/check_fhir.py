@@ -33,8 +33,10 @@ def check(path: str) -> list[str]:
         code = resource["code"]["coding"][0]
         assert code["system"] == "urn:contuse:observation", "no codes of other systems"
         assert resource["device"]["reference"] in urls
+        assert resource["focus"][0]["identifier"]["value"] and resource["category"] and resource["effectiveDateTime"]
         values = {"valueQuantity", "valueString", "dataAbsentReason"} & resource.keys()
         assert len(values) == 1, values
+        assert resource["status"] == "preliminary" or "dataAbsentReason" not in resource or not resource.get("component"), "final without a value"
         quantities = [resource.get("valueQuantity"), *(c.get("valueQuantity") for c in resource.get("component", []))]
         for quantity in filter(None, quantities):
             assert quantity["system"] == "http://unitsofmeasure.org" and quantity["code"] in UCUM, quantity

@@ -145,6 +145,18 @@ fn forbid(sources: &[Source], words: &[&str], applies: impl Fn(&Source) -> bool)
 }
 
 #[test]
+fn the_image_is_built_from_all_that_the_program_is() {
+    let admitted = read(&root().join(".dockerignore"));
+    for file in ["Cargo.toml", "Cargo.lock", "build.rs", "src", "benches", "api", "scenarios"] {
+        assert!(root().join(file).exists(), "{file}");
+        assert!(
+            admitted.lines().any(|line| line == format!("!{file}")),
+            ".dockerignore does not admit {file}"
+        );
+    }
+}
+
+#[test]
 fn modules_use_only_the_modules_below_them() {
     let rank = |module: &str| MODULES.iter().position(|r| *r == module);
     let mut violations = Vec::new();

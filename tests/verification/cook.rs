@@ -106,11 +106,3 @@ fn wedges_with_their_triangles_in_the_plane_of_strain_are_stiff() {
     let found = [8, 16].map(|n| deflections_of(mesh(n).split_to_wedges())[0]);
     assert!(found[0] < found[1] && found[1] < 0.5 * 6.962, "{found:?}");
 }
-
-#[test]
-#[ignore = "a minute: finer meshes"]
-fn mean_dilatation_does_not_lock_fine() {
-    for n in [64, 128] {
-        println!("{n}: {:?}", deflections(n));
-    }
-}

@@ -26,7 +26,7 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
         .cells
         .iter()
         .map(|cell| {
-            let (x, table, kind) = (cell.points(&mesh.nodes), cell.kind.table(), element_of(cell.kind));
+            let (x, table, kind) = (cell.points(&mesh.nodes), cell.kind.table(), cell.kind.element());
             let volume = (table.jacobian)(&x, table.centre).determinant() / kind.point_count() as f64;
             let place = |q: usize| x.iter().zip(kind.shapes_at(q)).map(|(x, N)| x * *N).sum::<Vec3>();
             (0..kind.point_count()).map(|q| (place(q), volume)).collect()

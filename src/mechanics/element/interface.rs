@@ -28,6 +28,14 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// Whether each law has kernels of internal forces of its own for it, where it has for any; else one kernel serves all laws, matched at every point: for
     /// an element whose speed matters less than the size of the program.
     const KERNELS_OF_LAWS: bool = true;
+    /// Cost of an element in units of that of a hexahedron, as measured or assumed [-].
+    const RELATIVE_COST: f64 = 1.0;
+    /// Whether it has a pressure averaged over nodes.
+    const NODAL_PRESSURE: bool = false;
+    /// Whether it has a one-point formulation.
+    const REDUCED: bool = false;
+    /// Whether it has kernels in single precision.
+    const SINGLE_PRECISION: bool = false;
     /// Local gradients of a nodal field at all points; or local stresses, work-conjugate to them.
     type Local<R: Real>: Copy;
 

@@ -46,6 +46,22 @@ macro_rules! kinds {
             pub fn shapes_at(self, q: usize) -> &'static [f64] {
                 match self { $(Self::$Kind => &<super::$Kind as Element<$N, $Q>>::shapes()[q],)* }
             }
+            /// See [`Element::RELATIVE_COST`].
+            pub const fn relative_cost(self) -> f64 {
+                match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::RELATIVE_COST,)* }
+            }
+            /// See [`Element::NODAL_PRESSURE`].
+            pub const fn has_nodal_pressure(self) -> bool {
+                match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::NODAL_PRESSURE,)* }
+            }
+            /// See [`Element::REDUCED`].
+            pub const fn has_one_point(self) -> bool {
+                match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::REDUCED,)* }
+            }
+            /// See [`Element::SINGLE_PRECISION`].
+            pub const fn has_single_precision(self) -> bool {
+                match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::SINGLE_PRECISION,)* }
+            }
             /// Pairs of nodes whose distances bound the rate of strain, see [`Element::LENGTHS`].
             pub fn lengths(self) -> &'static [(usize, usize)] {
                 match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::LENGTHS,)* }

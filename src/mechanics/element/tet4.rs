@@ -28,6 +28,8 @@ impl Element<4, 1> for Tet4 {
     /// Six lengths are as many as a rate of strain has components.
     const LENGTHS: &'static [(usize, usize)] = &[(0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)];
     const KERNELS_OF_LAWS: bool = false;
+    const RELATIVE_COST: f64 = 0.25;
+    const NODAL_PRESSURE: bool = true;
     type Local<R: Real> = Tensor<R>;
 
     #[inline(always)]

@@ -97,7 +97,7 @@ pub struct ChunkForces {
     pub(super) history: Vec<Row>,
     /// Elements of each batch that are gone, a bit a lane; empty as long as there are none.
     pub(super) eroded: Vec<u8>,
-    /// Those beyond what they bear, as far as that was looked at.
+    /// Those beyond the limits of erosion, where these were checked.
     pub(super) eroding: Vec<u8>,
     /// Sums and extremes of each batch.
     pub(super) batches: Vec<BatchTotals>,

@@ -1,4 +1,4 @@
-//! Erosion: elements that are given up where their part bears no more. Their forces, stress and strain energy go; their mass stays with
+//! Erosion: elements are deleted beyond limits of strain or damage. Their forces, stress and strain energy are removed; their mass stays at
 //! the nodes.
 //!
 //! An element is looked at as a whole, by its mean deformation gradient `F̄ = (1/V) ∫ F dV` and its mean volume ratio. An eroded one is
@@ -18,7 +18,7 @@ use crate::real::Real;
 use crate::tensor::{Sym, Tensor};
 use pulp::{Simd, WithSimd};
 
-/// The elements that a run has given up.
+/// The elements that a run has deleted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Erosion {
     /// Their global numbers, ascending.
@@ -27,7 +27,7 @@ pub struct Erosion {
     lanes: Vec<Vec<u8>>,
 }
 
-/// An element that has gone beyond what its part bears.
+/// An element beyond the limits of its part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eroding {
     /// Global number of the element.
@@ -102,7 +102,7 @@ impl Erosion {
 }
 
 impl ElementForces {
-    /// From now on these elements are gone.
+    /// From now on these elements are deleted.
     pub fn take_out(&mut self, erosion: &Erosion) {
         for (chunk, lanes) in self.chunks.iter_mut().zip(&erosion.lanes) {
             chunk.eroded.clone_from(lanes);
@@ -111,7 +111,7 @@ impl ElementForces {
         }
     }
 
-    /// The elements that the last evaluation has found beyond what their parts bear, and that are not gone yet, by slot.
+    /// The elements that the last evaluation has found beyond the limits of their parts, and that are not deleted yet, by slot.
     pub fn find_eroding(&mut self, threads: &Threads, blocks: &[ElementBlock]) -> Vec<Eroding> {
         threads.for_each(&mut self.chunks, |chunk| blocks[chunk.block as usize].find_eroding(chunk));
         let mut found = Vec::new();

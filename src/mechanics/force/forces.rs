@@ -7,7 +7,7 @@ use super::internal::{Evaluation, ForceInput, GaussPoints};
 use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};
-use super::parameters::{BlockParameters, Formulation};
+use super::parameters::Formulation;
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
 use crate::lanes::{BATCH, Row, dispatch_single, dispatch_wide};
@@ -196,7 +196,7 @@ fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         };
     }
     let formulation = block.parameters.formulation;
-    if const { BlockParameters::may_be_single(E::KIND) } && block.parameters.has_single_precision(E::KIND) {
+    if const { E::KIND.has_single_precision() } && block.parameters.has_single_precision(E::KIND) {
         let (formulation, forces) = (GaussPoints::<true, false>, &mut *forces);
         if dispatch_single(Evaluation { law, formulation, elements, block, input, forces }).is_ok() {
             return;

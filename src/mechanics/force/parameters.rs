@@ -21,14 +21,14 @@ pub enum Formulation {
 }
 
 impl Formulation {
-    /// Whether an element has it: the one place that says so.
+    /// Whether an element has it.
     pub const fn is_of(self, kind: ElementKind) -> bool {
         match self {
             Self::Full => true,
             // At one point the mean is the point's own.
             Self::MeanDilatation => kind.point_count() > 1,
-            Self::NodalPressure => matches!(kind, ElementKind::Tet4),
-            Self::Reduced => matches!(kind, ElementKind::Hex8),
+            Self::NodalPressure => kind.has_nodal_pressure(),
+            Self::Reduced => kind.has_one_point(),
         }
     }
 }
@@ -63,7 +63,7 @@ pub struct BlockParameters {
     pub shear_viscosity: f64,
     /// Relaxation and softening of the isochoric stress.
     pub memory: Memories,
-    /// What its elements bear; `None` for ever.
+    /// Limits beyond which its elements are deleted; `None`: never.
     pub erosion: Option<ErosionLimits>,
 }
 
@@ -84,10 +84,6 @@ impl BlockParameters {
     pub fn has_mean_dilatation(&self) -> bool {
         self.formulation == Formulation::MeanDilatation && self.material.volumetric().is_some()
     }
-    /// Whether elements of a kind have kernels in single precision: the one place that says so.
-    pub const fn may_be_single(kind: ElementKind) -> bool {
-        matches!(kind, ElementKind::Hex8)
-    }
     /// Whether single precision is accurate enough for a law: one with a U(J) whose bulk modulus is at most
     /// [`MOST_SINGLE_RATIO`] times its shear modulus.
     pub fn is_accurate_in_single(material: &Material) -> bool {
@@ -96,7 +92,7 @@ impl BlockParameters {
     }
     /// Whether internal forces of elements of a kind are evaluated in single precision: hexahedra with a mean dilatation.
     pub fn has_single_precision(&self, kind: ElementKind) -> bool {
-        self.single_precision && self.has_mean_dilatation() && Self::may_be_single(kind)
+        self.single_precision && self.has_mean_dilatation() && kind.has_single_precision()
     }
     /// Exponent of an energy up to which elements of a kind follow it [-].
     pub fn exponent_limit(&self, kind: ElementKind) -> f64 {
@@ -117,7 +113,7 @@ impl BlockParameters {
     }
 }
 
-/// What the elements of a part bear.
+/// Limits beyond which the elements of a part are deleted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErosionLimits {
     /// Largest principal stretch of F̄ [-]; infinite without this limit.

@@ -7,7 +7,6 @@ use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{InBlocks, Packed, with_elements};
-use super::parameters::BlockParameters;
 use super::rows::{add_in, gather_in};
 use super::totals::BlockTotals;
 use super::{Assembly, ElementForces, ForceInput, Threads};
@@ -72,8 +71,8 @@ struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
 
 /// Evaluates them in the precision of the block.
 fn eval_viscous<E: InBlocks<N, Q>, const N: usize, const Q: usize>(pass: Viscous<E, N, Q>) {
-    let has_single = const { BlockParameters::may_be_single(E::KIND) }
-        && pass.block.parameters.has_single_precision(E::KIND);
+    let has_single =
+        const { E::KIND.has_single_precision() } && pass.block.parameters.has_single_precision(E::KIND);
     if !has_single {
         return pulp::Arch::new().dispatch(pass);
     }

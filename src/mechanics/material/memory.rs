@@ -1,8 +1,9 @@
 //! Stress with a memory: what the past of a point adds to the isochoric stress of a law.
 //!
 //! A memory is one file with an `impl Memory`, and a line in the list of `memories.rs`. It answers what the passes
-//! over elements and the steps ask of a memory, so that they know none by name. The numbers that a point remembers are rows of
-//! the history in the state; materials without memory have none.
+//! over elements and the steps ask of a memory; by name they know only the branches of a Prony series, whose energies are in the ledger
+//! (`force/memory/branches.rs`). The numbers that a point remembers are rows of the history in the state; materials without memory
+//! have none.
 
 use super::Kinematics;
 use crate::real::Real;

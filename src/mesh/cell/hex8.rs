@@ -1,6 +1,7 @@
 //! The eight-node hexahedron: points, faces, edges, interpolation, names elsewhere.
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, Split};
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::element::GAUSS;
 use crate::mechanics::element::HEX8_CORNERS;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -9,6 +10,7 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 pub(super) static TABLE: CellTable = CellTable {
     name: "hex8",
     title: "hexahedron of 8 nodes",
+    element: ElementKind::Hex8,
     points: &HEX8_CORNERS,
     corners: 8,
     centre: [0.0; 3],

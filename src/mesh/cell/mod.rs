@@ -12,6 +12,7 @@ mod wedge6;
 pub use points::{CellPoints, MOST_NODES};
 pub use table::{AbaqusName, CellFace, CellTable, Foreign, Oblique, Split};
 
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// A kind of cell.
@@ -40,6 +41,11 @@ impl CellKind {
             Self::Tet10 => &tet10::TABLE,
             Self::Wedge6 => &wedge6::TABLE,
         }
+    }
+
+    /// Its finite element.
+    pub fn element(self) -> ElementKind {
+        self.table().element
     }
 
     /// Number of nodes of a cell.

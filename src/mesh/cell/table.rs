@@ -1,5 +1,6 @@
 //! The table of properties of a kind of cell.
 
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// A face of a cell, in local node numbers.
@@ -57,6 +58,8 @@ pub struct CellTable {
     pub name: &'static str,
     /// Name in messages ("hexahedron of 8 nodes").
     pub title: &'static str,
+    /// Its finite element, with the same nodes in the same order.
+    pub element: ElementKind,
     /// Natural coordinates of the nodes [-].
     pub points: &'static [[f64; 3]],
     /// Number of corner nodes.

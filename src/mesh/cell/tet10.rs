@@ -2,12 +2,14 @@
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, interpolated, interpolated_jacobian};
 use super::tet4::{BARYCENTRIC_GRADIENTS, EDGES, HALF_SPACES, OBLIQUE, POINTS as CORNERS, barycentric};
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Corners as in the linear tetrahedron, followed by the middles of its edges in order.
 pub(super) static TABLE: CellTable = CellTable {
     name: "tet10",
     title: "tetrahedron of 10 nodes",
+    element: ElementKind::Tet10,
     points: &[
         CORNERS[0],
         CORNERS[1],

@@ -3,12 +3,14 @@
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
 };
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Nodes 0–2 counter-clockwise seen from node 3.
 pub(super) static TABLE: CellTable = CellTable {
     name: "tet4",
     title: "tetrahedron of 4 nodes",
+    element: ElementKind::Tet4,
     points: &POINTS,
     corners: 4,
     centre: [0.25; 3],

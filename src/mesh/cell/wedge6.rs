@@ -3,6 +3,7 @@
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
 };
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::element::GAUSS;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
@@ -10,6 +11,7 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 pub(super) static TABLE: CellTable = CellTable {
     name: "wedge6",
     title: "prism of 6 nodes",
+    element: ElementKind::Wedge6,
     points: &POINTS,
     corners: 6,
     centre: [1.0 / 3.0, 1.0 / 3.0, 0.0],

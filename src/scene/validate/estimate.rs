@@ -7,7 +7,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::CellKind;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
-use crate::scene::elements::{element_of, has_averaged_pressure};
+use crate::scene::elements::has_averaged_pressure;
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::scene_body::SceneBody;
 use schemars::JsonSchema;
@@ -152,7 +152,7 @@ fn stable_step(length: f64, speed: f64, diffusivity: f64) -> f64 {
 /// their gradients against their lumped mass.
 fn crossing_length(kind: CellKind, x: &[Vec3]) -> f64 {
     if kind != CellKind::Hex8 {
-        return 2.0 / ReferenceGeometry::new(element_of(kind), x).gradient_bound.sqrt();
+        return 2.0 / ReferenceGeometry::new(kind.element(), x).gradient_bound.sqrt();
     }
     let table = kind.table();
     let mut shortest = [f64::INFINITY; 3];

@@ -56,7 +56,8 @@ pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
 /// Whether a response is a text, for clients that accept gzip. Recordings and archives are compressed already and read by ranges,
 /// and events have to arrive one by one.
 fn is_text(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
-    let media_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let media_type =
+        headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let essence = media_type.split_once(';').map_or(media_type, |(essence, _)| essence).trim_end();
     !headers.contains_key(header::ACCEPT_RANGES)
         && essence != "text/event-stream"

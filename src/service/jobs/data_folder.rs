@@ -4,7 +4,6 @@
 //! A run writes `runs/<id>.mcap.partial`, which its recorder renames when complete; then it becomes a
 //! [blob](crate::blobs). All other files of a run begin with `<id>.` as well, so that they can be removed with the job.
 
-use super::store::STORE_FILE;
 use super::{JobId, JobsError};
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -34,11 +33,6 @@ impl DataFolder {
             Err(TryLockError::WouldBlock) => Err(JobsError::InUse { path: root.to_owned() }),
             Err(TryLockError::Error(e)) => Err(JobsError::file(&lock_file, e)),
         }
-    }
-
-    /// File of a job store in a single file.
-    pub fn store_file(&self) -> PathBuf {
-        self.root.join(STORE_FILE)
     }
 
     /// Recording of a job until it becomes a blob.

@@ -1,7 +1,7 @@
 //! Store and blobs compared: what one has and the other lacks.
 
 use super::JobId;
-use super::store::{KnownBlobs, STORE_FILE};
+use super::store::KnownBlobs;
 use crate::blobs::{BlobError, BlobStore};
 use crate::service::meshes::is_id;
 use crate::service::shelves::{MESHES, RECORDINGS, RESULTS, SNAPSHOTS, is_recording, recording_name};
@@ -58,11 +58,7 @@ impl Found {
             }
         };
         let first = |names: &[String]| names.iter().take(SHOWN).cloned().collect();
-        report(
-            &format!("recordings have no job in {STORE_FILE}"),
-            self.without_job.len(),
-            first(&self.without_job),
-        );
+        report("recordings have no job in the store", self.without_job.len(), first(&self.without_job));
         let ids = self.without_recording.iter().take(SHOWN).map(ToString::to_string).collect();
         report("jobs have lost their recordings", self.without_recording.len(), ids);
         report("meshes have lost their files", self.without_file.len(), first(&self.without_file));

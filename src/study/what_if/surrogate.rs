@@ -50,6 +50,7 @@ pub struct Term {
     pub coefficient: f64,
 }
 
+#[cfg(test)]
 impl Surrogate {
     /// Predicted value at values of all parameters; `None` if one is missing or out of range.
     pub fn propose(&self, values: &BTreeMap<String, f64>) -> Option<f64> {

@@ -11,7 +11,7 @@ mod sqlite;
 #[cfg(test)]
 mod tests;
 
-pub use chosen::{STORE_FILE, STORE_LOG, open_store};
+pub use chosen::StoreAddress;
 pub use records::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, KnownBlobs, MeshDeletion,
     NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
