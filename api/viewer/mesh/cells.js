@@ -94,44 +94,60 @@ export const SIDE = { inside: 0, interface: 1, surface: 2 };
  * triangles, and `sides`: what each side of each element is, element after element.
  */
 export function surfaceOf(cells, nodeCount, partOf = null, eroded = null) {
-  const faces = new Map();
-  const kinds = [];
-  for (let e = 0; e < cells.length; e++) {
-    const start = cells.startOf(e);
-    for (const side of cells.kindOf(e).sides) {
-      if (eroded?.[e]) {
-        kinds.push(SIDE.inside);
-        continue;
-      }
-      const face = side.map((i) => cells.nodes[start + i]);
-      const sorted = [...face].sort((a, b) => a - b);
-      // Three nodes of a face are its name but for rare twins.
-      const key = `${sorted[0] * nodeCount + sorted.at(-1)},${sorted[1]}`;
-      const other = faces.get(key);
-      if (other) {
-        kinds.push((kinds[other.side] = partOf && partOf[other.element] !== partOf[e] ? SIDE.interface : SIDE.inside));
-        other.isShared = true;
-      } else {
-        faces.set(key, { face, element: e, side: kinds.length, isShared: false });
-        kinds.push(SIDE.surface);
-      }
-    }
-  }
+  const kinds = kindsOfSides(cells, nodeCount, partOf, eroded);
   const [triangles, elements] = [[], []];
   const edges = new Set();
-  for (const { face, element, isShared } of faces.values()) {
-    if (isShared) continue;
-    for (const triangle of TRIANGLES[face.length]) {
-      triangles.push(...triangle.map((i) => face[i]));
-      elements.push(element);
+  let side = 0;
+  for (let e = 0; e < cells.length; e++) {
+    const start = cells.startOf(e);
+    for (const corners of cells.kindOf(e).sides) {
+      if (kinds[side++] !== SIDE.surface) continue;
+      const face = corners.map((i) => cells.nodes[start + i]);
+      for (const triangle of TRIANGLES[face.length]) {
+        triangles.push(...triangle.map((i) => face[i]));
+        elements.push(e);
+      }
+      face.forEach((node, i) => {
+        const next = face[(i + 1) % face.length];
+        edges.add(Math.min(node, next) * nodeCount + Math.max(node, next));
+      });
     }
-    face.forEach((node, i) => {
-      const next = face[(i + 1) % face.length];
-      edges.add(Math.min(node, next) * nodeCount + Math.max(node, next));
-    });
   }
   const lines = [...edges].flatMap((key) => [Math.floor(key / nodeCount), key % nodeCount]);
-  return { triangles: Uint32Array.from(triangles), lines: Uint32Array.from(lines), elements: Uint32Array.from(elements), sides: Uint8Array.from(kinds) };
+  return { triangles: Uint32Array.from(triangles), lines: Uint32Array.from(lines), elements: Uint32Array.from(elements), sides: kinds };
+}
+
+/** What each side of each element is. Sides are chained by their lowest node; three nodes of a side are its name but for rare twins. */
+function kindsOfSides(cells, nodeCount, partOf, eroded) {
+  let count = 0;
+  for (let e = 0; e < cells.length; e++) count += cells.kindOf(e).sides.length;
+  const kinds = new Uint8Array(count);
+  const [head, next] = [new Int32Array(nodeCount).fill(-1), new Int32Array(count)];
+  const [middles, highs, elementOf] = [new Uint32Array(count), new Uint32Array(count), new Uint32Array(count)];
+  let side = -1;
+  for (let e = 0; e < cells.length; e++) {
+    const start = cells.startOf(e);
+    for (const corners of cells.kindOf(e).sides) {
+      side++;
+      if (eroded?.[e]) continue;
+      let [low, middle, high] = [Infinity, Infinity, -1];
+      for (const i of corners) {
+        const node = cells.nodes[start + i];
+        if (node < low) [low, middle] = [node, low];
+        else if (node < middle) middle = node;
+        if (node > high) high = node;
+      }
+      // The same side of a neighbour, or else one that may be on the surface.
+      let other = head[low];
+      while (other >= 0 && (middles[other] !== middle || highs[other] !== high)) other = next[other];
+      if (other >= 0) {
+        kinds[side] = kinds[other] = partOf && partOf[elementOf[other]] !== partOf[e] ? SIDE.interface : SIDE.inside;
+      } else {
+        [next[side], head[low], middles[side], highs[side], elementOf[side], kinds[side]] = [head[low], side, middle, high, e, SIDE.surface];
+      }
+    }
+  }
+  return kinds;
 }
 
 /** Values {s, value, element} along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */
