@@ -2,6 +2,7 @@
 
 use super::channel_class::filtered_peak;
 use super::contact_patch::ContactPatch;
+use super::contact_time::ContactTime;
 use super::impulse_history::{ImpulseHistory, ImpulseSample, PeakForce, SlidingWindow};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::ForceAverage;
@@ -42,8 +43,9 @@ pub struct ImpactForce {
     pub largest_patch: ContactPatch,
     /// First and last time with r_n > 0 [s].
     pub contact_span: Option<[f64; 2]>,
-    /// Accumulated length of the steps that begin with r_n > 0 [s].
-    pub contact_time: f64,
+    /// The steps that begin with r_n > 0, and their accumulated length [s].
+    touches: ContactTime,
+    touching: f64,
     /// Number of steps with contact, and of all steps.
     steps: [u64; 2],
     /// Location of the first contact [m].
@@ -66,7 +68,8 @@ impl ImpactForce {
             peak_step: (0.0, 0.0),
             largest_patch: ContactPatch::default(),
             contact_span: None,
-            contact_time: 0.0,
+            touches: ContactTime::default(),
+            touching: 0.0,
             steps: [0; 2],
             first_contact: None,
         }
@@ -77,9 +80,14 @@ impl ImpactForce {
         self.now
     }
 
-    /// Whether the pair was in contact at the latest sample.
-    pub fn is_touching(&self) -> bool {
-        self.now.patch.nodes > 0
+    /// Whether the contact goes on at the latest sample, be it between two touches of a stiff body that chatters.
+    pub fn is_in_contact(&self) -> bool {
+        self.now.patch.nodes > 0 || !self.touches.has_ended(self.now.time)
+    }
+
+    /// Time in contact so far [s].
+    pub fn contact_time(&self) -> f64 {
+        self.touches.duration()
     }
 
     /// Accumulates the sample of one step.
@@ -87,7 +95,8 @@ impl ImpactForce {
         let before = self.now;
         self.steps[1] += 1;
         if before.patch.nodes > 0 {
-            self.contact_time += sample.time - before.time;
+            self.touches.add(before.time, sample.time);
+            self.touching += sample.time - before.time;
             self.steps[0] += 1;
         }
         if sample.patch.nodes > 0 {
@@ -115,7 +124,7 @@ impl ImpactForce {
         match self.steps {
             [0, 0] => 0.0,
             [0, all] => self.now.time / all as f64,
-            [touching, _] => self.contact_time / touching as f64,
+            [count, _] => self.touching / count as f64,
         }
     }
 
@@ -123,7 +132,7 @@ impl ImpactForce {
     pub fn window(&self) -> Option<f64> {
         match self.average {
             ForceAverage::OfContact => {
-                Some(f64::max(FRACTION_OF_CONTACT * self.contact_time, FEWEST_STEPS * self.mean_step()))
+                Some(f64::max(FRACTION_OF_CONTACT * self.contact_time(), FEWEST_STEPS * self.mean_step()))
             }
             ForceAverage::Window(window) => Some(window),
             ForceAverage::Filter(_) => None,
@@ -157,7 +166,7 @@ impl ImpactForce {
     pub fn words(&self, seconds: impl Fn(f64) -> String) -> String {
         match (self.average, self.window()) {
             (ForceAverage::Filter(filter), _) => format!("filtered by SAE J211 {}", filter.name()),
-            (ForceAverage::OfContact, Some(window)) if window > FRACTION_OF_CONTACT * self.contact_time => {
+            (ForceAverage::OfContact, Some(window)) if window > FRACTION_OF_CONTACT * self.contact_time() => {
                 format!("mean over {}, {FEWEST_STEPS} steps", seconds(window))
             }
             (ForceAverage::OfContact, Some(window)) => {
@@ -213,7 +222,7 @@ mod tests {
         let measure = feed(0.5, 0.01, 5.0, |t| 7.0 * (t.clamp(1.0, 3.0) - 1.0));
         assert!((measure.peak().force - 7.0).abs() < 1e-12);
         assert!(measure.peak().time >= 1.2 && measure.peak().time <= 2.8);
-        assert!((measure.contact_time - 2.0).abs() < 0.03);
+        assert!((measure.contact_time() - 2.0).abs() < 0.03);
     }
 
     #[test]

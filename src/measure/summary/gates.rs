@@ -294,7 +294,7 @@ fn contact_warnings(measures: &Measures, plan: &Plan, has_ended: bool) -> Vec<St
                 pair.name
             ));
         }
-        if pair.force.is_touching() {
+        if pair.force.is_in_contact() {
             warnings
                 .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
         }

@@ -151,7 +151,7 @@ fn unfinished(measures: &Measures, state: &RunState) -> Option<&'static str> {
         RunState::Running => Some("the run is in progress"),
         RunState::Failed { .. } => Some("the run failed before its end"),
         RunState::Cancelled => Some("the run was stopped before its end"),
-        RunState::Finished if measures.strikes().any(|pair| pair.force.is_touching()) => {
+        RunState::Finished if measures.strikes().any(|pair| pair.force.is_in_contact()) => {
             Some("contact has not ended")
         }
         RunState::Finished if measures.deflection.largest_rate_time >= measures.time => {

@@ -4,6 +4,7 @@
 //! scene.
 
 pub mod accuracy;
+pub mod approach;
 pub mod bodies;
 pub mod contact;
 pub mod estimate;
