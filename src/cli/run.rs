@@ -11,13 +11,17 @@ use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+/// Time between two ticks of the progress bar.
+const TICK: Duration = Duration::from_millis(200);
+/// What the progress bar says until the run begins.
+const LOADING: &str = "loading: reading and meshing";
 /// Steps of the progress bar.
 const BAR_LENGTH: u64 = 1000;
 
@@ -75,6 +79,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Flags, scene and output path are checked before the run.
     let deadline = deadline(args.deadline_s)?;
+    let bar = progress_bar(args);
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.restore(&args.keep.keep);
     ask(args, &mut loaded.scene.document);
@@ -84,7 +89,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     };
     check_outputs(&paths, &loaded.scene)?;
     if !args.quiet {
-        loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+        bar.suspend(|| loaded.warnings.iter().for_each(|warning| eprintln!("{warning}")));
     }
 
     // Ctrl-C and the deadline interrupt the run.
@@ -96,7 +101,6 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
     };
     // Run with a recording, and optionally with saved contact problems.
-    let bar = progress_bar(args);
     let name = &loaded.scene.document.name;
     let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));
     let mut recorders = recorders(&paths, &RecordingInfo::of(&loaded.scene, &document_json))?;
@@ -203,15 +207,16 @@ pub(super) fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Progress bar on standard error, only on a terminal.
+/// Progress bar on standard error, only on a terminal. It ticks by itself, since meshing a large scan takes minutes without a report.
 fn progress_bar(args: &RunArgs) -> ProgressBar {
     if args.quiet {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(BAR_LENGTH);
+    let bar = ProgressBar::new(BAR_LENGTH).with_finish(ProgressFinish::AndClear).with_message(LOADING);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} % {msg} {elapsed} (left: {eta})") {
         bar.set_style(style);
     }
+    bar.enable_steady_tick(TICK);
     bar
 }
 
@@ -219,7 +224,7 @@ fn progress_bar(args: &RunArgs) -> ProgressBar {
 fn show(bar: &ProgressBar, progress: &Progress) {
     bar.set_position((progress.progress * BAR_LENGTH as f64) as u64);
     bar.set_message(match progress.phase {
-        Phase::Waiting | Phase::Loading => "compiling".to_owned(),
+        Phase::Waiting | Phase::Loading => LOADING.to_owned(),
         Phase::EstimatingErrors => "estimating errors".to_owned(),
         Phase::DynamicRelaxation => "dynamic relaxation".to_owned(),
         Phase::Preload => "preload".to_owned(),

@@ -17,12 +17,16 @@ export function reached(job) {
   return `${withUnit(job.simulated_time_s * factor, name)} of ${withUnit(job.end_time_s * factor, name)}`;
 }
 
+/** Phases in words; the others as they are. */
+const PHASES = { loading: "loading: meshes are read and scans are meshed", estimating_errors: "estimating errors", dynamic_relaxation: "dynamic relaxation" };
+
 /** The bar, the words and the log of a job that waits or runs. */
 export class ProgressPanel {
   #bar = html("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
   #words = html("p", { "aria-live": "polite" });
   #look;
   #log = html("ol", { class: "event-log" });
+  #clock = null;
 
   constructor(job, peek) {
     this.job = job;
@@ -32,6 +36,15 @@ export class ProgressPanel {
     this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, this.#look, cancel), this.#log);
   }
 
+  /** Loading, which takes minutes for a large scan and reports nothing: shows that time goes on. */
+  #begin(since) {
+    clearInterval(this.#clock);
+    this.#bar.removeAttribute("value");
+    const tick = () => (this.#words.textContent = `${PHASES.loading}, ${Math.max(0, Math.round((Date.now() - since) / 1000))} s`);
+    tick();
+    this.#clock = setInterval(() => (this.element.isConnected ? tick() : clearInterval(this.#clock)), 1000);
+  }
+
   #note(words) {
     this.#log.prepend(html("li", {}, words));
   }
@@ -39,14 +52,18 @@ export class ProgressPanel {
   take({ event, data }) {
     if (event !== "progress") {
       this.#note(event);
+      if (event === "running") this.#begin(this.job.started_at ? Date.parse(this.job.started_at) : Date.now());
       return;
     }
+    if (data.phase === "loading") return;
+    const phase = PHASES[data.phase] ?? data.phase;
+    clearInterval(this.#clock);
     this.#bar.value = data.progress;
     // Many runs behind one job leave no recording to look at.
     if (isStudy(data)) this.#look.remove();
     const left = data.eta_s == null ? "" : `, about ${number(data.eta_s, 2)} s left`;
     const steps = isStudy(data) ? "" : `step ${data.step}${data.expected_steps ? ` of about ${data.expected_steps}` : ""}, `;
-    this.#words.textContent = data.step === 0 ? `${data.phase}${left}` : `${data.phase}: ${steps}${reached({ ...this.job, ...data })}${left}`;
-    this.#note(`${data.phase} · ${Math.round(100 * data.progress)} % · ${isStudy(data) ? "run" : "step"} ${data.step}`);
+    this.#words.textContent = data.step === 0 ? `${phase}${left}` : `${phase}: ${steps}${reached({ ...this.job, ...data })}${left}`;
+    this.#note(`${phase} · ${Math.round(100 * data.progress)} % · ${isStudy(data) ? "run" : "step"} ${data.step}`);
   }
 }
