@@ -23,6 +23,7 @@ pub mod refine;
 pub mod refinement_estimate;
 pub mod refinement_region;
 pub mod report;
+pub mod section;
 pub mod segmentation;
 pub mod split;
 pub mod surface;

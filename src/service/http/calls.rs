@@ -2,7 +2,9 @@
 
 use super::app::App;
 use super::contract::Contract;
-use super::{events, exports, fields, jobs, materials, meshes, pages, recording, studies, surfaces, what_if};
+use super::{
+    events, exports, fields, jobs, materials, meshes, pages, recording, sections, studies, surfaces, what_if,
+};
 use std::sync::Arc;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
@@ -30,6 +32,7 @@ pub(super) fn calls() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(meshes::first_scene))
+        .routes(routes!(sections::section))
         .routes(routes!(materials::list))
         .routes(routes!(materials::get))
         .routes(routes!(pages::healthz))

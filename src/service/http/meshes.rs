@@ -8,10 +8,10 @@ use crate::mesh::read::MeshFormat;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobsError;
-use crate::service::jobs::engine::MeshFile;
+use crate::service::jobs::engine::{Engine, MeshFile};
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::store::MeshDeletion;
-use crate::service::meshes::{StoredMesh, is_id};
+use crate::service::meshes::{MeshRefusal, StoredMesh, is_id};
 use crate::service::shelves::mesh_name;
 use axum::Json;
 use axum::body::Body;
@@ -177,16 +177,27 @@ pub async fn first_scene(
 ) -> Result<Json<FirstScene>, Problem> {
     let approach = parameters.read()?;
     let Json(mesh) = get(State(Arc::clone(&app)), Owner(owner.clone()), path).await?;
+    let id = mesh.id.clone();
+    reading(&app, &owner, mesh, move |engine, file| engine.first_scene(file, &id, &approach)).await
+}
+
+/// Has the engine read an uploaded mesh for an answer, as soon as a slot is free.
+pub(super) async fn reading<T: Send + 'static>(
+    app: &App,
+    owner: &str,
+    mesh: StoredMesh,
+    answer: impl FnOnce(&dyn Engine, MeshFile<'_>) -> Result<T, MeshRefusal> + Send + 'static,
+) -> Result<Json<T>, Problem> {
     let blob = mesh_name(&mesh.id, mesh.format);
     let opened = app.queue.with_files(move |queue: &Queue| Ok(queue.blobs.open(&blob)?)).await?;
     let mut content = opened.ok_or_else(Problem::no_such_mesh)?;
     let engine = Arc::clone(&app.queue.engine);
     let lane = if mesh.bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
-    let begin = move |is_wanted: &dyn Fn() -> bool| {
+    let read = move |is_wanted: &dyn Fn() -> bool| {
         let (bytes, format) = (mesh.bytes, Some(mesh.format));
-        engine.first_scene(MeshFile { content: &mut content, bytes, format, is_wanted }, &mesh.id, &approach)
+        answer(&*engine, MeshFile { content: &mut content, bytes, format, is_wanted })
     };
-    Ok(Json(app.validation_slots.call_while_wanted(&owner, lane, begin).await??))
+    Ok(Json(app.validation_slots.call_while_wanted(owner, lane, read).await??))
 }
 
 /// Page of a list of meshes.

@@ -18,6 +18,7 @@ mod pages;
 mod problem;
 mod range;
 mod recording;
+mod sections;
 mod slots;
 mod studies;
 mod surfaces;

@@ -9,6 +9,7 @@ use super::{JobId, JobKind, Progress};
 use crate::blobs::{BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
+use crate::mesh::section::{Plane, Section};
 use crate::plan::PlanReport;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::json::{Parsed, read};
@@ -208,4 +209,10 @@ pub trait Engine: Send + Sync + 'static {
         name: &str,
         approach: &Approach,
     ) -> Result<FirstScene, MeshRefusal>;
+
+    /// The section of an uploaded mesh or scan.
+    ///
+    /// # Errors
+    /// Why there is none.
+    fn section(&self, file: MeshFile<'_>, plane: Plane) -> Result<Section, MeshRefusal>;
 }

@@ -14,6 +14,7 @@ use crate::mesh::quality::first_beyond_range;
 use crate::mesh::read::stl::{ClosedSurface, read_stl};
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::mesh::report::MeshReport;
+use crate::mesh::section::{Plane, Section};
 use crate::mesh::segmentation::LabelVolume;
 use crate::mesh::segmentation::read::read_labels;
 use crate::mesh::{Mesh, MeshError};
@@ -204,6 +205,18 @@ impl Engine for Simulator {
                 Err(refusal("a surface is the shape of a rigid body: it has no part to begin with".into()))
             }
         }
+    }
+
+    fn section(&self, file: MeshFile<'_>, plane: Plane) -> Result<Section, MeshRefusal> {
+        let (_, content, _) = self.read_mesh_file(file)?;
+        let cut = match content {
+            MeshContent::Mesh(mesh) => Section::of_mesh(&mesh, plane),
+            MeshContent::Scan(labels) => Section::of_scan(&labels, plane),
+            MeshContent::Surface(_) => {
+                return Err(refusal("a surface is the shape of a rigid body: it has no part to cut".into()));
+            }
+        };
+        cut.map_err(|error| refusal(error.to_string()))
     }
 }
 

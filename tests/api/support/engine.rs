@@ -2,6 +2,7 @@
 
 use contuse::mesh::read::MeshFormat;
 use contuse::mesh::report::{MeshQualityReport, MeshReport};
+use contuse::mesh::section::{Plane, Section};
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
 use contuse::scene::first_impact::{Approach, FirstScene};
@@ -220,5 +221,9 @@ impl Engine for ScriptedEngine {
 
     fn first_scene(&self, _: MeshFile<'_>, name: &str, _: &Approach) -> Result<FirstScene, MeshRefusal> {
         Ok(FirstScene { scene: json!({ "name": name }), parts: vec![], sets: vec![], touches: vec![] })
+    }
+
+    fn section(&self, _: MeshFile<'_>, plane: Plane) -> Result<Section, MeshRefusal> {
+        Ok(Section { at: plane.at.unwrap_or(0.0), parts: vec![] })
     }
 }

@@ -135,6 +135,25 @@ fn a_first_scene_of_a_scan_says_what_is_missing_and_where_a_ball_touches_it() {
 }
 
 #[test]
+fn a_scan_is_cut_by_a_plane() {
+    let server = Server::simulating();
+    let client = server.client();
+    let id = upload(&client, "", &scan()).json()["id"].as_str().unwrap().to_owned();
+    let address = format!("/v1/meshes/{id}/section");
+    let section = client.get(&format!("{address}?normal=y&at=-0.03")).json();
+    // Files of MetaImage have x and y reversed; the first voxel lies around 0.
+    let [x, z] = [[-0.0575, 0.0025], [-0.0025, 0.0175]];
+    let muscle = json!({"part": "label_2", "label": 2, "outlines": [[[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]]]});
+    assert_eq!(section["parts"].as_array().unwrap().len(), 2);
+    assert_eq!(section["parts"][1], muscle);
+    assert_eq!(client.get(&format!("{address}?normal=y&at=1")).json(), json!({"at": 1.0, "parts": []}));
+    for query in ["", "?normal=w", "?normal=x&at=inf", "?normal=x&at=1&scale=1"] {
+        problem(&client.get(&format!("{address}{query}")), 400, "bad-parameter");
+    }
+    problem(&client.get(&format!("/v1/meshes/{}/section?normal=x", "a".repeat(64))), 404, "mesh-not-found");
+}
+
+#[test]
 fn a_scan_goes_from_upload_to_summary() {
     let server = Server::simulating();
     let client = server.client();

@@ -6,6 +6,7 @@ use super::wire::{FromChild, Settings, Task, ToChild, Work};
 use crate::blobs::{BlobError, Draft};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
+use crate::mesh::section::{Plane, Section};
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::ServiceConfig;
@@ -254,6 +255,13 @@ impl Engine for ProcessEngine {
             Work::FirstScene { format: file.format, name: name.to_owned(), approach: approach.clone() };
         self.read_mesh(work, file, |message| match message {
             FromChild::Begun(begun) => Some(begun.map(|scene| *scene)),
+            _ => None,
+        })
+    }
+
+    fn section(&self, file: MeshFile<'_>, plane: Plane) -> Result<Section, MeshRefusal> {
+        self.read_mesh(Work::Section { format: file.format, plane }, file, |message| match message {
+            FromChild::Cut(section) => Some(section),
             _ => None,
         })
     }

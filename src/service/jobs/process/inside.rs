@@ -85,6 +85,9 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
             let begun = simulator.first_scene(whole(&mut bytes.as_slice(), *format), name, approach);
             FromChild::Begun(begun.map(Box::new))
         }
+        Work::Section { format, plane } => {
+            FromChild::Cut(simulator.section(whole(&mut bytes.as_slice(), *format), *plane))
+        }
     }
 }
 

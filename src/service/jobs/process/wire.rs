@@ -3,6 +3,7 @@
 use super::limits::Limits;
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
+use crate::mesh::section::{Plane, Section};
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Budget, MeshSourceError, Problems};
 use crate::service::jobs::control::StopReason;
@@ -53,6 +54,8 @@ pub(super) enum Work {
     Inspect { format: Option<MeshFormat> },
     /// Begin a scene of a mesh that scenes call so.
     FirstScene { format: Option<MeshFormat>, name: String, approach: Approach },
+    /// Cut a mesh by a plane.
+    Section { format: Option<MeshFormat>, plane: Plane },
 }
 
 /// A message to a process after its task.
@@ -89,6 +92,8 @@ pub(super) enum FromChild {
     Inspected(Result<(MeshFormat, MeshReport), MeshRefusal>),
     /// The scene was begun.
     Begun(Result<Box<FirstScene>, MeshRefusal>),
+    /// The mesh was cut.
+    Cut(Result<Section, MeshRefusal>),
     /// The call panicked: this job fails, and no other.
     Panicked,
 }
