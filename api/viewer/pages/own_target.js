@@ -1,22 +1,31 @@
 // A mesh or a scan of the reader's own as the target: upload, what is in it, what its parts are, where it is hit; then the scene of it.
 
 import { getJson, upload } from "../api.js";
-import { button, html, select, table } from "../dom.js";
+import { button, checkbox, html, select, table } from "../dom.js";
 import { bytes, number, setting } from "../format.js";
-import { FIXED, GIVEN, OMITTED, STIFF, guessOf, isScan, ownScene, tissueOf } from "../scene/own_scene.js";
+import { FIXED, GIVEN, OMITTED, STIFF, boxAround, cropFor, cutEnds, guessOf, isScan, ownScene, sizeWithin, tissueOf } from "../scene/own_scene.js";
 import { PROJECTILES, rigidBall } from "../scene/projectiles.js";
+import { NumberField } from "./number_field.js";
+import { problemWords } from "./scene_form.js";
 
 const ACCEPT = ".msh,.inp,.vtu,.vtk,.k,.key,.dyn,.feb,.bdf,.nas,.nii,.gz,.nrrd,.mha";
 /** Nastran files have no certain beginning. */
 const FORMAT_BY_NAME = /\.(bdf|nas)$/i;
 const WAYS = [["0,0,-1", "from above (−z)"], ["0,0,1", "from below (+z)"], ["0,-1,0", "from the front (−y)"], ["0,1,0", "from behind (+y)"], ["-1,0,0", "from the right (−x)"], ["1,0,0", "from the left (+x)"]];
+const UNITS = [[1e-3, "mm"], [1e-2, "cm"], [1, "m"]];
 const OWN_BALL = "own";
+/** Where a scene has what a field says. */
+const PLACES = [
+  [/segmentation\/crop/, "crop"], [/segmentation\/near/, "near"], [/segmentation\/skin_thickness_m$/, "skin"], [/segmentation(\/size_m)?$/, "size"],
+  [/^\/end_time_s$/, "end"], [/\/velocity_m_per_s/, "speed"], [/\/rigid\/mass_kg$/, "mass"], [/\/rigid\/shape/, "diameter"], [/\/rigid\/center_m/, "point"],
+];
 /** Rest after the last key before the service is asked where the ball touches [ms]. */
 const REST = 300;
 /** Elements at the impact against those of the whole scan [-]. */
 const FINER = 0.5;
 
-const millimetres = (box) => box[1].map((high, k) => setting(Number((1e3 * (high - box[0][k])).toPrecision(3)))).join(" × ");
+/** Lengths of a box, of a mesh with this factor on its lengths. */
+const millimetres = ([low, high], factor = 1) => high.map((end, k) => setting(Number((1e3 * factor * (end - low[k])).toPrecision(3)))).join(" × ");
 
 export class OwnTarget {
   #onScene;
@@ -82,42 +91,57 @@ export class OwnTarget {
     const names = [...new Set(first.parts.map(({ part }) => part))];
     const uses = new Map(names.map((name) => [name, guessOf(first.scene, name)]));
     const held = new Set((tissue.fixed ?? []).map(({ set }) => set).filter((set) => first.sets.includes(set)));
-    const size = tissue.mesh.segmentation?.size_m;
-    this.#chosen = { id: mesh.id, file: file.name, name: file.name.replace(/\.(nii\.gz|[^.]*)$/i, ""), first, uses, held, projectile: PROJECTILES.at(-1), way: WAYS[0][0], through: null };
-    this.#state.textContent = [
-      `${file.name}: ${bytes(mesh.bytes)}, ${mesh.elements} ${scan ? "voxels with labels" : `elements, ${mesh.nodes} nodes`}`,
-      `box ${millimetres(this.#box(first.parts))} mm${tissue.placement?.scale === 1e-3 ? " (its numbers are taken as millimetres)" : ""}`, ...mesh.notes.filter((note) => !note.startsWith("label ")),
-    ].join("; ");
-    const rows = names.map((name) => {
-      const own = first.parts.filter(({ part }) => part === name);
-      const volume = own.reduce((sum, { volume_m3 }) => sum + volume_m3, 0);
-      return [name, this.#use(name, materials, scan), number(1e6 * volume, 3), millimetres(this.#box(own))];
-    });
-    this.#size = this.#field("Size of the elements [mm]", size && setting(1e3 * size));
-    this.#near = this.#field("Size at the impact [mm]", size && setting(1e3 * Number((FINER * size).toPrecision(2))));
-    const fields = [
+    const scale = scan ? 1 : tissue.placement?.scale ?? 1;
+    this.#chosen = { id: mesh.id, file: file.name, name: file.name.replace(/\.(nii\.gz|[^.]*)$/i, ""), first, uses, held, projectile: PROJECTILES.at(-1), way: WAYS[0][0], through: null, scale, guessed: scale, skin: materials.find(({ name }) => name.startsWith("skin/"))?.name };
+    const choices = new Map(names.map((name) => [name, this.#use(name, materials, scan)]));
+    this.#showParts = () => {
+      const factor = this.#chosen.scale / scale;
+      this.#state.textContent = [
+        `${file.name}: ${bytes(mesh.bytes)}, ${mesh.elements} ${scan ? "voxels with labels" : `elements, ${mesh.nodes} nodes`}`,
+        `box ${millimetres(boxAround(first.parts), factor)} mm`, ...mesh.notes.filter((note) => !note.startsWith("label ")),
+      ].join("; ");
+      const rows = names.map((name) => {
+        const own = first.parts.filter(({ part }) => part === name);
+        const volume = own.reduce((sum, { volume_m3 }) => sum + volume_m3, 0);
+        return [name, choices.get(name), number(1e6 * factor ** 3 * volume, 3), millimetres(boxAround(own), factor)];
+      });
+      this.#parts.replaceChildren(table(`${scan ? "Labels" : "Parts"}, and what they are`, [scan ? "label" : "part", "what it is", "volume [cm³]", "box [mm]"], rows));
+    };
+    this.#fields = this.#newFields();
+    const { diameter, mass, speed, point, end, crop, size, near, skin } = this.#fields;
+    const known = UNITS.some(([unit]) => unit === scale) ? UNITS : [[scale, "as the file says"], ...UNITS];
+    const unit = select("Unit of the file", known.map(([unit, words]) => [String(unit), words]), String(scale), (unit) => this.#takeUnit(Number(unit)));
+    unit.append(html("small", { class: "quiet" }, "Guessed from the size of the body: few files state one."));
+    this.#cropped = checkbox("only a box around the impact", false, () => this.#takeCrop(true));
+    const choice = [
       select("What hits?", [...PROJECTILES.map(({ id, name }) => [id, name]), [OWN_BALL, "a rigid ball of my own"]], this.#chosen.projectile.id, (id) => this.#takeProjectile(id)),
-      this.#diameter.field, this.#mass.field,
+      diameter.element, mass.element,
       select("From where?", WAYS, this.#chosen.way, (way) => ((this.#chosen.way = way), this.#aim())),
-      this.#speed.field,
-      html("div", { class: "field", role: "group", "aria-label": "Point of impact" }, html("span", {}, "Point of impact, x y z [mm]"), html("span", { class: "vector" }, this.#point)),
-      ...(scan ? [this.#size.field, this.#near.field] : []),
-      this.#end.field,
+      speed.element, point.element, end.element,
       select("Accuracy", [["own", "elements as given"], ["refined", "refined until errors are below 10 %"]], "own", (choice) => (this.#chosen.accuracy = choice === "refined" ? this.#accuracy : null)),
     ];
+    const ofScan = [html("div", { class: "field" }, html("span", {}, "What of the scan?"), this.#cropped), crop.element, size.element, near.element, skin.element];
     this.#contents.replaceChildren(
-      table(scan ? "Labels, and what they are" : "Parts, and what they are", [scan ? "label" : "part", "what it is", "volume [cm³]", "box [mm]"], rows),
-      first.sets.length ? html("fieldset", { class: "held" }, html("legend", {}, "Held without motion at"), first.sets.map((set) => this.#hold(set))) : "",
-      html("div", { class: "form-grid" }, fields),
+      this.#parts, html("div", { class: "form-grid" }, choice, scan ? "" : unit), scan ? html("div", { class: "form-grid" }, ofScan) : "", this.#holds,
       html("div", { class: "tools" }, button("Use it as the target", () => this.#make(), { class: "primary" }), this.#verdict),
     );
+    this.#showParts();
     this.#takeProjectile(this.#chosen.projectile.id);
   }
 
-  /** The box around parts. */
-  #box(parts) {
-    const corner = (of, end) => [0, 1, 2].map((k) => of(...parts.map(({ bounding_box_m }) => bounding_box_m[end][k])));
-    return [corner(Math.min, 0), corner(Math.max, 1)];
+  #newFields() {
+    const own = { onchange: () => this.#takeProjectile(OWN_BALL) };
+    return {
+      diameter: new NumberField("Diameter [mm]", { value: "40", ...own }),
+      mass: new NumberField("Mass [g]", { value: "100", ...own }),
+      speed: new NumberField("Speed [m/s]", { value: "10" }),
+      point: new NumberField("Point of impact [mm]", { axes: ["x", "y", "z"], onchange: () => this.#takePoint() }),
+      end: new NumberField("Time to simulate [ms]", { value: "5" }),
+      crop: new NumberField("Lengths of the box [mm]", { axes: ["x", "y", "z"], about: "Centred on the point of impact. Hold what it cuts, or it moves freely there.", onchange: () => this.#takeCrop(true) }),
+      size: new NumberField("Size of the elements [mm]"),
+      near: new NumberField("Size at the impact [mm]"),
+      skin: new NumberField("Thickness of the skin [mm]", { about: "Where the scan does not resolve it: 1 to 3 mm. Empty: as labelled." }),
+    };
   }
 
   #use(name, materials, scan) {
@@ -131,57 +155,88 @@ export class OwnTarget {
     return choice;
   }
 
-  #hold(set) {
-    const { held } = this.#chosen;
-    const box = html("input", { type: "checkbox", checked: held.has(set), onchange: () => (box.checked ? held.add(set) : held.delete(set)) });
-    return html("label", { class: "check" }, box, set);
+  /** The sets that can hold the body; of a scan the ends where it is cut. */
+  #showSets() {
+    const { first, held, crop } = this.#chosen;
+    const sets = isScan(tissueOf(first.scene)) ? cutEnds(first, crop) : first.sets;
+    for (const set of held) if (!sets.includes(set)) held.delete(set);
+    const hold = (set) => checkbox(set, held.has(set), (isHeld) => (isHeld ? held.add(set) : held.delete(set)));
+    this.#holds.replaceChildren(html("legend", {}, "Held without motion at"), ...sets.map(hold));
+    this.#holds.hidden = !sets.length;
   }
 
-  /** A number with its label. */
-  #field(words, value, onchange = () => {}) {
-    const input = html("input", { type: "text", inputmode: "decimal", value, oninput: onchange });
-    return { input, field: html("label", { class: "field" }, html("span", {}, words), input), read: () => Number(input.value.trim().replace(",", ".") || NaN) };
-  }
-
-  #size = null;
-  #near = null;
+  #fields = null;
+  /** Fields that the service refuses. */
+  #refused = [];
+  #cropped = null;
+  #showParts = null;
+  #parts = html("div");
+  #holds = html("fieldset", { class: "held" });
   #verdict = html("span", { "aria-live": "polite", class: "field-error" });
-  #diameter = this.#field("Diameter [mm]", "40", () => this.#takeProjectile(OWN_BALL));
-  #mass = this.#field("Mass [g]", "100", () => this.#takeProjectile(OWN_BALL));
-  #speed = this.#field("Speed [m/s]", "10");
-  #end = this.#field("Time to simulate [ms]", "5");
-  #point = ["x", "y", "z"].map((axis) => html("input", { type: "text", inputmode: "decimal", "aria-label": `Point of impact, ${axis} [mm]`, oninput: () => this.#takePoint() }));
+
+  /** Lengths of a mesh in the unit that the reader says. */
+  #takeUnit(scale) {
+    this.#chosen.scale = scale;
+    this.#showParts();
+    this.#aim();
+  }
+
+  /** The box of the scan that is used, and sizes of elements that fit it; `isChosen` by the reader. */
+  #takeCrop(isChosen = false) {
+    const chosen = this.#chosen;
+    const segmentation = tissueOf(chosen.first.scene).mesh.segmentation;
+    if (!segmentation || !chosen.projectile) return;
+    const { crop, size, near } = this.#fields;
+    const box = this.#cropped.querySelector("input");
+    const proposed = cropFor(chosen.projectile, segmentation);
+    if (isChosen) chosen.isCropChosen = true;
+    if (!chosen.isCropChosen) box.checked = proposed.isNeeded;
+    crop.suggest(...proposed.size_m.map((length) => 1e3 * length));
+    crop.element.hidden = !box.checked;
+    const lengths = crop.numbers.map((length) => 1e-3 * length);
+    chosen.crop = box.checked && chosen.touch && lengths.every((length) => length > 0) ? { center_m: chosen.touch.point_m, size_m: lengths } : null;
+    const edge = sizeWithin(chosen.first, chosen.crop);
+    size.suggest(1e3 * edge);
+    near.suggest(Number((1e3 * FINER * edge).toPrecision(2)));
+    this.#showSets();
+  }
 
   #takeProjectile(id) {
     const known = PROJECTILES.find((one) => one.id === id);
-    if (known) [this.#diameter.input.value, this.#mass.input.value] = [setting(known.diameter_mm), setting(known.mass_g)];
-    const [diameter, mass] = [this.#diameter.read(), this.#mass.read()];
-    for (const { input } of [this.#diameter, this.#mass]) input.disabled = Boolean(known);
-    this.#chosen.projectile = known ?? (diameter > 0 && mass > 0 ? rigidBall(diameter, mass) : null);
+    const { diameter, mass } = this.#fields;
+    if (known) [diameter, mass].forEach((field, k) => field.put([known.diameter_mm, known.mass_g][k]));
+    for (const field of [diameter, mass]) field.disabled = Boolean(known);
+    this.#chosen.projectile = known ?? (diameter.number > 0 && mass.number > 0 ? rigidBall(diameter.number, mass.number) : null);
     this.#aim();
   }
 
   #takePoint() {
-    const point = this.#point.map(({ value }) => Number(value.trim().replace(",", ".") || NaN) * 1e-3);
+    const point = this.#fields.point.numbers.map((x) => 1e-3 * x);
     this.#chosen.through = point.every(Number.isFinite) ? point : null;
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#aim(), REST);
   }
 
-  /** Asks the service where the ball touches the target on its way. */
+  /** Asks the service where the ball touches the target on its way: in the unit that the service takes the file to be in. */
   async #aim() {
     const chosen = this.#chosen;
     const asked = ++this.#aimed;
     chosen.touch = null;
     this.#verdict.textContent = "";
     if (!chosen.projectile) return;
-    const through = chosen.through ? `&through_m=${chosen.through.join(",")}` : "";
+    const factor = chosen.scale / chosen.guessed;
+    const through = chosen.through ? `&through_m=${chosen.through.map((x) => x / factor).join(",")}` : "";
     try {
-      const { touches } = await getJson(`/v1/meshes/${chosen.id}/first-scene?radius_m=${chosen.projectile.diameter_mm / 2e3}${through}`);
+      const { touches } = await getJson(`/v1/meshes/${chosen.id}/first-scene?radius_m=${chosen.projectile.diameter_mm / 2e3 / factor}${through}`);
       if (asked !== this.#aimed) return;
-      chosen.touch = touches.find(({ direction }) => direction.join(",") === chosen.way) ?? null;
-      if (!chosen.touch) this.#verdict.textContent = "On this way the ball misses: choose another point, or come from elsewhere.";
-      else if (!chosen.through) this.#point.forEach((input, k) => (input.value = setting(Number((1e3 * chosen.touch.point_m[k]).toFixed(2)))));
+      const touch = touches.find(({ direction }) => direction.join(",") === chosen.way);
+      const scaled = (point) => point.map((x) => x * factor);
+      if (!touch) this.#verdict.textContent = "On this way the ball misses: choose another point, or come from elsewhere.";
+      else {
+        chosen.touch = { ...touch, point_m: scaled(touch.point_m), center_m: scaled(touch.center_m) };
+        if (!chosen.through) this.#fields.point.put(...chosen.touch.point_m.map((x) => Number((1e3 * x).toFixed(2))));
+      }
+      isScan(tissueOf(chosen.first.scene)) ? this.#takeCrop() : this.#showSets();
     } catch (error) {
       if (asked === this.#aimed) this.#verdict.textContent = error.message;
     }
@@ -192,18 +247,32 @@ export class OwnTarget {
     // Of what stands there now, however recently it was typed.
     clearTimeout(this.#timer);
     await this.#aim();
-    const { uses, held, touch } = this.#chosen;
-    const scan = this.#size.input.isConnected;
-    const [speed, end, size, near] = [this.#speed.read(), 1e-3 * this.#end.read(), 1e-3 * this.#size.read(), 1e-3 * this.#near.read()];
+    const { uses, held, touch, scale } = this.#chosen;
+    const scan = isScan(tissueOf(this.#chosen.first.scene));
+    const { speed, end, size, near, crop, skin } = this.#fields;
+    const isCropped = scan && !crop.element.hidden;
+    const asked = [[speed, "a speed"], [end, "a time"], ...(scan ? [[size, "the size of elements"], [near, "their size at the impact"]] : []), ...(isCropped ? [[crop, "lengths of the box"]] : []), ...(scan && !skin.isEmpty ? [[skin, "the thickness of the skin, or nothing"]] : [])];
+    const wrong = asked.filter(([field]) => !field.numbers.every((x) => x > 0));
+    for (const [field] of wrong) field.mark("This has to be above 0.");
     const miss = this.#verdict.textContent;
-    const missing = [
-      ...[...uses].filter(([, use]) => !use).map(([name]) => `what ${name} is`),
-      ...[[touch, "a place where it touches"], [speed > 0, "a speed"], [end > 0, "a time"], [!scan || (size > 0 && near > 0), "sizes of the elements"]].filter(([has]) => !has).map(([, words]) => words),
-    ];
+    const missing = [...[...uses].filter(([, use]) => !use).map(([name]) => `what ${name} is`), ...(touch ? [] : ["a place where it touches"]), ...wrong.map(([, words]) => words)];
     this.#verdict.textContent = missing.length ? `Still missing: ${missing.join(", ")}. ${miss}` : "";
     if (missing.length) return;
-    const digits = (x) => Number(x.toPrecision(6));
+    const metres = (field) => Number((1e-3 * field.number).toPrecision(6));
     const within = this.#chosen.projectile.diameter_mm / 4e3;
-    this.#onScene(ownScene({ ...this.#chosen, held: [...held], speed, end: digits(end), size: digits(size), near: { size: digits(near), within } }));
+    const skinned = scan && !skin.isEmpty ? { skin: { thickness: metres(skin), material: this.#chosen.skin } } : { skin: null };
+    this.#onScene(ownScene({ ...this.#chosen, ...skinned, held: [...held], speed: speed.number, end: metres(end), size: metres(size), near: { size: metres(near), within }, scale: scan ? 1 : scale }));
+  }
+
+  /** Marks the fields whose numbers the service refuses in a scene of this file. */
+  showProblems(scene, problems) {
+    for (const field of this.#refused.splice(0)) field.mark("");
+    const isOwn = (body) => [body?.mesh?.file?.name, body?.mesh?.segmentation?.name].includes(this.#chosen?.id);
+    if (!this.#chosen || !Array.isArray(scene?.bodies) || !scene.bodies.some(isOwn)) return;
+    for (const problem of problems) {
+      const field = this.#fields[PLACES.find(([pattern]) => pattern.test(problem.pointer))?.[1]];
+      field?.mark(problemWords(problem));
+      if (field) this.#refused.push(field);
+    }
   }
 }

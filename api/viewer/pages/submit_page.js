@@ -75,6 +75,7 @@ class SubmitPage {
 
   leave() {
     this.#own.leave();
+    this.#picture.leave();
     clearTimeout(this.#timer);
     this.#asking?.abort();
   }
@@ -112,12 +113,17 @@ class SubmitPage {
     choice.value = this.#document?.accuracy ? "refined" : "own";
     this.#submit.disabled = true;
     // What was said of the scene before says nothing of this one.
-    this.#form.showProblems([]);
+    this.#showProblems([]);
     this.#preview.replaceChildren();
     this.#verdict.replaceChildren(html("span", { class: "badge busy" }, "checking"), " …");
     this.#picture.show(this.#document);
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#validate(), REST);
+  }
+
+  #showProblems(problems) {
+    this.#form.showProblems(problems);
+    this.#own.showProblems(this.#document, problems);
   }
 
   async #validate() {
@@ -134,7 +140,7 @@ class SubmitPage {
 
   #accept(answer) {
     const { plan } = answer;
-    this.#form.showProblems(answer.warnings);
+    this.#showProblems(answer.warnings);
     this.#submit.disabled = false;
     const name = this.#document?.name ? `${this.#document.name}: ` : "";
     const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, ${bytes(plan.memory_bytes)}`;
@@ -149,7 +155,7 @@ class SubmitPage {
   #refuse(error) {
     const body = error instanceof ApiProblem ? error.body : { detail: error.message };
     const problems = body.errors ?? [];
-    this.#form.showProblems(problems);
+    this.#showProblems(problems);
     this.#preview.replaceChildren();
     const where = body.line ? ` Line ${body.line}, column ${body.column}.` : "";
     this.#verdict.replaceChildren(html("span", { class: "badge bad" }, "not yet"), ` ${body.detail ?? error.message}${where}`, problemList(problems, this.#form));

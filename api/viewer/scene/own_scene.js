@@ -9,6 +9,14 @@ const STIFF_PART = { density_kg_per_m3: 1800, material: { law: "neo_hookean", c1
 /** Gap between projectile and target at the start [m]; the surface of a scan is not where its voxels end, by a part of an element. */
 const [GAP, GAP_OF_ELEMENT] = [5e-5, 0.1];
 const FIELD_TIMES = 24;
+/** Lengths of the box around an impact, in diameters of the projectile. */
+const CROP = 5;
+/** Elements of a first scene across a projectile from which the whole scan is meshed. */
+const ELEMENTS_ACROSS = 4;
+/** Least size of elements that is proposed [m]. */
+const SMALLEST = 1e-3;
+/** The part of a skin of given thickness. */
+const SKIN = "skin";
 /** Threshold of stress whose depth is measured [Pa]. */
 const THRESHOLD = 1e4;
 
@@ -27,10 +35,51 @@ export function guessOf(scene, name) {
   return set?.includes("/") ? set : "";
 }
 
+/** The box around parts [m]. */
+export function boxAround(parts) {
+  const corner = (of, end) => [0, 1, 2].map((k) => of(...parts.map(({ bounding_box_m }) => bounding_box_m[end][k])));
+  return [corner(Math.min, 0), corner(Math.max, 1)];
+}
+
+/** A box around the impact of a projectile that is worth to be all of a scan, and whether its elements would be too large otherwise [m]. */
+export function cropFor({ diameter_mm }, { size_m: size }) {
+  const length = 0.01 * Math.ceil(CROP * diameter_mm / 10);
+  return { size_m: [length, length, length], isNeeded: size > diameter_mm * 1e-3 / ELEMENTS_ACROSS };
+}
+
+/** The ends at which a scan is cut: those of its own, and those of a crop inside of it. */
+export function cutEnds({ parts, sets }, crop) {
+  const box = boxAround(parts);
+  const isCut = (axis, side) => {
+    const end = crop && crop.center_m[axis] + (side - 0.5) * crop.size_m[axis];
+    return crop && (side ? end < box[1][axis] : end > box[0][axis]);
+  };
+  const ends = ["x", "y", "z"].flatMap((axis, k) => [[`${axis}_min`, k, 0], [`${axis}_max`, k, 1]]);
+  return ends.filter(([name, k, side]) => sets.includes(name) || isCut(k, side)).map(([name]) => name);
+}
+
+/** Whether a crop may have something of a part in it: the box of the part meets it. */
+function isWithin(name, parts, crop) {
+  const box = boxAround(parts.filter(({ part }) => part === name));
+  return !crop || crop.center_m.every((centre, k) => box[1][k] > centre - crop.size_m[k] / 2 && box[0][k] < centre + crop.size_m[k] / 2);
+}
+
+/** The size of elements with which a crop has about as many as the first scene of the whole scan [m]. */
+export function sizeWithin({ scene, parts }, crop) {
+  const { size_m: size } = tissueOf(scene).mesh.segmentation;
+  if (!crop) return size;
+  const [low, high] = boxAround(parts);
+  const left = low.map((from, k) => {
+    const [start, end] = [-0.5, 0.5].map((side) => crop.center_m[k] + side * crop.size_m[k]);
+    return Math.max(0, Math.min(high[k], end) - Math.max(from, start)) / (high[k] - from);
+  });
+  return Number(Math.max(SMALLEST, size * Math.cbrt(left[0] * left[1] * left[2])).toPrecision(2));
+}
+
 /** The body with the uses of its parts; null if nothing of it is left. */
-function used(body, parts, { uses, size, near, touch, held }) {
+function used(body, parts, { uses, size, near, touch, held, crop, skin, scale }) {
   const kept = [...new Set(parts.map(({ part }) => part))].filter((name) => uses.get(name) !== OMITTED && uses.get(name) !== FIXED);
-  const own = isScan(body) ? kept : kept.filter((name) => body.parts.some(({ part }) => part === name));
+  const own = isScan(body) ? kept.filter((name) => isWithin(name, parts, crop)) : kept.filter((name) => body.parts.some(({ part }) => part === name));
   if (!own.length) return null;
   const made = own.map((part) => {
     if (uses.get(part) === GIVEN) return body.parts.find((given) => given.part === part);
@@ -39,12 +88,14 @@ function used(body, parts, { uses, size, near, touch, held }) {
   const { fixed: _, ...rest } = body;
   if (!isScan(body)) {
     const mesh = own.length === body.parts.length ? body.mesh : { file: { ...body.mesh.file, parts: own } };
-    return { ...rest, mesh, parts: made, ...(body.role === "tissue" ? fixedAt(held) : {}) };
+    const placement = { ...rest.placement, scale };
+    return { ...rest, ...(rest.placement || scale !== 1 ? { placement } : {}), mesh, parts: made, ...(body.role === "tissue" ? fixedAt(held) : {}) };
   }
   const labels = parts.map(({ label, part }) => ({ label, ...(uses.get(part) === FIXED ? { hole: part } : uses.get(part) === OMITTED ? {} : { part }) }));
   const finer = near.size < size ? { near: [{ point_m: touch.point_m, size_m: near.size, within_m: near.within }] } : {};
-  const holes = [...new Set(labels.flatMap(({ hole }) => hole ?? []))];
-  const segmentation = { ...body.mesh.segmentation, labels, size_m: size, ...finer };
+  const holes = [...new Set(labels.flatMap(({ hole }) => hole ?? []))].filter((hole) => isWithin(hole, parts, crop));
+  const segmentation = { ...body.mesh.segmentation, labels, size_m: size, ...finer, ...(crop ? { crop } : {}), ...(skin ? { skin_thickness_m: skin.thickness } : {}) };
+  if (skin && !own.includes(SKIN)) made.push({ part: SKIN, material: { library: skin.material } });
   return { ...rest, mesh: { segmentation }, parts: made, ...fixedAt([...holes, ...held]) };
 }
 
@@ -60,7 +111,8 @@ function projectileAt({ projectile, touch, speed }, gap) {
 
 /**
  * The scene of what was chosen: `first` the answer of the service, `uses` by part, `held` sets, `projectile`, `touch`, `speed` [m/s],
- * `end` [s], `accuracy` or none; of a scan `size` of its elements and `near`, {size, within}, at the impact [m].
+ * `end` [s], `accuracy` or none; of a scan `size` of its elements and `near`, {size, within}, at the impact [m], `crop` or none, `skin`,
+ * {thickness, material}, or none; of a mesh `scale`, metres in its unit.
  */
 export function ownScene(chosen) {
   const { first, name, file, end, accuracy } = chosen;
