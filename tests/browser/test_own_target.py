@@ -49,6 +49,21 @@ def choose(panel, name, content):
     panel.locator("input[type=file]").set_input_files({"name": name, "mimeType": "application/octet-stream", "buffer": content})
 
 
+def at_every_size(page, pictures, name):
+    """Nothing is wider than the page, and axe-core finds no fault."""
+    for width, height in ((1440, 900), (820, 1180), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert Axe().run(page).response["violations"] == []
+        if pictures:
+            page.screenshot(path=pictures / f"{name}-{width}.png", full_page=True)
+    page.set_viewport_size({"width": 1440, "height": 1000})
+
+
+def tissue_of(scene):
+    return next(body for body in scene["bodies"] if body["role"] == "tissue")
+
+
 def scene_of(page):
     return json.loads(page.get_by_label("Scene as JSON").input_value())
 
@@ -86,17 +101,11 @@ def test_a_scan_becomes_the_target_of_an_impact(page, panel, pictures):
     panel.get_by_label("Time to simulate [ms]").fill("1")
     panel.get_by_label("Point of impact, y [mm]").fill("2")
     panel.get_by_label("From where?").select_option("0,0,-1")
-    for width, height in ((1440, 900), (390, 844)):
-        page.set_viewport_size({"width": width, "height": height})
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert Axe().run(page).response["violations"] == []
-        if pictures:
-            page.screenshot(path=pictures / f"own-target-{width}.png", full_page=True)
-    page.set_viewport_size({"width": 1440, "height": 1000})
+    at_every_size(page, pictures, "own-target")
     use_it.click()
     expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"hole": "femur"'))
     scene = scene_of(page)
-    tissue = next(body for body in scene["bodies"] if body["role"] == "tissue")
+    tissue = tissue_of(scene)
     labels = {entry["label"]: entry for entry in tissue["mesh"]["segmentation"]["labels"]}
     assert labels[3] == {"label": 3, "hole": "femur"} and tissue["fixed"] == [{"set": "femur"}]
     ball = scene["bodies"][0]
@@ -107,6 +116,56 @@ def test_a_scan_becomes_the_target_of_an_impact(page, panel, pictures):
     page.wait_for_url(re.compile("#/job/"))
     expect(page.get_by_label("The four numbers")).to_be_visible()
     expect(page.locator("h1")).to_contain_text("thigh")
+
+
+def test_a_scan_is_cropped_around_the_impact_and_gets_a_skin(page, panel, pictures):
+    choose(panel, "thigh.seg.nrrd", scan())
+    panel.get_by_label("What is label_1?").select_option("muscle/zhai_2019_ogden")
+    cropped, lengths = panel.get_by_label("only a box around the impact"), panel.get_by_label("Lengths of the box, z [mm]")
+    # The whole of this small scan is fine enough; its ends along y are all that can be held.
+    expect(lengths).to_be_hidden()
+    expect(panel.get_by_label("Point of impact, z [mm]")).to_have_value("24")
+    assert panel.locator(".held label").all_inner_texts() == ["y_min", "y_max"]
+    size = float(panel.get_by_label("Size of the elements [mm]").input_value())
+    cropped.check()
+    expect(lengths).to_be_visible()
+    for axis, length in zip("xyz", (28, 20, 30), strict=True):
+        panel.get_by_label(f"Lengths of the box, {axis} [mm]").fill(str(length))
+    expect(panel.locator(".held label")).to_have_text(["x_min", "x_max", "y_min", "y_max", "z_min"])
+    assert float(panel.get_by_label("Size of the elements [mm]").input_value()) < size
+    panel.get_by_label("z_min").check()
+    panel.get_by_label("Size of the elements [mm]").fill("4")
+    panel.get_by_label("Size at the impact [mm]").fill("2")
+    use_it = panel.get_by_role("button", name="Use it as the target")
+    skin = panel.get_by_label("Thickness of the skin [mm]")
+    skin.fill("-2")
+    use_it.click()
+    expect(panel).to_contain_text("Still missing: the thickness of the skin")
+    expect(skin).to_have_attribute("aria-invalid", "true")
+    skin.fill("2")
+    expect(skin).not_to_have_attribute("aria-invalid", "true")
+    use_it.click()
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    tissue = tissue_of(scene_of(page))
+    segmentation = tissue["mesh"]["segmentation"]
+    assert segmentation["crop"] == {"center_m": segmentation["near"][0]["point_m"], "size_m": [0.028, 0.02, 0.03]}
+    assert segmentation["skin_thickness_m"] == 0.002
+    assert next(part for part in tissue["parts"] if part["part"] == "skin")["material"]["library"].startswith("skin/")
+    # The bone is below the box.
+    assert tissue["fixed"] == [{"set": "z_min"}]
+    # The section of the labels with the box.
+    picture = page.locator(".geometry svg")
+    expect(picture).to_have_attribute("aria-label", re.compile("femur 12 mm"))
+    expect(picture.locator(".crop")).to_have_count(1)
+    expect(picture).to_contain_text("section at y = 0 mm")
+    at_every_size(page, pictures, "own-scan-cropped")
+    # What the service refuses stands at the field that says it.
+    panel.get_by_label("Size at the impact [mm]").fill("6")
+    panel.get_by_label("Size of the elements [mm]").fill("0.05")
+    use_it.click()
+    expect(page.get_by_text("not yet")).to_be_visible()
+    expect(panel.get_by_label("Size of the elements [mm]")).to_have_attribute("aria-invalid", "true")
+    expect(panel).to_contain_text("elements or more, of which at most")
 
 
 def block(n=(4, 4, 3), size=20):
@@ -124,9 +183,11 @@ def block(n=(4, 4, 3), size=20):
     return "\n".join(lines).encode()
 
 
-def test_a_mesh_in_millimetres_becomes_the_target(page, panel):
+def test_a_mesh_in_millimetres_becomes_the_target(page, panel, pictures):
     choose(panel, "block.inp", block())
-    expect(panel).to_contain_text("its numbers are taken as millimetres")
+    unit = panel.get_by_label("Unit of the file")
+    expect(unit).to_have_value("0.001")
+    expect(panel).to_contain_text("box 80 × 80 × 60 mm")
     expect(panel.get_by_label("What is muscle?")).to_have_value(re.compile("^muscle/"))
     expect(panel.get_by_label("bottom")).to_be_checked()
     expect(panel.get_by_label("Size of the elements [mm]")).to_have_count(0)
@@ -139,3 +200,28 @@ def test_a_mesh_in_millimetres_becomes_the_target(page, panel):
     assert tissue["placement"] == {"scale": 0.001} and tissue["fixed"] == [{"set": "bottom"}]
     assert scene["bodies"][0]["velocity_m_per_s"] == [-10, 0, 0]
     expect(page.get_by_text("ready to run")).to_be_visible()
+    # Its section is drawn, here with the layer of skin at the top.
+    picture = page.locator(".geometry svg")
+    expect(picture).to_have_attribute("aria-label", re.compile("muscle 80 mm, skin 80 mm"))
+    at_every_size(page, pictures, "own-mesh")
+
+
+def test_the_unit_of_a_mesh_scales_it_and_where_it_is_hit(page, panel):
+    choose(panel, "block.inp", block(size=2))
+    # Six units high: in metres that is no part of a person, so it is millimetres, which here it is not.
+    unit, top = panel.get_by_label("Unit of the file"), panel.get_by_label("Point of impact, z [mm]")
+    expect(unit).to_have_value("0.001")
+    expect(top).to_have_value("6")
+    unit.select_option("cm")
+    expect(top).to_have_value("60")
+    expect(panel).to_contain_text("box 80 × 80 × 60 mm")
+    panel.get_by_label("From where?").select_option("0,1,0")
+    expect(panel.get_by_label("Point of impact, y [mm]")).to_have_value("0")
+    panel.get_by_role("button", name="Use it as the target").click()
+    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"scale": 0.01'))
+    ball, tissue = scene_of(page)["bodies"]
+    assert tissue["placement"] == {"scale": 0.01}
+    assert abs(ball["rigid"]["center_m"][2] - 0.03) < 1e-9 and ball["velocity_m_per_s"] == [0, 10, 0]
+    # Cut along the path, which is that of y.
+    expect(page.locator(".geometry svg")).to_contain_text("section at x = 40 mm")
+    expect(page.locator(".geometry svg")).to_have_attribute("aria-label", re.compile("muscle 80 mm"))
