@@ -81,6 +81,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let deadline = deadline(args.deadline_s)?;
     let bar = progress_bar(args);
     let (document_json, mut loaded) = read_scene(&args.scene)?;
+    bar.reset_eta();
     loaded.scene.restore(&args.keep.keep);
     ask(args, &mut loaded.scene.document);
     let paths = match &args.output[..] {
@@ -213,7 +214,7 @@ fn progress_bar(args: &RunArgs) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(BAR_LENGTH).with_finish(ProgressFinish::AndClear).with_message(LOADING);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} % {msg} {elapsed} (left: {eta})") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} % {msg} {elapsed}") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(TICK);
@@ -229,7 +230,8 @@ fn show(bar: &ProgressBar, progress: &Progress) {
         Phase::DynamicRelaxation => "dynamic relaxation".to_owned(),
         Phase::Preload => "preload".to_owned(),
         Phase::Stepping | Phase::Closing | Phase::Done => {
-            format!("t = {:.2} µs, step {}", 1e6 * progress.simulated_time_s, progress.step)
+            let left = bar.eta().as_secs();
+            format!("t = {:.2} µs, step {} ({left} s left)", 1e6 * progress.simulated_time_s, progress.step)
         }
     });
 }
