@@ -103,5 +103,5 @@ fn default_preload_steps() -> u32 {
     10
 }
 fn default_preload_tolerance() -> f64 {
-    1e-10
+    1e-8
 }

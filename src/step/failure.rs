@@ -161,11 +161,12 @@ impl FailureCause {
             }
             Self::NewtonNotConverged => {
                 "Lower `integrator.step_s` (try a fifth), in an implicit run raise `theta` to 0.6, or refine the mesh \
-                 where it deforms most; for shocks and waves use the explicit integrator."
+                 where it deforms most; for shocks and waves use the explicit integrator. In a `preload` give more `steps`, or a \
+                 larger `newton_tolerance` (try 1e-7)."
             }
             Self::UnderConstrained => {
                 "Fix some of its nodes, add friction or another body that supports it, or use explicit or implicit dynamics, \
-                 in which it accelerates."
+                 in which it accelerates; a `preload` loads every body, also one that is to fall later."
             }
             Self::EnergyGate => {
                 "In an explicit run lower `integrator.safety_factor` (try 0.5); in an implicit one lower `step_s`, raise `theta` to \

@@ -363,8 +363,8 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         let (count, residual) = stepper.unconverged();
         if count > 0 {
             outcome.warnings.push(format!(
-                "The contact solver ended {count} times above its tolerance, at a residual of {residual:.1e} of the velocities of contact at \
-                 most: the reactions of those steps are off by about as much."
+                "Steps whose contact solver ended above its tolerance: {count}, at a residual of {residual:.1e} of the velocities of \
+                 contact at most; their reactions are off by about as much."
             ));
         }
     }

@@ -63,12 +63,13 @@ pub enum AccuracyScale {
 }
 
 impl Accuracy {
-    /// Compares the error bars of the results with the request.
-    pub(super) fn of(requested: &RequestedAccuracy, results: &Results) -> Self {
+    /// Compares the error bars of the results with the request; results that are withheld have none.
+    pub(super) fn of(requested: &RequestedAccuracy, results: &Results, is_withheld: bool) -> Self {
         let of = |number: RequestedNumber| {
             let quantity = QuantityOfInterest::from(number).number(results)?;
             let (scale, of) = scale(number, quantity.value, results);
             let relative = match &quantity.error {
+                _ if is_withheld => None,
                 ErrorEstimate::Estimated(error) if error.total == 0.0 => Some(0.0),
                 ErrorEstimate::Estimated(error) => Some(error.total / scale).filter(|r| r.is_finite()),
                 ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,

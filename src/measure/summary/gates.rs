@@ -13,7 +13,7 @@ use super::run_state::RunState;
 use super::softening::{SofteningOfPart, softening};
 use super::written::{number, seconds};
 use crate::plan::Plan;
-use crate::step::{Energy, FailureCause};
+use crate::step::{Ending, Energy, FailureCause, Outcome};
 use serde::Serialize;
 
 /// Fraction of the energy scale above which numerical contact dissipation raises a warning [-].
@@ -28,6 +28,8 @@ const PROJECTION_LIMIT: f64 = 0.05;
 const PROJECTION_WARNING: f64 = 0.01;
 /// Fraction of a body's inertia above which redistributed mass raises a warning [-].
 const INERTIA_WARNING: f64 = 0.01;
+/// Energy that rigid bodies lose to each other, over the energy scale [-], above which a warning is issued.
+const RIGID_IMPACT_WARNING: f64 = 0.01;
 /// Fraction of a body's strain energy beyond the declared limits of its laws above which all numbers are withheld [-]; below,
 /// only peaks.
 const LAW_LIMIT: f64 = 0.05;
@@ -205,9 +207,10 @@ pub(super) fn own_warnings(
     measures: &Measures,
     plan: &Plan,
     numerics: &Numerics,
-    has_ended: bool,
+    outcome: Option<&Outcome>,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    let has_ended = outcome.is_some();
     // Force windows.
     let touched = measures.pairs.values().filter(|pair| has_ended && pair.force.contact_span.is_some());
     warnings.extend(touched.filter_map(|pair| window_warning(pair, measures.time)));
@@ -228,6 +231,7 @@ pub(super) fn own_warnings(
     // Artefacts, penetration and projection.
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(penetration_warning(&measures.penetration.deepest));
+    warnings.extend(rigid_impact_warning(numerics));
     warnings.extend(projection_warning(&measures.energy));
     warnings.extend(body_warnings(measures, plan));
     // Sampling in time.
@@ -240,9 +244,22 @@ pub(super) fn own_warnings(
              missed: a smaller `record.field_interval_s` samples more often."
         ));
     }
-    warnings.extend(contact_warnings(measures, plan, has_ended));
+    warnings.extend(contact_warnings(measures, plan, outcome));
     warnings.extend(resolution_warnings(measures));
     warnings
+}
+
+/// Warns of energy that rigid bodies lost to each other, where it is a notable part of the energy scale.
+fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
+    let (lost, scale) = (numerics.rigid_impact_dissipation_j, numerics.energy_scale_j);
+    (lost > RIGID_IMPACT_WARNING * scale).then(|| {
+        format!(
+            "Rigid bodies lost {} J, {:.1} % of the energy scale, when planes or other rigid bodies stopped them: they do not \
+             rebound, as if all of their impact were plastic. Give one of the two a mesh where their rebound matters.",
+            number(lost),
+            100.0 * lost / scale
+        )
+    })
 }
 
 /// Warns of bodies with too little inertia of rotation, and of those whose mesh does not resolve their deformation.
@@ -271,8 +288,11 @@ fn body_warnings(measures: &Measures, plan: &Plan) -> Vec<String> {
 }
 
 /// Warns of contact that is missed or has not ended.
-fn contact_warnings(measures: &Measures, plan: &Plan, has_ended: bool) -> Vec<String> {
+fn contact_warnings(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Vec<String> {
     let mut warnings = Vec::new();
+    let has_ended = outcome.is_some();
+    // What a run had no time for is no fault of the scene.
+    let is_finished = outcome.is_some_and(|outcome| outcome.ending == Ending::Finished);
     let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
     let is_joined =
         measures.pairs.values().any(|p| p.on_tissue) || missed().next().is_some() || every_two_meet(plan);
@@ -287,8 +307,16 @@ fn contact_warnings(measures: &Measures, plan: &Plan, has_ended: bool) -> Vec<St
             )
         }));
     }
+    // A body that strikes something need not touch the tissue itself.
+    let has_struck = |body: &str| {
+        let touched = measures.pairs.values().filter(|pair| pair.force.contact_span.is_some());
+        touched.filter(|pair| !pair.is_of_itself()).any(|pair| pair.between.iter().any(|name| name == body))
+    };
     for pair in measures.strikes().filter(|_| has_ended) {
-        if pair.force.contact_span.is_none() {
+        if is_finished
+            && pair.force.contact_span.is_none()
+            && !has_struck(&pair.between[1 - pair.reported_on])
+        {
             warnings.push(format!(
                 "Nothing touched in {}: look at the direction of the velocity, the gap and the end time.",
                 pair.name
@@ -308,10 +336,14 @@ fn resolution_warnings(measures: &Measures) -> Vec<String> {
     for pair in measures.pairs.values() {
         let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {
+            let nodes = match patch.nodes_across {
+                1 => "Only one node lies".to_owned(),
+                count => format!("Only {count} nodes lie"),
+            };
             warnings.push(format!(
-                "Only {} nodes lie across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area \
-                 and the peak pressure are not resolved.",
-                patch.nodes_across, pair.name
+                "{nodes} across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area and the peak \
+                 pressure are not resolved.",
+                pair.name
             ));
         }
         if let Some(time) = wave_return(measures, pair)

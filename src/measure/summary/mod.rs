@@ -142,12 +142,13 @@ impl Summary {
         let mut warnings = measures.scene_warnings.clone();
         warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
         warnings.extend(
-            own_warnings(measures, plan, &numerics, outcome.is_some())
+            own_warnings(measures, plan, &numerics, outcome)
                 .into_iter()
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),
         );
-        let accuracy = measures.accuracy.as_ref().map(|requested| Accuracy::of(requested, &values));
+        let accuracy =
+            measures.accuracy.as_ref().map(|requested| Accuracy::of(requested, &values, withheld.is_some()));
         let law_ranges = left_laws(&measures.laws);
         let erosion = erosion(&measures.eroded, plan);
         let softening = softening(&measures.laws);

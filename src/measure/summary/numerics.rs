@@ -27,6 +27,8 @@ pub struct Numerics {
     pub numerical_contact_dissipation_j: f64,
     /// The same over the energy scale, or over the total dissipation if that is larger [-].
     pub numerical_contact_dissipation_fraction: f64,
+    /// Energy lost by rigid bodies that planes or other rigid bodies have stopped, all pairs [J]: they do not rebound.
+    pub rigid_impact_dissipation_j: f64,
     /// Energy dissipated by friction, all pairs [J].
     pub friction_dissipation_j: f64,
     /// Peak energy of the stabilisation of one-point elements over peak strain energy, maximum over the bodies [-]:
@@ -66,6 +68,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         balance_error: balance,
         numerical_contact_dissipation_j: numerical,
         numerical_contact_dissipation_fraction: over(numerical, energy.turnover_j),
+        rigid_impact_dissipation_j: energy.impact_j() + 0.0,
         friction_dissipation_j: energy.pairs.values().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_fraction: measures.hourglass.largest_fraction(),
         energy_fraction_beyond_law: measures.laws.fraction_beyond(),

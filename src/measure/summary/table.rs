@@ -63,6 +63,10 @@ pub fn render_table(summary: &Summary) -> String {
         percent(n.numerical_contact_dissipation_fraction)
     );
     table.row("numerical contact dissipation", &numerical, "");
+    if n.rigid_impact_dissipation_j > 0.0 {
+        let lost = format!("{} J", number(n.rigid_impact_dissipation_j));
+        table.row("lost by rigid bodies that stop each other", &lost, "they do not rebound");
+    }
     table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
     for branch in &summary.relaxation {
         table.row(&branch.title(), &branch.in_words(), "");
@@ -145,8 +149,10 @@ impl Table {
             "not a converged quantity",
         );
         self.of_interest(Of::ImpulseNS, "", &impact.impulse_n_s);
-        let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
-        self.row("duration of contact", &time(&impact.contact_duration_s), going_on);
+        let duration = &impact.contact_duration_s;
+        let error = error_of(duration, 1e3, "ms");
+        let going_on = if impact.contact_ended { error } else { format!("{error}; contact has not ended") };
+        self.row("duration of contact", &time(duration), &going_on);
         if impact.touches_in_points {
             return;
         }

@@ -53,8 +53,9 @@ pub(super) fn plain_words(
 
 /// First and only sentence on a run in which nothing touched.
 fn nothing_touched(results: &Results, is_over: bool) -> String {
-    let reported = results.impacts.iter().filter(|impact| impact.is_reported());
-    let names = reported.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
+    let untouched =
+        results.impacts.iter().filter(|impact| impact.is_reported() && impact.contact_span_s.is_none());
+    let names = untouched.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
     let pairs = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
     if !is_over {
         return format!("Nothing has touched{pairs} so far: there are no numbers of an impact.");
