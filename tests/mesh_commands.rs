@@ -91,3 +91,49 @@ fn a_segmentation_of_3d_slicer_is_begun_with_by_the_names_of_its_labels() {
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("no label but 0"), "{}", text(&output.stderr));
 }
+
+#[test]
+fn closed_surfaces_are_inspected_and_begun_with_from_the_outside_to_the_inside() {
+    // Boxes around the same centre, in millimetres.
+    let folder = tempfile::tempdir().unwrap();
+    let [skin, femur] =
+        [("skin.stl", [30.0, 30.0, 50.0]), ("femur.stl", [8.0, 8.0, 40.0])].map(|(name, half)| {
+            let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 1 { half[k] } else { -half[k] });
+            let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+            let vertex = |i: usize| format!("vertex {} {} {}\n", corner(i)[0], corner(i)[1], corner(i)[2]);
+            let facet = |nodes: [usize; 3]| {
+                format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", nodes.map(vertex).concat())
+            };
+            let path = folder.path().join(name);
+            std::fs::write(&path, format!("solid\n{}endsolid\n", triangles.map(facet).collect::<String>()))
+                .unwrap();
+            path.to_str().unwrap().to_owned()
+        });
+    let output = run(&["mesh", "info", &skin]);
+    let info = text(&output.stdout);
+    assert!(info.contains("12 triangles") && info.contains("volume          3.600000e5"), "{info}");
+    let scene = folder.path().join("scene.json");
+    let scene = scene.to_str().unwrap();
+    assert_eq!(run(&["scene", "from", &femur, &skin, "-o", scene]).status.code(), Some(0));
+    let document: Value = serde_json::from_slice(&std::fs::read(scene).unwrap()).unwrap();
+    let surfaces = &document["bodies"][0]["mesh"]["segmentation"]["surfaces"];
+    assert_eq!((&surfaces[0]["part"], &surfaces[1]["hole"]), (&"skin".into(), &"femur".into()), "{document}");
+    let answer = run(&["validate", scene]);
+    let found = text(&answer.stdout);
+    assert!(found.contains("/end_time_s") && !found.contains("/mesh"), "{found}");
+    // The mesh has the volume between the surfaces.
+    let full =
+        std::fs::read_to_string(scene).unwrap().replace("\"end_time_s\": null", "\"end_time_s\": 0.001");
+    std::fs::write(scene, full).unwrap();
+    let mesh = folder.path().join("mesh.msh");
+    let output = run(&["convert", scene, mesh.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let output = run(&["mesh", "info", "--json", mesh.to_str().unwrap()]);
+    let info: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let volume = info["quality"]["volume"].as_f64().unwrap();
+    let exact = 8e-9 * (30.0 * 30.0 * 50.0 - 8.0 * 8.0 * 40.0);
+    assert!((volume / exact - 1.0).abs() < 0.01, "{volume} of {exact}");
+    let output = run(&["scene", "from", &skin, "Cargo.toml"]);
+    assert!(text(&output.stderr).contains("of several surfaces"), "{}", text(&output.stderr));
+}

@@ -8,11 +8,11 @@ use super::mesh_picture::Faces;
 use super::picture::{picture_path, write_by_name};
 use super::plan::write_table;
 use super::{CliError, Exit};
-use crate::mechanics::rigid::Solid;
-use crate::mechanics::tensor::Vec3;
+use crate::mechanics::rigid::{MOST_PLANES, NoHull, Solid};
 use crate::mesh::MeshError;
 use crate::mesh::inspect::{Inspection, PartVolume, inspect};
 use crate::mesh::names::shortened;
+use crate::mesh::read::stl::ClosedSurface;
 use crate::mesh::segmentation::ScanInspection;
 use crate::scene::febio::NO_UNITS;
 use clap::{Args, Subcommand};
@@ -23,7 +23,7 @@ use std::path::PathBuf;
 /// Subcommands on mesh files.
 #[derive(Debug, Subcommand)]
 pub enum MeshCommand {
-    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file; spacing and labels of a scan; centre of mass of a surface.
+    /// Show kinds, parts, node sets, bounding box, quality, and the worst elements of a mesh file; spacing and labels of a scan; volume and centre of mass of a surface.
     Info(InfoArgs),
 }
 
@@ -63,11 +63,11 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
     }
     if is_surface(&args.file) {
         if args.picture.is_some() {
-            let words = "--picture draws meshes and scans, no surface of a rigid body: omit it";
+            let words = "--picture draws meshes and scans, no closed surface: omit it, or write the mesh of a scene by `contuse convert`";
             return Err(CliError::Usage(words.into()));
         }
-        let (solid, name) = read_surface_file(&args.file)?;
-        let found = SurfaceInspection::of(&solid);
+        let (surface, name) = read_surface_file(&args.file)?;
+        let found = SurfaceInspection::of(&surface);
         if args.json {
             write_json(&found, out)?;
         } else {
@@ -95,11 +95,22 @@ pub fn mesh(command: &MeshCommand, out: &mut dyn Write) -> Result<Exit, CliError
     Ok(if is_sound { Exit::Success } else { Exit::InvalidInput })
 }
 
-/// What a rigid body of a surface is placed and weighed by, in the unit of the file.
+/// What a surface encloses, in the unit of the file.
 #[derive(Serialize)]
 struct SurfaceInspection {
+    triangles: usize,
     bounding_box: [[f64; 3]; 2],
     volume: f64,
+    /// What a rigid body of it is placed and weighed by; absent where it has none.
+    #[serde(flatten)]
+    solid: Option<SolidInspection>,
+    /// Why there is no rigid body of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_rigid: Option<String>,
+}
+
+#[derive(Serialize)]
+struct SolidInspection {
     centre_of_mass: [f64; 3],
     /// Principal moments of inertia per mass.
     inertia_per_mass: [f64; 3],
@@ -109,39 +120,52 @@ struct SurfaceInspection {
 }
 
 impl SurfaceInspection {
-    fn of(solid: &Solid) -> Self {
-        let corners = solid.hull.corners().iter().map(|x| solid.axes * x + solid.centre);
-        let bounds = corners.fold(None, |bounds: Option<[Vec3; 2]>, x| {
-            let [low, high] = bounds.unwrap_or([x, x]);
-            Some([low.inf(&x), high.sup(&x)])
+    fn of(surface: &ClosedSurface) -> Self {
+        let made = Solid::new(&surface.points, &surface.triangles);
+        let not_rigid = made.as_ref().err().map(|reason| match reason {
+            NoHull::Flat(reason) => reason.to_string(),
+            NoHull::ManyPlanes => format!("its convex hull has more than {MOST_PLANES} planes"),
         });
-        Self {
-            bounding_box: bounds.unwrap_or_default().map(Into::into),
-            volume: solid.hull.volume(),
+        let solid = made.ok().map(|solid| SolidInspection {
             centre_of_mass: solid.centre.into(),
             inertia_per_mass: solid.hull.inertia_per_mass().into(),
             hull_ratio: solid.hull_ratio,
             hull_planes: solid.hull.plane_count(),
+        });
+        Self {
+            triangles: surface.triangles.len(),
+            bounding_box: surface.bounding_box().map(Into::into),
+            volume: surface.volume(),
+            solid,
+            not_rigid,
         }
     }
 }
 
 fn write_surface(name: &str, found: &SurfaceInspection, out: &mut dyn Write) -> io::Result<()> {
     let words = |numbers: [f64; 3]| numbers.map(|x| format!("{x:.6}")).join(", ");
-    writeln!(out, "{name}: a closed surface, for a rigid body; lengths in the unit of the file")?;
+    let [low, high] = found.bounding_box.map(words);
     writeln!(
         out,
-        "  bounding box    ({}) to ({})",
-        words(found.bounding_box[0]),
-        words(found.bounding_box[1])
+        "{name}: a closed surface of {} triangles; lengths in the unit of the file",
+        found.triangles
     )?;
+    writeln!(out, "  bounding box    ({low}) to ({high})")?;
     writeln!(out, "  volume          {:.6e}", found.volume)?;
-    writeln!(out, "  centre of mass  ({}), which a scene puts at center_m", words(found.centre_of_mass))?;
-    writeln!(out, "  inertia / mass  {}", words(found.inertia_per_mass))?;
+    if let Some(solid) = &found.solid {
+        writeln!(out, "  centre of mass  ({}), which a scene puts at center_m", words(solid.centre_of_mass))?;
+        writeln!(out, "  inertia / mass  {}", words(solid.inertia_per_mass))?;
+        writeln!(
+            out,
+            "  convex hull     {} planes, {:.3} times the volume, which is 1 for a convex surface",
+            solid.hull_planes, solid.hull_ratio
+        )?;
+    }
+    let reason = found.not_rigid.iter();
+    reason.map(|reason| writeln!(out, "  rigid body      none: {reason}")).collect::<io::Result<()>>()?;
     writeln!(
         out,
-        "  convex hull     {} planes, {:.3} times the volume, which is 1 for a convex surface",
-        found.hull_planes, found.hull_ratio
+        "A body that deforms is filled with elements: `contuse scene from {name}` begins a scene of it"
     )
 }
 

@@ -1,14 +1,14 @@
 //! Mesh files named on the command line.
 
 use super::CliError;
-use crate::mechanics::rigid::Solid;
 use crate::mesh::Mesh;
+use crate::mesh::read::stl::ClosedSurface;
 use crate::mesh::read::{FieldNames, MeshFormat};
 use crate::mesh::segmentation::LabelVolume;
-use crate::scene::build::{read_file, read_scan};
+use crate::scene::build::read_file;
 use crate::scene::febio::{UnitSystem, read_febio};
 use crate::scene::problem::Pointer;
-use crate::scene::rigid_surface;
+use crate::scene::segmentation_source::{read_scan, read_surface};
 use crate::scene::{Budget, FolderSource, Problems};
 use serde_json::Value;
 use std::path::Path;
@@ -21,12 +21,12 @@ pub(super) fn read_scan_file(path: &Path) -> Result<(LabelVolume, String), CliEr
     Ok((volume, name))
 }
 
-/// The body inside the surface of a file, and the name of the file without its folder.
-pub(super) fn read_surface_file(path: &Path) -> Result<(Solid, String), CliError> {
+/// The closed surface of a file, and the name of the file without its folder.
+pub(super) fn read_surface_file(path: &Path) -> Result<(ClosedSurface, String), CliError> {
     let (source, name) = source_of(path);
-    let read = rigid_surface::read(&source, (&name, Budget::COMMAND_LINE.mesh_bytes), 1.0, &Pointer::root());
-    let (solid, _) = read.map_err(crate::scene::Problem::alone)?;
-    Ok((solid, name))
+    let read = read_surface(&source, &name, Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());
+    let (surface, _) = read.map_err(crate::scene::Problem::alone)?;
+    Ok((surface, name))
 }
 
 /// The format that the name of a file says.
@@ -34,7 +34,7 @@ fn format_of(path: &Path) -> Option<MeshFormat> {
     MeshFormat::from_name(&path.file_name()?.to_string_lossy())
 }
 
-/// Whether a file is the surface of a rigid body, by its name.
+/// Whether a file is a closed surface, by its name.
 pub(super) fn is_surface(path: &Path) -> bool {
     format_of(path) == Some(MeshFormat::Stl)
 }

@@ -1,11 +1,13 @@
-//! `contuse scene from`: a first scene of a mesh file.
+//! `contuse scene from`: a first scene of a mesh file, of a scan, or of closed surfaces.
 
-use super::mesh_file::{is_febio, is_scan, read_febio_file, read_mesh_file, read_scan_file};
+use super::mesh_file::{
+    is_febio, is_scan, is_surface, read_febio_file, read_mesh_file, read_scan_file, read_surface_file,
+};
 use super::output_file::write_file;
 use super::{CliError, Exit};
 use crate::mesh::read::febio::NOT_READ;
 use crate::scene::febio::UnitSystem;
-use crate::scene::first_scene::{first_scene, first_scene_of_scan};
+use crate::scene::first_scene::{first_scene, first_scene_of_scan, first_scene_of_surfaces};
 use clap::{Args, Subcommand};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -13,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Subcommands on scene documents.
 #[derive(Debug, Subcommand)]
 pub enum SceneCommand {
-    /// Write a first scene of a mesh file or a scan: bodies, parts and sets with guessed roles; of a FEBio file also materials, conditions,
+    /// Write a first scene of a mesh file, a scan or surfaces: bodies, parts and sets with guessed roles; of a FEBio file also materials, conditions,
     /// loads and contact. What only you know is left open, and `contuse validate` names it.
     From(FromArgs),
 }
@@ -21,8 +23,10 @@ pub enum SceneCommand {
 /// Arguments of `contuse scene from`.
 #[derive(Args, Debug)]
 pub struct FromArgs {
-    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; or a scan with labels: .nii, .nii.gz, .nrrd or .mha.
-    pub mesh: PathBuf,
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or closed surfaces
+    /// in each other: one or more .stl.
+    #[arg(required = true, value_name = "MESH")]
+    pub meshes: Vec<PathBuf>,
     /// Scene to write, in the folder of the mesh [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -37,22 +41,34 @@ pub struct FromArgs {
 /// Why a file cannot be read or written.
 pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
     let SceneCommand::From(args) = command;
+    let [mesh, others @ ..] = args.meshes.as_slice() else {
+        return Err(CliError::Usage("name a mesh file".into()));
+    };
     if let Some(output) = &args.output {
-        check_folder(output, &args.mesh)?;
+        args.meshes.iter().try_for_each(|mesh| check_folder(output, mesh))?;
     }
-    if args.units.is_some() && !is_febio(&args.mesh) {
+    if let Some(other) = args.meshes.iter().find(|file| !others.is_empty() && !is_surface(file)) {
+        let message =
+            format!("{}: a scene is begun of one file, or of several surfaces (.stl)", other.display());
+        return Err(CliError::Usage(message));
+    }
+    if args.units.is_some() && !is_febio(mesh) {
         let scale = "the scale of \"placement\" makes metres of the lengths of other files";
         return Err(CliError::Usage(format!("--units is for FEBio files (.feb): {scale}")));
     }
-    let (document, notes) = if is_febio(&args.mesh) {
-        let (mesh, scene) = read_febio_file(&args.mesh, args.units)?;
+    let (document, notes) = if is_febio(mesh) {
+        let (mesh, scene) = read_febio_file(mesh, args.units)?;
         let is_of_sections = |note: &String| !note.starts_with(NOT_READ);
         (scene?, mesh.notes.into_iter().filter(is_of_sections).collect())
-    } else if is_scan(&args.mesh) {
-        let (volume, name) = read_scan_file(&args.mesh)?;
+    } else if is_scan(mesh) {
+        let (volume, name) = read_scan_file(mesh)?;
         (first_scene_of_scan(&volume, &name), volume.notes)
+    } else if is_surface(mesh) {
+        let surfaces =
+            args.meshes.iter().map(|file| read_surface_file(file)).collect::<Result<Vec<_>, _>>()?;
+        (first_scene_of_surfaces(&surfaces), Vec::new())
     } else {
-        let (mesh, name) = read_mesh_file(&args.mesh)?;
+        let (mesh, name) = read_mesh_file(mesh)?;
         (first_scene(&mesh, &name), mesh.notes)
     };
     for note in &notes {

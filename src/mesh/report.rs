@@ -4,7 +4,6 @@ use super::Mesh;
 use super::quality::{Quality, quality};
 use super::read::stl::ClosedSurface;
 use super::segmentation::{LabelCount, LabelVolume, ScanInspection};
-use crate::mechanics::tensor::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -99,19 +98,20 @@ impl MeshReport {
 
     /// Of a surface: its triangles count as elements.
     pub fn of_surface(surface: &ClosedSurface) -> Self {
-        let corner = |fold: fn(&Vec3, &Vec3) -> Vec3| {
-            surface.points.iter().copied().reduce(|a, b| fold(&a, &b)).unwrap_or_default().into()
-        };
+        let [low, high] = surface.bounding_box();
         let volume = format!("it encloses {:.4e}, in the cube of the unit of the file", surface.volume());
         Self {
             nodes: surface.points.len() as u64,
             elements: surface.triangles.len() as u64,
             parts: BTreeMap::new(),
             node_sets: BTreeMap::new(),
-            bounding_box_min: corner(Vec3::inf),
-            bounding_box_max: corner(Vec3::sup),
+            bounding_box_min: low.into(),
+            bounding_box_max: high.into(),
             quality: None,
-            notes: vec!["a closed surface of triangles, for a rigid body".into(), volume],
+            notes: vec![
+                "a closed surface of triangles, for a rigid body or the outside of a tissue".into(),
+                volume,
+            ],
         }
     }
 }

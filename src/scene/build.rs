@@ -12,6 +12,7 @@ use super::refinement::Meshes;
 use super::rigid_surface;
 use super::scene_body::RigidSceneBody;
 use super::segmentation_document::SegmentationDocument;
+use super::segmentation_source::{read_scan, read_surfaces};
 use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;
 use super::validate::rigid::check_of_shape;
@@ -23,8 +24,7 @@ use crate::mesh::cracks::{Cracks, recognise_hanging};
 use crate::mesh::read::table::add_table;
 use crate::mesh::read::{FieldNames, MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
-use crate::mesh::segmentation::read::read_labels;
-use crate::mesh::segmentation::{self, LabelVolume};
+use crate::mesh::segmentation;
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -181,16 +181,24 @@ impl<'a> Builder<'a> {
         finer.map_err(|error| out.push(mesh_problem(&error, &refine))).ok()
     }
 
-    /// The mesh of the labels of a scan.
+    /// The mesh of the labels of a scan, or of surfaces.
     fn of_scan(&mut self, scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
         // Reported by the checks of the document; the mesh is made of these numbers.
         if !(scan.is_sound()) {
             return None;
         }
-        let place = here.key("name");
-        let read = read_scan(self.source, &scan.name, self.budget.mesh_bytes, &place);
-        let (volume, file) = read.map_err(|problem| out.push(problem)).ok()?;
-        self.keep(&scan.name, file);
+        let limit = self.budget.mesh_bytes;
+        let volume = if let Some(name) = &scan.name {
+            let read = read_scan(self.source, name, limit, &here.key("name"));
+            let (volume, file) = read.map_err(|problem| out.push(problem)).ok()?;
+            self.keep(name, file);
+            volume
+        } else {
+            let read = read_surfaces(self.source, scan, limit, &here.key("surfaces"), out);
+            let (volume, files) = read.map_err(|problem| out.push(problem)).ok()?;
+            files.into_iter().for_each(|(name, file)| self.keep(&name, file));
+            volume
+        };
         check_scan(scan, &volume, here, out);
         let made = segmentation::mesh(&volume, &scan.options(self.elements_left));
         let mesh = made.map_err(|error| out.push(scan_problem(&error, here))).ok()?;
@@ -278,31 +286,6 @@ pub fn read_file(
     };
     let mesh = read_mesh_with(&found.bytes, format, fields, &mut include);
     Ok((mesh.map_err(|error| mesh_problem(&error, place).value(name))?, file_hashes))
-}
-
-/// The labels of a file of a source, of at most `limit` bytes after decompression, and the file.
-///
-/// # Errors
-/// Why it cannot be read, as a problem at `place`.
-pub fn read_scan(
-    source: &dyn MeshSource,
-    name: &str,
-    limit: u64,
-    place: &Pointer,
-) -> Result<(LabelVolume, MeshBytes), Problem> {
-    let found = source.read(name, limit).map_err(|error| source_problem(&error, place).value(name))?;
-    let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
-    let format = format.and_then(MeshFormat::volume).ok_or_else(|| {
-        Problem::error("unknown_mesh_format", place, "this is not a scan with labels")
-            .value(name)
-            .limit("a file name ending in .nii, .nii.gz, .nrrd or .mha")
-            .remedy(
-                "name a mesh in \"mesh\": {\"file\": …}; save the labels of a scan in one of these formats",
-            )
-    })?;
-    let volume = read_labels(&found.bytes, format, limit);
-    let volume = volume.map_err(|error| scan_problem(&error, place).value(name))?;
-    Ok((volume, found))
 }
 
 /// Refuses to split elements of a file with hanging nodes: their neighbours may be two levels coarser.

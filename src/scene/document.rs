@@ -21,7 +21,9 @@ pub use super::part_document::{
 };
 pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
-pub use super::segmentation_document::{CropDocument, LabelDocument, NearDocument, SegmentationDocument};
+pub use super::segmentation_document::{
+    ClosedSurfaceDocument, CropDocument, LabelDocument, NearDocument, SegmentationDocument,
+};
 pub use super::solver_document::{ContactSolver, ErrorBarsDocument, Keep, SolverDocument};
 
 /// One scene: bodies, contact, duration, and what to record.

@@ -4,6 +4,8 @@
 use super::materials::library::{MaterialSet, sets};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
+use crate::mesh::names::fault;
+use crate::mesh::read::stl::ClosedSurface;
 use crate::mesh::segmentation::{LabelCount, LabelVolume};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -119,6 +121,54 @@ pub fn first_scene_of_scan(volume: &LabelVolume, file_name: &str) -> Value {
         "description": format!(
             "From the scan {file_name}: the size of the elements, materials by names and bones, which do not move, are guessed; \
              other materials, a projectile and the end time are to be given."
+        ),
+        "end_time_s": null,
+        "bodies": [body],
+    })
+}
+
+/// A scene with closed surfaces, each read from a file of that name in the folder of the scene, as a part of one body, or as a hole that
+/// is held where it is named as a bone. Larger ones are taken to be around smaller ones.
+pub fn first_scene_of_surfaces(surfaces: &[(ClosedSurface, String)]) -> Value {
+    let stem = |name: &str| {
+        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+        if fault(stem).is_none() { stem.to_owned() } else { "tissue".to_owned() }
+    };
+    let mut nest: Vec<&(ClosedSurface, String)> = surfaces.iter().collect();
+    nest.sort_by(|(a, _), (b, _)| b.volume().total_cmp(&a.volume()));
+    let boxes = nest.iter().map(|(surface, _)| surface.bounding_box());
+    let extent = boxes.map(|[low, high]| (high - low).max()).fold(0.0, f64::max);
+    let scale = if extent > LARGEST_M { MILLIMETRE } else { 1.0 };
+    // A bone all around would leave no tissue.
+    let is_hole = |i: usize, name: &str| i > 0 && names_any(name, &BONES);
+    let uses: Vec<(bool, String)> =
+        nest.iter().enumerate().map(|(i, (_, name))| (is_hole(i, name), stem(name))).collect();
+    let listed = nest.iter().zip(&uses).map(|((_, name), (is_hole, own))| {
+        let mut listed = json!({"name": name, if *is_hole { "hole" } else { "part" }: own});
+        if scale < 1.0 {
+            listed["scale"] = json!(scale);
+        }
+        listed
+    });
+    let volume_m3 = nest.first().map_or(0.0, |(surface, _)| surface.volume() * scale.powi(3));
+    let segmentation =
+        json!({"surfaces": listed.collect::<Vec<_>>(), "size_m": element_size(volume_m3, 0.0)});
+    let named = |holes: bool| -> BTreeSet<&String> {
+        uses.iter().filter(|(is_hole, _)| *is_hole == holes).map(|(_, name)| name).collect()
+    };
+    let parts: Vec<Value> = named(false).into_iter().map(|name| part(name)).collect();
+    let mut body =
+        json!({"name": "tissue", "role": "tissue", "mesh": {"segmentation": segmentation}, "parts": parts});
+    let held: Vec<Value> = named(true).into_iter().map(|set| json!({"set": set})).collect();
+    if !held.is_empty() {
+        body["fixed"] = json!(held);
+    }
+    let files = nest.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", ");
+    json!({
+        "name": nest.first().map(|(_, name)| stem(name)),
+        "description": format!(
+            "From the closed surfaces {files}: their order, scale, the size of the elements, materials by names and bones, which do \
+             not move, are guessed; other materials, a projectile and the end time are to be given."
         ),
         "end_time_s": null,
         "bodies": [body],
@@ -285,6 +335,27 @@ mod tests {
         assert_eq!(body["fixed"], json!([{"set": "Femur left"}]));
         let material = |part: usize| body["parts"][part]["material"]["library"].as_str().unwrap();
         assert!(material(0).starts_with("fat/") && material(1) == TO_BE_CHOSEN, "{body}");
+    }
+
+    #[test]
+    fn surfaces_are_nested_by_their_volumes() {
+        let tetrahedron = |size: f64| ClosedSurface {
+            points: [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].map(|x| x * size).to_vec(),
+            triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+        };
+        let named = [(10.0, "Left femur.stl"), (60.0, "muscle.stl"), (80.0, "subcutaneous.stl")];
+        let surfaces = named.map(|(size, name)| (tetrahedron(size), name.to_owned()));
+        let scene = first_scene_of_surfaces(&surfaces);
+        let body = &scene["bodies"][0];
+        let listed = json!([
+            {"name": "subcutaneous.stl", "part": "subcutaneous", "scale": 0.001},
+            {"name": "muscle.stl", "part": "muscle", "scale": 0.001},
+            {"name": "Left femur.stl", "hole": "Left femur", "scale": 0.001},
+        ]);
+        assert_eq!(body["mesh"]["segmentation"]["surfaces"], listed);
+        assert_eq!(body["mesh"]["segmentation"]["size_m"], 2.4e-3);
+        assert_eq!(body["fixed"], json!([{"set": "Left femur"}]));
+        assert_eq!(body["parts"].as_array().map(Vec::len), Some(2));
     }
 
     #[test]

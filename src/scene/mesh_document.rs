@@ -12,7 +12,7 @@ pub enum MeshDocument {
     File(MeshFileDocument),
     /// Generated from a few parameters.
     Generator(Generator),
-    /// Made of the labels of a scan.
+    /// Made of the labels of a scan, or of closed surfaces.
     Segmentation(SegmentationDocument),
 }
 

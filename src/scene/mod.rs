@@ -55,6 +55,7 @@ pub mod rigid_surface;
 mod scene_body;
 pub mod schema;
 pub mod segmentation_document;
+pub mod segmentation_source;
 pub mod solver_document;
 pub mod source;
 mod structure;

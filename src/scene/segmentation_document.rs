@@ -1,5 +1,6 @@
-//! Meshes made of the labels of a scan, in a scene document.
+//! Meshes made of the labels of a scan, or of closed surfaces, in a scene document.
 
+use super::mesh_document::{is_one, one};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::segmentation::{Crop, LabelUse, Near, Options, SkinLayer};
 use schemars::JsonSchema;
@@ -8,14 +9,25 @@ use serde::{Deserialize, Serialize};
 /// Name of the part of a skin of given thickness.
 pub const SKIN: &str = "skin";
 
-/// A volume of labels from a scan, which is filled with hexahedra: parts for its labels, node sets `outer`, `x_min` … `z_max` where
-/// the scan or the crop cuts the body, and one for each hole.
+/// Largest edge of the voxels in surfaces, relative to the smallest size of elements [-].
+const VOXEL_OF_ELEMENT: f64 = 0.5;
+
+/// A volume of labels from a scan, or of closed surfaces, which is filled with hexahedra: parts for its labels, node sets `outer`,
+/// `x_min` … `z_max` where the scan or the crop cuts the body, and one for each hole. It has a `name`, or `surfaces`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentationDocument {
     /// File name relative to the scene's folder (`.nii`, `.nii.gz`, `.nrrd`, `.mha`), or the id of an uploaded scan.
-    pub name: String,
-    /// What the labels become; label 0 is outside. All others are parts `label_<n>` by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Closed surfaces in the place of a scan, from the outside to the inside: what is in several belongs to the last of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<ClosedSurfaceDocument>,
+    /// Largest edge of the voxels that the surfaces are filled with [m]; by default half of the smallest of `size_m`, `near` and
+    /// `thin_size_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxel_size_m: Option<f64>,
+    /// What the labels of a scan become; label 0 is outside. All others are parts `label_<n>` by default.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<LabelDocument>,
     /// Largest edge of the elements [m].
@@ -54,6 +66,23 @@ pub struct LabelDocument {
     pub hole: Option<String>,
 }
 
+/// A closed surface: what is in it becomes a part, a hole, or, with neither, outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClosedSurfaceDocument {
+    /// File name relative to the scene's folder (`.stl`, ASCII or binary), or the id of an uploaded surface.
+    pub name: String,
+    /// Scale factor (0.001 for a file in millimetres); all other lengths are those of the scaled surface.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub scale: f64,
+    /// Name of its part; surfaces with the same name form one part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// Name of the node set on the surface of a hole in its place: a bone that does not deform.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hole: Option<String>,
+}
+
 /// Small elements around a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -80,36 +109,50 @@ pub struct CropDocument {
 impl SegmentationDocument {
     /// What is requested of the mesh, of at most `elements` elements.
     pub fn options(&self, elements: u64) -> Options {
-        let usage = |label: &LabelDocument| match (&label.part, &label.hole) {
+        let usage = |part: &Option<String>, hole: &Option<String>| match (part, hole) {
             (Some(part), _) => LabelUse::Part(part.clone()),
             (None, Some(hole)) => LabelUse::Hole(hole.clone()),
             (None, None) => LabelUse::Outside,
         };
+        let of_labels = self.labels.iter().map(|label| (label.label, usage(&label.part, &label.hole)));
+        let of_surfaces = (1..).zip(&self.surfaces).map(|(n, own)| (n, usage(&own.part, &own.hole)));
         let near = |near: &NearDocument| Near {
             point: Vec3::from(near.point_m),
             size_m: near.size_m,
             within_m: near.within_m,
         };
-        let crop =
-            |crop: &CropDocument| Crop { center: Vec3::from(crop.center_m), size_m: Vec3::from(crop.size_m) };
         Options {
-            labels: self.labels.iter().map(|label| (label.label, usage(label))).collect(),
+            labels: of_labels.chain(of_surfaces).collect(),
             size_m: self.size_m,
             near: self.near.iter().map(near).collect(),
             thin_size_m: self.thin_size_m,
-            crop: self.crop.as_ref().map(crop),
+            crop: self.crop(),
             skin: self.skin_thickness_m.map(|thickness_m| SkinLayer { part: SKIN.into(), thickness_m }),
             noise_m3: self.noise_m3,
             max_elements: self.max_elements.unwrap_or(elements).min(elements),
         }
     }
 
+    /// The box that is used.
+    pub fn crop(&self) -> Option<Crop> {
+        let crop = self.crop.as_ref()?;
+        Some(Crop { center: Vec3::from(crop.center_m), size_m: Vec3::from(crop.size_m) })
+    }
+
+    /// Largest edge of the voxels that surfaces are filled with [m].
+    pub fn voxel_m(&self) -> f64 {
+        let sizes = self.near.iter().map(|near| near.size_m).chain(self.thin_size_m);
+        self.voxel_size_m.unwrap_or_else(|| VOXEL_OF_ELEMENT * sizes.fold(self.size_m, f64::min))
+    }
+
     /// Whether the numbers can be computed with; if not, the checks of the document say why.
     pub fn is_sound(&self) -> bool {
         let is_positive = |x: &f64| *x > 0.0 && x.is_finite();
         let is_point = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
-        let lengths = [Some(self.size_m), self.thin_size_m, self.skin_thickness_m];
+        let lengths = [Some(self.size_m), self.thin_size_m, self.skin_thickness_m, self.voxel_size_m];
         lengths.iter().flatten().all(is_positive)
+            && self.name.is_some() == self.surfaces.is_empty()
+            && self.surfaces.iter().all(|surface| is_positive(&surface.scale))
             && self.noise_m3.is_none_or(|noise| noise >= 0.0)
             && self
                 .near

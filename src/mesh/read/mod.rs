@@ -66,7 +66,7 @@ pub enum MeshFormat {
     /// Label volume in MetaImage `.mha`.
     #[serde(rename = "mha")]
     MetaImage,
-    /// Surface of a rigid body in STL `.stl`, ASCII or binary.
+    /// Closed surface of a rigid body or of a tissue in STL `.stl`, ASCII or binary.
     #[serde(rename = "stl")]
     Stl,
 }
@@ -204,8 +204,8 @@ pub fn read_mesh_with(
         }),
         MeshFormat::Stl => Err(MeshError::Unsupported {
             what: "a surface, which has no elements".into(),
-            remedy: "name it in \"rigid\": {\"shape\": {\"kind\": \"stl\", \"name\": …}} of a rigid body; fill it with elements in a mesh \
-                     generator such as Gmsh for one that deforms"
+            remedy: "name it in \"mesh\": {\"segmentation\": {\"surfaces\": [{\"name\": …, \"part\": …}], \"size_m\": …}} to fill it with elements, \
+                     or in \"rigid\": {\"shape\": {\"kind\": \"stl\", \"name\": …}} of a rigid body"
                 .into(),
         }),
     }

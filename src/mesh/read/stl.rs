@@ -19,6 +19,21 @@ pub struct ClosedSurface {
 }
 
 impl ClosedSurface {
+    /// The surface with all coordinates times a factor > 0.
+    #[must_use]
+    pub fn scaled(mut self, scale: f64) -> Self {
+        self.points.iter_mut().for_each(|x| *x *= scale);
+        self
+    }
+
+    /// Lower and upper corner of the bounding box, in the unit of the file.
+    pub fn bounding_box(&self) -> [Vec3; 2] {
+        let corner = |fold: fn(&Vec3, &Vec3) -> Vec3| {
+            self.points.iter().copied().reduce(|a, b| fold(&a, &b)).unwrap_or_default()
+        };
+        [corner(Vec3::inf), corner(Vec3::sup)]
+    }
+
     /// Enclosed volume, in the cube of the unit of the file: the sum of signed tetrahedra over the triangles.
     pub fn volume(&self) -> f64 {
         let of_triangle = |triangle: &[u32; 3]| {

@@ -1,6 +1,6 @@
 //! Segmentations: volumes of labels from a scan, and the hexahedra made of them.
 //!
-//! `read` reads a [`LabelVolume`]. [`mesh`] crops it, removes noise (`islands`), fills its box with a balanced `octree`, gives each
+//! `read` reads a [`LabelVolume`], [`Filling`] makes one of closed surfaces (`rasterise`). [`mesh`] crops it, removes noise (`islands`), fills its box with a balanced `octree`, gives each
 //! leaf the label of most of its volume (`labelling`), and moves the nodes between labels onto their surfaces (`surfaces`,
 //! `smoothing`) while every label keeps the volume of its voxels (`volumes`). Hanging nodes are as those of local refinement.
 //!
@@ -18,6 +18,7 @@ mod labelling;
 mod mesher;
 mod octree;
 mod options;
+mod rasterise;
 pub mod read;
 mod sizes;
 mod skin;
@@ -30,4 +31,5 @@ mod volumes;
 
 pub use mesher::{POORLY_RESOLVED, RELABELLED, mesh};
 pub use options::{Crop, LabelUse, Near, Options, SkinLayer};
+pub use rasterise::{Filled, Filling, Unfilled};
 pub use volume::{Frame, LabelCount, LabelVolume, MOST_LABELS, ScanInspection};

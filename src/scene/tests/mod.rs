@@ -7,6 +7,7 @@ mod library;
 mod mesh_formats;
 mod rigid;
 mod scans;
+mod surface_nest;
 mod surfaces;
 
 use super::document::Keep;

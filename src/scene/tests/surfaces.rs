@@ -5,7 +5,7 @@ use crate::mechanics::rigid::{Rotation, Shape, triangulated};
 use crate::mechanics::tensor::Vec3;
 
 /// Binary STL of shapes at places, in millimetres.
-fn stl(shapes: &[(Shape, Vec3, Rotation)]) -> Vec<u8> {
+pub(super) fn stl(shapes: &[(Shape, Vec3, Rotation)]) -> Vec<u8> {
     let mut bytes = vec![0; 84];
     let mut count = 0_u32;
     for (shape, place, turn) in shapes {
@@ -138,5 +138,5 @@ fn what_is_wrong_with_a_surface_is_listed_with_its_place() {
     let files = Files(vec![("brick.stl", stl(&[brick()]))]);
     let message =
         load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap_err().to_string();
-    assert!(message.contains("\"kind\": \"stl\""), "{message}");
+    assert!(message.contains("\"kind\": \"stl\"") && message.contains("segmentation"), "{message}");
 }

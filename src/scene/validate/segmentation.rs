@@ -1,4 +1,4 @@
-//! Checks of meshes made of the labels of a scan: of the document alone, of its numbers against the scan, and of the volumes of the mesh.
+//! Checks of meshes made of the labels of a scan, or of surfaces: of the document alone, of its numbers against the scan, and of the volumes of the mesh.
 
 use super::Findings;
 use crate::mechanics::contact::Discretisation;
@@ -7,7 +7,11 @@ use crate::mesh::names::fault;
 use crate::mesh::segmentation::{LabelVolume, POORLY_RESOLVED, RELABELLED};
 use crate::scene::document::{BodyDocument, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
-use crate::scene::segmentation_document::{LabelDocument, SegmentationDocument};
+use crate::scene::segmentation_document::{ClosedSurfaceDocument, LabelDocument, SegmentationDocument};
+use serde_json::Value;
+
+/// Deviation of the volume of voxels from that of their surface without a warning [-].
+const VOXEL_TOLERANCE: f64 = 0.01;
 
 /// Checks all scans of the document.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
@@ -16,7 +20,9 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         let body_place = Pointer::root().key("bodies").index(i);
         let here = body_place.key("mesh").key("segmentation");
         check_sizes(scan, &here, out);
+        check_source(scan, &here, out);
         check_labels(&scan.labels, &here.key("labels"), out);
+        check_surfaces(&scan.surfaces, &here.key("surfaces"), out);
         check_no_refinement(body, &body_place, out);
         check_no_erosion(body, &body_place, "made of a scan", out);
         check_no_mortar(document, &here, "the mesh of a scan", out);
@@ -106,6 +112,56 @@ pub fn check_noise(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
     }
 }
 
+/// Warns of surfaces whose volume their voxels do not have: `ratios` of these volumes, where a surface is not cut.
+pub fn check_voxels(ratios: &[Option<f64>], here: &Pointer, out: &mut Findings) {
+    let beyond = |ratio: &f64| !((ratio - 1.0).abs() <= VOXEL_TOLERANCE);
+    for (i, ratio) in ratios.iter().enumerate() {
+        let Some(ratio) = ratio.filter(beyond) else { continue };
+        let percent = 100.0 * (ratio - 1.0);
+        let message = format!("the volume of the voxels in the surface is {percent:+.1} % off its own");
+        out.push(
+            Problem::warning("surface_volume", &here.index(i), message)
+                .value(ratio)
+                .limit("within 1 % of the volume that it encloses")
+                .remedy("give a smaller voxel_size_m; shells that overlap in one file are counted twice in its volume"),
+        );
+    }
+}
+
+/// The labels come from a scan, or from surfaces.
+fn check_source(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) {
+    let has_surfaces = !scan.surfaces.is_empty();
+    out.require(scan.name.is_some() != has_surfaces, || {
+        let (code, message, remedy) = if has_surfaces {
+            ("several_variants", "the labels are those of a scan, or of surfaces", "remove one of them")
+        } else {
+            ("missing_source", "there is nothing to make a mesh of", "name a scan, or list closed surfaces")
+        };
+        Problem::error(code, here, message).limit("one of name and surfaces").remedy(remedy)
+    });
+    out.require(!has_surfaces || scan.labels.is_empty(), || {
+        Problem::error("labels_of_surfaces", &here.key("labels"), "surfaces have no labels")
+            .value(scan.labels.len())
+            .limit("labels of a scan")
+            .remedy("give each surface its part or hole, and remove the labels")
+    });
+    out.require(has_surfaces || scan.voxel_size_m.is_none(), || {
+        Problem::error("voxels_of_scan", &here.key("voxel_size_m"), "a scan has voxels of its own")
+            .value(scan.voxel_size_m)
+            .limit("absent, with a scan")
+            .remedy("remove voxel_size_m")
+    });
+}
+
+fn check_surfaces(surfaces: &[ClosedSurfaceDocument], here: &Pointer, out: &mut Findings) {
+    for (i, surface) in surfaces.iter().enumerate() {
+        let place = here.index(i);
+        let remedy = "0.001 turns millimetres into metres";
+        out.positive(&place.key("scale"), "the scale", surface.scale, remedy);
+        check_use((&surface.part, &surface.hole), surface.name.as_str(), &place, out);
+    }
+}
+
 fn check_sizes(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) {
     let usual = "tissue is resolved by 0.5 to 5 mm; sizes are in metres";
     out.positive(&here.key("size_m"), "the size of elements", scan.size_m, usual);
@@ -129,6 +185,9 @@ fn check_sizes(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) 
     }
     if let Some(size) = scan.thin_size_m {
         out.positive(&here.key("thin_size_m"), "the size of elements", size, usual);
+    }
+    if let Some(size) = scan.voxel_size_m {
+        out.positive(&here.key("voxel_size_m"), "the size of voxels", size, "half of an element resolves it");
     }
     if let Some(thickness) = scan.skin_thickness_m {
         let remedy = "skin is 1 to 3 mm thick; without skin_thickness_m there is none";
@@ -155,12 +214,7 @@ fn not_finite(here: &Pointer) -> Problem {
 fn check_labels(labels: &[LabelDocument], here: &Pointer, out: &mut Findings) {
     for (i, label) in labels.iter().enumerate() {
         let place = here.index(i);
-        out.require(!(label.part.is_some() && label.hole.is_some()), || {
-            Problem::error("several_variants", &place, "a label is a part or a hole")
-                .value(label.label)
-                .limit("one of part and hole")
-                .remedy("remove one of them")
-        });
+        check_use((&label.part, &label.hole), label.label, &place, out);
         out.require(labels[..i].iter().all(|other| other.label != label.label), || {
             Problem::error("repeated_item", &place.key("label"), "this label is listed already")
                 .value(label.label)
@@ -173,14 +227,29 @@ fn check_labels(labels: &[LabelDocument], here: &Pointer, out: &mut Findings) {
                 .limit("another label")
                 .remedy("give the tissue another label in the program that segmented the scan")
         });
-        for (key, name) in [("part", &label.part), ("hole", &label.hole)] {
-            let Some(limit) = name.as_deref().and_then(fault) else { continue };
-            out.push(
-                Problem::error("bad_name", &place.key(key), "this is not a name")
-                    .limit(limit)
-                    .remedy("choose another name"),
-            );
-        }
+    }
+}
+
+/// A label or a surface is a part or a hole, of a valid name.
+fn check_use(
+    (part, hole): (&Option<String>, &Option<String>),
+    of: impl Into<Value>,
+    place: &Pointer,
+    out: &mut Findings,
+) {
+    out.require(part.is_none() || hole.is_none(), || {
+        Problem::error("several_variants", place, "it is a part or a hole")
+            .value(of)
+            .limit("one of part and hole")
+            .remedy("remove one of them")
+    });
+    for (key, name) in [("part", part), ("hole", hole)] {
+        let Some(limit) = name.as_deref().and_then(fault) else { continue };
+        out.push(
+            Problem::error("bad_name", &place.key(key), "this is not a name")
+                .limit(limit)
+                .remedy("choose another name"),
+        );
     }
 }
 

@@ -202,7 +202,9 @@ impl Engine for Simulator {
                 FirstScene::of_scan(&labels, name, approach).map_err(|error| refusal(error.to_string()))
             }
             MeshContent::Surface(_) => {
-                Err(refusal("a surface is the shape of a rigid body: it has no part to begin with".into()))
+                let words = "a surface has no part to begin with: name it in \"mesh\": {\"segmentation\": {\"surfaces\": [{\"name\": …, \"part\": …}], \"size_m\": …}}, \
+                             or as the shape of a rigid body";
+                Err(refusal(words.into()))
             }
         }
     }
