@@ -8,18 +8,18 @@ use crate::mesh::surface::{boundary, faces_within};
 use crate::scene::document::{Axis, FaceLoadDocument, FixedDocument, PrescribedDocument, RampDocument};
 use roxmltree::Node;
 
-const AXES: [(&str, Axis); 3] = [("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)];
+pub(super) const AXES: [(&str, Axis); 3] = [("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)];
 
 /// A node set that a condition names.
-struct Set {
+pub(super) struct Set {
     /// Its name in the mesh.
-    name: String,
-    nodes: Vec<u32>,
+    pub(super) name: String,
+    pub(super) nodes: Vec<u32>,
 }
 
 impl<'x> Deck<'x> {
     /// The set that an attribute names, of this origin unless it says another (`@surface:top`).
-    fn set(&mut self, node: Node<'x, 'x>, attribute: &str, origin: Origin) -> Option<Set> {
+    pub(super) fn set(&mut self, node: Node<'x, 'x>, attribute: &str, origin: Origin) -> Option<Set> {
         let named = node.attribute(attribute).unwrap_or_default();
         let (origin, own) = match named.split_once(':') {
             Some(("@surface", own)) => (Origin::Surface, own),
@@ -63,6 +63,8 @@ impl<'x> Deck<'x> {
                     self.prescribed(item, &axes);
                 }
             }
+            ("bc", Some("rigid")) | ("rigid", None) => self.attached_to_rigid(item),
+            ("rigid_body", None) => self.rigid_body(node),
             _ => self.unknown(node),
         }
     }
@@ -115,7 +117,11 @@ impl<'x> Deck<'x> {
     }
 
     /// The value of a load, 1 where it has none, and its load curve.
-    fn load(&mut self, node: Node<'x, 'x>, value: Option<Node<'x, 'x>>) -> Option<(f64, RampDocument)> {
+    pub(super) fn load(
+        &mut self,
+        node: Node<'x, 'x>,
+        value: Option<Node<'x, 'x>>,
+    ) -> Option<(f64, RampDocument)> {
         let Some(value) = value else {
             self.refuse(node, "no value", "give it one in FEBio Studio");
             return None;

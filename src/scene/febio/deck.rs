@@ -2,6 +2,7 @@
 
 use super::curves::{Curve, Curves};
 use super::node::{elements, numbers, text, title};
+use super::rigid::RigidBody;
 use super::units::Units;
 use crate::mesh::Mesh;
 use crate::mesh::read::febio::SetNames;
@@ -12,6 +13,7 @@ use crate::scene::document::{
 use crate::scene::problem::{Pointer, Problem, ProblemList};
 use roxmltree::Node;
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// A body of the scene, and what the file says of it.
 pub(super) struct Body {
@@ -44,6 +46,12 @@ pub(super) struct Deck<'x> {
     pub mesh: &'x Mesh,
     pub mesh_section: Node<'x, 'x>,
     pub sets: &'x SetNames,
+    /// Whether each element has material axes of its own; empty where none has.
+    pub has_axes: &'x [bool],
+    /// Materials by name and number.
+    pub materials: BTreeMap<&'x str, Node<'x, 'x>>,
+    /// Rigid bodies by the byte offsets of their materials.
+    pub rigid: BTreeMap<usize, RigidBody>,
     pub units: Units,
     pub curves: Curves,
     /// End of the run [s].

@@ -3,6 +3,7 @@
 use super::deck::Deck;
 use super::item::Item;
 use super::node::{numbers, text, title};
+use crate::mesh::read::febio::RIGID;
 use crate::scene::document::{
     FibreFrameDocument, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
@@ -27,11 +28,15 @@ const T: [&str; MOST_TERMS] = ["t1", "t2", "t3", "t4", "t5", "t6"];
 impl<'x> Deck<'x> {
     /// The material as that of a part; `None` where a scene has none such, which is refused.
     pub(super) fn material(&mut self, node: Node<'x, 'x>, part: &str) -> Option<PartDocument> {
+        if node.attribute("type") == Some(RIGID) {
+            return Some(self.rigid_part(node, part));
+        }
         let mut item = Item::new(node);
         // FEBio's density is 1 where none is given.
         let density = if item.take("density").is_some() { item.number("density", self)? } else { 1.0 };
         let viscoelastic = node.attribute("type") == Some("uncoupled viscoelastic");
         let frame = self.frame(&mut item);
+        let frame = self.own_axes(node, part, frame);
         let (law, prony) =
             if viscoelastic { self.viscoelastic(&mut item)? } else { (self.law(&mut item, None)?, None) };
         item.finish(&[], self);
@@ -66,6 +71,33 @@ impl<'x> Deck<'x> {
         }
         self.refuse(node, "material axes other than two vectors a and d", "give them as vectors");
         None
+    }
+
+    /// The axes of a part, whose elements may each have some in the file, in place of `frame` of the material.
+    fn own_axes(
+        &mut self,
+        node: Node<'x, 'x>,
+        part: &str,
+        frame: Option<FibreFrameDocument>,
+    ) -> Option<FibreFrameDocument> {
+        let index = self.mesh.parts.iter().position(|own| own == part);
+        let of_part = self.mesh.part_of.iter().zip(self.has_axes);
+        let own = of_part.filter(|(part, _)| Some(**part as usize) == index);
+        let [count, without] = own.fold([0, 0], |[n, m], (_, has)| [n + 1, m + u32::from(!has)]);
+        if without == count {
+            return frame;
+        }
+        if without > 0 {
+            let what = format!(
+                "{without} of the {count} elements of {part:?} have no axes in <MeshData>, and others have"
+            );
+            self.refuse(node, what, "give all elements of the part axes, or none");
+        }
+        if frame.is_some() {
+            let what = format!("axes of its own, beside those of the elements of {part:?} in <MeshData>");
+            self.refuse(node, what, "remove <mat_axis> of the material, or the element data");
+        }
+        Some(FibreFrameDocument::Mesh {})
     }
 
     /// Law and relaxation of an "uncoupled viscoelastic" material: the stress g0 S + Σ gᵢ Hᵢ is that of the law with g0 times its
@@ -162,11 +194,6 @@ impl<'x> Deck<'x> {
                 let bulk = self.bulk(item, whole, VolumetricDocument::LnSquared);
                 let law = self.uncoupled(kind, item, bulk.unwrap_or_default());
                 bulk.and(law)
-            }
-            "rigid body" => {
-                let remedy = "remove its elements from the file, and give the scene a body with a \"rigid\" shape in their place";
-                self.refuse(item.node, "a rigid body, which has a shape and no mesh in a scene", remedy);
-                None
             }
             _ => {
                 let remedy = "choose one of docs/meshes.md in the file, or take the mesh alone from a file of the mesh";

@@ -8,8 +8,11 @@ mod deck;
 mod item;
 mod materials;
 mod node;
+mod rigid;
 mod units;
 
+#[cfg(test)]
+mod rigid_tests;
 #[cfg(test)]
 mod tests;
 
@@ -24,7 +27,7 @@ use super::file_problem::{mesh_problem, source_problem};
 use super::first_scene::first_scene;
 use super::problem::{Pointer, Problem, ProblemList, Problems};
 use super::source::MeshSource;
-use crate::mesh::read::febio::{mesh_section, read_with_names};
+use crate::mesh::read::febio::{Found, is_axes, materials, materials_of_parts, mesh_section, read_xml};
 use crate::mesh::read::xml::Xml;
 use crate::mesh::{Mesh, MeshError};
 use roxmltree::Node;
@@ -64,13 +67,16 @@ pub fn scene_of_febio(
 ) -> Result<(Mesh, Result<Value, Problems>), MeshError> {
     let text = String::from_utf8_lossy(bytes);
     let xml = Xml::new(&text)?;
-    let (mesh, sets) = read_with_names(&xml)?;
+    let Found { mesh, sets, has_axes } = read_xml(&xml)?;
     let mut scene = first_scene(&mesh, file_name);
     let mut deck = Deck {
         xml: &xml,
         mesh: &mesh,
         mesh_section: mesh_section(&xml)?,
         sets: &sets,
+        has_axes: &has_axes,
+        materials: materials(xml.root()),
+        rigid: BTreeMap::new(),
         units: UnitSystem::Si.units(),
         curves: curves(xml.root()),
         end_time: None,
@@ -83,6 +89,7 @@ pub fn scene_of_febio(
     deck.module(units);
     deck.sections(xml.root());
     let parts = deck.parts();
+    deck.rigid_bodies();
     if deck.problems.is_empty() {
         deck.write(&mut scene, &parts);
         return Ok((mesh, Ok(scene)));
@@ -168,6 +175,10 @@ impl<'x> Deck<'x> {
                 "Step" => self.step(section),
                 "Boundary" => elements(section).for_each(|node| self.boundary_condition(node)),
                 "Contact" => elements(section).for_each(|node| self.contact(node)),
+                "Rigid" => elements(section).for_each(|node| self.rigid_condition(node)),
+                "MeshData" => {
+                    elements(section).filter(|node| !is_axes(*node)).for_each(|node| self.unknown(node));
+                }
                 "Initial" => elements(section).for_each(|node| self.initial_condition(node)),
                 "Loads" => {
                     for node in elements(section) {
@@ -215,30 +226,20 @@ impl<'x> Deck<'x> {
         let section = |name: &'static str| {
             elements(root).filter(move |node| node.has_tag_name(name)).flat_map(elements)
         };
-        let mut assigned: BTreeMap<&str, &str> = BTreeMap::new();
-        for node in elements(self.mesh_section).filter(|node| node.has_tag_name("Elements")) {
-            if let (Some(part), Some(id)) = (node.attribute("name"), node.attribute("mat")) {
-                assigned.insert(part.trim(), id);
-            }
-        }
         for domain in section("MeshDomains") {
             let kind = domain.attribute("type").unwrap_or("elastic-solid");
             let is_solid = ["elastic-solid", "three-field-solid", "ut4-solid", "rigid-solid"].contains(&kind);
-            match (domain.attribute("name"), domain.attribute("mat")) {
-                (Some(part), Some(id)) if domain.has_tag_name("SolidDomain") && is_solid => {
-                    assigned.insert(part.trim(), id);
-                }
-                _ => self.unknown(domain),
+            let is_assigned = domain.has_attribute("name") && domain.has_attribute("mat");
+            if !(domain.has_tag_name("SolidDomain") && is_solid && is_assigned) {
+                self.unknown(domain);
             }
         }
+        let assigned = materials_of_parts(root, self.mesh_section);
         let mut found = BTreeMap::new();
         let mesh = self.mesh;
         for part in &mesh.parts {
-            let named = assigned.get(part.as_str()).copied();
-            let is_it = |node: &Node| {
-                named.is_some() && [node.attribute("name"), node.attribute("id")].contains(&named)
-            };
-            if let Some(node) = section("Material").find(is_it) {
+            let material = assigned.get(part.as_str()).and_then(|named| self.materials.get(named));
+            if let Some(node) = material.copied() {
                 found.extend(self.material(node, part).map(|document| (part.clone(), document)));
             } else {
                 let what = format!("no material for the part {part:?}");

@@ -8,7 +8,7 @@ use crate::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, Problems, loa
 use serde_json::{Value, json};
 
 /// Nodes 1 to 8 of a block at z = 0 to 10, nodes 9 to 16 of one above it with a gap of 1.
-fn file(material: &str, sections: &str) -> String {
+pub(super) fn file(material: &str, sections: &str) -> String {
     let square = [(0, 0), (10, 0), (10, 10), (0, 10)];
     let levels = [0, 10, 11, 21];
     let at = levels.iter().flat_map(|z| square.map(|(x, y)| (x, y, *z)));
@@ -30,14 +30,14 @@ fn file(material: &str, sections: &str) -> String {
     )
 }
 
-const NEO_HOOKEAN: &str = "type=\"neo-Hookean\"><density>1e-9</density><E>0.1</E><v>0.4</v>";
+pub(super) const NEO_HOOKEAN: &str = "type=\"neo-Hookean\"><density>1e-9</density><E>0.1</E><v>0.4</v>";
 
-fn scene_of(text: &str) -> Result<Value, Problems> {
+pub(super) fn scene_of(text: &str) -> Result<Value, Problems> {
     scene_of_febio(text.as_bytes(), "blocks.feb", None).unwrap().1
 }
 
 /// The messages of the problems of a file.
-fn refused(text: &str) -> Vec<String> {
+pub(super) fn refused(text: &str) -> Vec<String> {
     scene_of(text).unwrap_err().0.into_iter().map(|problem| problem.message).collect()
 }
 
@@ -120,7 +120,7 @@ const SECTIONS: &str = "<Control><analysis>STATIC</analysis><time_steps>10</time
     <LoadData><load_controller id=\"1\" type=\"loadcurve\"><interpolate>SMOOTH</interpolate><points><pt>0,0</pt><pt>1,1</pt></points>\
     </load_controller></LoadData>\n<Output/>\n";
 
-struct One(String);
+pub(super) struct One(pub(super) String);
 impl MeshSource for One {
     fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
         Ok(MeshBytes { file_name: name.to_owned(), bytes: self.0.clone().into_bytes() })
@@ -167,7 +167,7 @@ fn what_has_no_counterpart_is_refused_with_its_line() {
     };
     for (from, to, line, what) in [
         ("type=\"neo-Hookean\"", "type=\"Holmes-Mow\"", 3, "a law that is not here"),
-        ("type=\"neo-Hookean\"", "type=\"rigid body\"", 3, "a rigid body"),
+        ("type=\"neo-Hookean\"", "type=\"rigid body\"", 3, "a rigid body that is free along Rx, Ry, Rz, Ru"),
         ("<E>0.1</E>", "<E type=\"map\">m</E>", 3, "not a constant number"),
         ("<v>0.4</v>", "<v>0.4</v><beta>1</beta>", 3, "<beta> in <material"),
         ("<v>0.4</v>", "", 3, "no <v>"),
@@ -181,7 +181,9 @@ fn what_has_no_counterpart_is_refused_with_its_line() {
         ("<z lc=\"1\">", "<z lc=\"7\">", 35, "no load curve 7"),
         ("type=\"sliding-elastic\"", "type=\"tied-elastic\"", 36, "tied-elastic"),
         ("<penalty>5", "<tension>1</tension><penalty>5", 36, "tension"),
-        ("<Output/>", "<Rigid><rigid_bc type=\"rigid_fixed\"/></Rigid>", 38, "<rigid_bc"),
+        ("<Output/>", "<Rigid><rigid_bc type=\"rigid_fixed\"/></Rigid>", 38, "there is no rigid body"),
+        ("<Output/>", "<Rigid><rigid_load type=\"rigid_force\"/></Rigid>", 38, "<rigid_load"),
+        ("<Output/>", "<MeshData><ElementData type=\"shell thickness\"/></MeshData>", 38, "shell thickness"),
     ] {
         let found = with(from, to);
         let place = format!("line {line}: ");

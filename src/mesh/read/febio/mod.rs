@@ -4,8 +4,13 @@
 //! Parts are the `<Elements>` of volumes; `<NodeSet>`, `<Surface>`, `<ElementSet>`, and `<Elements>` of shells and lines become
 //! node sets.
 
+mod axes;
+mod materials;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use axes::is_axes;
+pub(crate) use materials::{RIGID, materials, materials_of_parts};
 
 use super::assembly::{Assembly, NodeTag, free_name};
 use super::cursor::shown;
@@ -33,6 +38,18 @@ pub(crate) enum Origin {
     Surface,
     /// `<Edge>`.
     Edge,
+    /// All nodes of a rigid body, by the name of its first `<Elements>`.
+    RigidBody,
+}
+
+/// What is read of a file.
+pub(crate) struct Found {
+    /// The mesh. It has material axes where the file has some; x, y, z in elements without.
+    pub(crate) mesh: Mesh,
+    /// The names of its node sets.
+    pub(crate) sets: SetNames,
+    /// Whether each element has axes in the file; empty where none has.
+    pub(crate) has_axes: Vec<bool>,
 }
 
 impl Origin {
@@ -43,6 +60,7 @@ impl Origin {
             Self::Nodes => "nodes",
             Self::Surface => "surface",
             Self::Edge => "edge",
+            Self::RigidBody => "rigid_body",
         }
     }
 }
@@ -53,20 +71,22 @@ impl Origin {
 /// Those of [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let text = String::from_utf8_lossy(bytes);
-    Ok(read_with_names(&Xml::new(&text)?)?.0)
+    Ok(read_xml(&Xml::new(&text)?)?.mesh)
 }
 
-/// The mesh of a parsed file, and the names of its node sets.
+/// The mesh of a parsed file, the names of its node sets, and which elements have material axes.
 ///
 /// # Errors
 /// Those of [`super::read_mesh`].
-pub(crate) fn read_with_names(xml: &Xml) -> Result<(Mesh, SetNames), MeshError> {
+pub(crate) fn read_xml(xml: &Xml) -> Result<Found, MeshError> {
     let mesh = mesh_section(xml)?;
     let mut reader = Reader {
         xml,
         assembly: Assembly::default(),
         set_names: SetNames::new(),
         elements: HashMap::new(),
+        rigid: materials::rigid_parts(xml.root(), mesh),
+        rigid_sets: BTreeMap::new(),
         entries: 0,
         most_entries: most_entries(xml.length()),
     };
@@ -91,9 +111,15 @@ pub(crate) fn read_with_names(xml: &Xml) -> Result<(Mesh, SetNames), MeshError> 
         }
     }
     let other = xml.root().children().filter(|child| child.is_element() && *child != mesh);
-    unused.extend(other.filter(|child| !child.has_tag_name("Module")));
+    let is_used = |child: &Node| {
+        child.has_tag_name("Module")
+            || child.has_tag_name("MeshData") && child.children().filter(Node::is_element).all(is_axes)
+    };
+    unused.extend(other.filter(|child| !is_used(child)));
     reader.note_unused(unused);
-    Ok((reader.assembly.into_mesh(|offset| xml.place(offset))?, reader.set_names))
+    let read = reader.assembly.into_mesh(|offset| xml.place(offset))?;
+    let (axes, has_axes) = axes::axes(xml, mesh)?;
+    Ok(Found { mesh: Mesh { axes, ..read }, sets: reader.set_names, has_axes })
 }
 
 /// The element with the mesh.
@@ -161,26 +187,39 @@ struct Reader<'a> {
     set_names: SetNames,
     /// Nodes of each element by its number: those of a cell, or of a shell or line.
     elements: HashMap<u64, Vec<u64>>,
+    /// Parts of rigid bodies, with the byte offsets of their materials.
+    rigid: BTreeMap<&'a str, usize>,
+    /// The node set of each rigid body, by the same.
+    rigid_sets: BTreeMap<usize, String>,
     /// Entries of all sets, and how many are allowed.
     entries: u64,
     most_entries: u64,
 }
 
-impl<'a> Reader<'a> {
-    /// Numbers separated by commas.
-    fn numbers(&self, node: Node<'a, 'a>) -> Result<Vec<u64>, MeshError> {
-        let text = node.text().unwrap_or_default().trim();
-        if text.is_empty() {
-            return Ok(Vec::new());
-        }
-        let number = |field: &str| {
-            let field = field.trim();
-            let found = || format!("expected a number, found {}", shown(field.as_bytes()));
-            field.parse().map_err(|_| self.xml.error(node, found()))
-        };
-        text.split(',').map(number).collect()
+/// Numbers separated by commas.
+fn numbers(xml: &Xml, node: Node) -> Result<Vec<u64>, MeshError> {
+    let text = node.text().unwrap_or_default().trim();
+    if text.is_empty() {
+        return Ok(Vec::new());
     }
+    let number = |field: &str| {
+        let field = field.trim();
+        let found = || format!("expected a number, found {}", shown(field.as_bytes()));
+        field.parse().map_err(|_| xml.error(node, found()))
+    };
+    text.split(',').map(number).collect()
+}
 
+/// The numbers of a set: a list since version 4, an element with its number for each before.
+fn members(xml: &Xml, set: Node) -> Result<Vec<u64>, MeshError> {
+    let mut listed = Vec::new();
+    for child in set.children().filter(Node::is_element) {
+        listed.push(xml.number(child, "id")?);
+    }
+    if listed.is_empty() { numbers(xml, set) } else { Ok(listed) }
+}
+
+impl<'a> Reader<'a> {
     fn nodes(&mut self, section: Node<'a, 'a>) -> Result<(), MeshError> {
         for node in section.children().filter(Node::is_element) {
             let tag: u64 = self.xml.number(node, "id")?;
@@ -206,16 +245,20 @@ impl<'a> Reader<'a> {
         let kind = Kind::of(self.xml.attribute(section, "type")?);
         let name =
             section.attribute("name").map(str::trim).filter(|name| !name.is_empty()).unwrap_or("unnamed");
-        let mut boundary = Vec::new();
+        let rigid_body = self.rigid.get(name).copied().filter(|_| matches!(kind, Kind::Cell(_)));
+        let (mut boundary, mut rigid) = (Vec::new(), Vec::new());
         for element in section.children().filter(Node::is_element) {
             let offset = element.range().start;
             let tag: u64 = self.xml.number(element, "id")?;
-            let nodes = self.numbers(element)?;
+            let nodes = numbers(self.xml, element)?;
             match &kind {
                 Kind::Cell(kind) if nodes.len() == kind.node_count() => {
                     let part = self.assembly.part(name);
                     self.assembly.add_cell(*kind, &nodes, offset);
                     self.assembly.part_of.push(part);
+                    if rigid_body.is_some() {
+                        rigid.extend(nodes.iter().map(|&tag| NodeTag { tag, offset }));
+                    }
                 }
                 Kind::Cell(kind) => {
                     let message = format!("a {} with {} nodes", kind.table().title, nodes.len());
@@ -231,28 +274,31 @@ impl<'a> Reader<'a> {
         if matches!(kind, Kind::Boundary) {
             self.add_set(name, Origin::Elements, boundary);
         }
+        if let Some(material) = rigid_body {
+            let known = self.rigid_sets.get(&material).and_then(|set| self.assembly.node_sets.get_mut(set));
+            match known {
+                Some(set) => set.extend(rigid),
+                None => {
+                    let set = self.add_set(name, Origin::RigidBody, rigid);
+                    self.rigid_sets.insert(material, set);
+                }
+            }
+        }
         Ok(())
     }
 
-    fn add_set(&mut self, own: &str, origin: Origin, tags: Vec<NodeTag>) {
+    /// Adds a node set, and returns its name in the mesh.
+    fn add_set(&mut self, own: &str, origin: Origin, tags: Vec<NodeTag>) -> String {
         let name = free_name(&self.assembly.node_sets, own, origin.word());
         self.set_names.insert((origin, own.to_owned()), name.clone());
-        self.assembly.node_sets.entry(name).or_default().extend(tags);
-    }
-
-    /// The numbers of a set: a list since version 4, an element with its number for each before.
-    fn members(&self, set: Node<'a, 'a>) -> Result<Vec<u64>, MeshError> {
-        let mut numbers = Vec::new();
-        for child in set.children().filter(Node::is_element) {
-            numbers.push(self.xml.number(child, "id")?);
-        }
-        if numbers.is_empty() { self.numbers(set) } else { Ok(numbers) }
+        self.assembly.node_sets.entry(name.clone()).or_default().extend(tags);
+        name
     }
 
     fn node_set(&mut self, set: Node<'a, 'a>) -> Result<(), MeshError> {
         let name = self.xml.attribute(set, "name")?;
         let offset = set.range().start;
-        let tags = self.members(set)?.into_iter().map(|tag| NodeTag { tag, offset }).collect();
+        let tags = members(self.xml, set)?.into_iter().map(|tag| NodeTag { tag, offset }).collect();
         self.add_set(name, Origin::Nodes, tags);
         Ok(())
     }
@@ -261,7 +307,7 @@ impl<'a> Reader<'a> {
         let name = self.xml.attribute(set, "name")?;
         let offset = set.range().start;
         let mut tags = Vec::new();
-        for element in self.members(set)? {
+        for element in members(self.xml, set)? {
             let Some(nodes) = self.elements.get(&element) else {
                 return Err(self.xml.error(set, format!("there is no element {element}")));
             };
@@ -279,7 +325,7 @@ impl<'a> Reader<'a> {
         let mut tags = Vec::new();
         for facet in surface.children().filter(Node::is_element) {
             let offset = facet.range().start;
-            tags.extend(self.numbers(facet)?.into_iter().map(|tag| NodeTag { tag, offset }));
+            tags.extend(numbers(self.xml, facet)?.into_iter().map(|tag| NodeTag { tag, offset }));
         }
         self.add_set(name, origin, tags);
         Ok(())
