@@ -123,7 +123,7 @@ impl SurfaceInspection {
     fn of(surface: &ClosedSurface) -> Self {
         let made = Solid::new(&surface.points, &surface.triangles);
         let not_rigid = made.as_ref().err().map(|reason| match reason {
-            NoHull::Flat(reason) => reason.to_string(),
+            NoHull::Flat(reason) => reason.clone(),
             NoHull::ManyPlanes => format!("its convex hull has more than {MOST_PLANES} planes"),
         });
         let solid = made.ok().map(|solid| SolidInspection {
@@ -161,8 +161,9 @@ fn write_surface(name: &str, found: &SurfaceInspection, out: &mut dyn Write) -> 
             solid.hull_planes, solid.hull_ratio
         )?;
     }
-    let reason = found.not_rigid.iter();
-    reason.map(|reason| writeln!(out, "  rigid body      none: {reason}")).collect::<io::Result<()>>()?;
+    if let Some(reason) = &found.not_rigid {
+        writeln!(out, "  rigid body      none: {reason}")?;
+    }
     writeln!(
         out,
         "A body that deforms is filled with elements: `contuse scene from {name}` begins a scene of it"

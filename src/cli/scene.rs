@@ -52,6 +52,12 @@ pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliErr
             format!("{}: a scene is begun of one file, or of several surfaces (.stl)", other.display());
         return Err(CliError::Usage(message));
     }
+    if let Some(other) = others.iter().find(|other| folder(other) != folder(mesh)) {
+        let [mesh, other] = [mesh, other].map(|file| file.display());
+        let message =
+            format!("{other} is not in the folder of {mesh}: a scene reads files of its own folder");
+        return Err(CliError::Usage(message));
+    }
     if args.units.is_some() && !is_febio(mesh) {
         let scale = "the scale of \"placement\" makes metres of the lengths of other files";
         return Err(CliError::Usage(format!("--units is for FEBio files (.feb): {scale}")));
@@ -81,12 +87,14 @@ pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliErr
     Ok(Exit::Success)
 }
 
+/// The folder of a file, if there is one.
+fn folder(path: &Path) -> Option<PathBuf> {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    parent.canonicalize().ok()
+}
+
 /// Refuses a scene outside the folder of its mesh, which it could not read, and one that exists.
 fn check_folder(scene: &Path, mesh: &Path) -> Result<(), CliError> {
-    let folder = |path: &Path| {
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        parent.canonicalize().ok()
-    };
     if scene.exists() {
         return Err(CliError::Usage(format!("{} exists: name another file with -o", scene.display())));
     }

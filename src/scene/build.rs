@@ -196,7 +196,9 @@ impl<'a> Builder<'a> {
         } else {
             let read = read_surfaces(self.source, scan, limit, &here.key("surfaces"), out);
             let (volume, files) = read.map_err(|problem| out.push(problem)).ok()?;
-            files.into_iter().for_each(|(name, file)| self.keep(&name, file));
+            for (name, file) in files {
+                self.keep(&name, file);
+            }
             volume
         };
         check_scan(scan, &volume, here, out);

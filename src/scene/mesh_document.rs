@@ -1,5 +1,6 @@
 //! Meshes in a scene document: a file in the folder of the scene, an uploaded mesh, or a generator.
 
+use super::defaults::{is_false, is_one, one};
 use super::segmentation_document::SegmentationDocument;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,22 +56,8 @@ pub struct PlacementDocument {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-pub(super) fn is_false(flag: &bool) -> bool {
-    !flag
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-pub(super) fn is_one(ratio: &f64) -> bool {
-    ratio.to_bits() == 1.0_f64.to_bits()
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
 fn is_nought(length: &f64) -> bool {
     length.to_bits() == 0.0_f64.to_bits()
-}
-
-pub(super) fn one() -> f64 {
-    1.0
 }
 
 fn uniform() -> [f64; 2] {

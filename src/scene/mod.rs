@@ -18,6 +18,7 @@ pub mod build;
 mod checked_scene;
 mod choice;
 pub mod cost;
+mod defaults;
 mod deformation;
 pub mod document;
 pub mod element_values;

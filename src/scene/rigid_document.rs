@@ -1,6 +1,7 @@
 //! Rigid bodies in a scene document: shape, position, mass and inertia.
 
-use super::mesh_document::{RotationDocument, is_false, is_one, one};
+use super::defaults::{is_false, is_one, one};
+use super::mesh_document::RotationDocument;
 use crate::mechanics::rigid::{Pose, Rotation, Shape};
 use crate::mechanics::tensor::Vec3;
 use nalgebra::Unit;

@@ -1,6 +1,6 @@
 //! Meshes made of the labels of a scan, or of closed surfaces, in a scene document.
 
-use super::mesh_document::{is_one, one};
+use super::defaults::{is_one, one};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::segmentation::{Crop, LabelUse, Near, Options, SkinLayer};
 use schemars::JsonSchema;

@@ -146,7 +146,9 @@ impl Filling<'_> {
     /// Refuses surfaces without voxels: `counts` are those in each, `labels` what later ones left of them.
     fn check(&self, counts: &[u64], labels: &[u16]) -> Result<(), Unfilled> {
         let mut left = vec![0_u64; 1 + counts.len()];
-        labels.iter().for_each(|label| left[usize::from(*label)] += 1);
+        for label in labels {
+            left[usize::from(*label)] += 1;
+        }
         for (i, (count, left)) in counts.iter().zip(&left[1..]).enumerate() {
             let error = match (count, left) {
                 (0, _) if self.crop.is_none() => refused(

@@ -2,7 +2,7 @@
 
 use super::curves::{Curve, Curves};
 use super::node::{elements, numbers, text, title};
-use super::rigid::RigidBody;
+use super::rigid_body::RigidBody;
 use super::units::Units;
 use crate::mesh::Mesh;
 use crate::mesh::read::febio::SetNames;

@@ -4,9 +4,7 @@ use super::deck::Deck;
 use super::item::Item;
 use super::node::{numbers, text, title};
 use crate::mesh::read::febio::RIGID;
-use crate::scene::document::{
-    FibreFrameDocument, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
-};
+use crate::scene::document::{I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
 use crate::scene::materials::{
     CoupledNeoHookeanDocument, Families, FebioTerm, FungOrthotropicDocument, HolzapfelGasserOgdenDocument,
     MooneyRivlinDocument, NeoHookeanDocument, OgdenDocument, OgdenTerms, VerondaWestmannDocument,
@@ -36,7 +34,7 @@ impl<'x> Deck<'x> {
         let density = if item.take("density").is_some() { item.number("density", self)? } else { 1.0 };
         let viscoelastic = node.attribute("type") == Some("uncoupled viscoelastic");
         let frame = self.frame(&mut item);
-        let frame = self.own_axes(node, part, frame);
+        let frame = self.axes_of_elements(node, part, frame);
         let (law, prony) =
             if viscoelastic { self.viscoelastic(&mut item)? } else { (self.law(&mut item, None)?, None) };
         item.finish(&[], self);
@@ -53,51 +51,6 @@ impl<'x> Deck<'x> {
             fibre_frame: frame,
             stiffness_factor: None,
         })
-    }
-
-    /// The axes of a material, if it has any that are not refused.
-    fn frame(&mut self, item: &mut Item<'x>) -> Option<FibreFrameDocument> {
-        let node = item.take("mat_axis")?;
-        let mut axes = Item::new(node);
-        let is_vector = node.attribute("type").is_none_or(|kind| kind == "vector");
-        let mut vector = |name, else_: [f64; 3]| match axes.text(name) {
-            None => Some(else_),
-            Some(text) => numbers(text).and_then(|vector| vector.try_into().ok()),
-        };
-        if let (true, Some(axis), Some(plane)) =
-            (is_vector, vector("a", [1.0, 0.0, 0.0]), vector("d", [0.0, 1.0, 0.0]))
-        {
-            return Some(FibreFrameDocument::Constant { axis, plane });
-        }
-        self.refuse(node, "material axes other than two vectors a and d", "give them as vectors");
-        None
-    }
-
-    /// The axes of a part, whose elements may each have some in the file, in place of `frame` of the material.
-    fn own_axes(
-        &mut self,
-        node: Node<'x, 'x>,
-        part: &str,
-        frame: Option<FibreFrameDocument>,
-    ) -> Option<FibreFrameDocument> {
-        let index = self.mesh.parts.iter().position(|own| own == part);
-        let of_part = self.mesh.part_of.iter().zip(self.has_axes);
-        let own = of_part.filter(|(part, _)| Some(**part as usize) == index);
-        let [count, without] = own.fold([0, 0], |[n, m], (_, has)| [n + 1, m + u32::from(!has)]);
-        if without == count {
-            return frame;
-        }
-        if without > 0 {
-            let what = format!(
-                "{without} of the {count} elements of {part:?} have no axes in <MeshData>, and others have"
-            );
-            self.refuse(node, what, "give all elements of the part axes, or none");
-        }
-        if frame.is_some() {
-            let what = format!("axes of its own, beside those of the elements of {part:?} in <MeshData>");
-            self.refuse(node, what, "remove <mat_axis> of the material, or the element data");
-        }
-        Some(FibreFrameDocument::Mesh {})
     }
 
     /// Law and relaxation of an "uncoupled viscoelastic" material: the stress g0 S + Σ gᵢ Hᵢ is that of the law with g0 times its

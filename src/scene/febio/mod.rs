@@ -1,6 +1,7 @@
 //! A first scene of a FEBio file, with its materials, conditions, loads and contact. Everything that a scene has no counterpart of
 //! is a problem, with its line: nothing is omitted without notice but output and parameters of FEBio's solvers.
 
+mod axes;
 mod conditions;
 mod contact;
 mod curves;
@@ -9,10 +10,9 @@ mod item;
 mod materials;
 mod node;
 mod rigid;
+mod rigid_body;
 mod units;
 
-#[cfg(test)]
-mod rigid_tests;
 #[cfg(test)]
 mod tests;
 
@@ -92,6 +92,7 @@ pub fn scene_of_febio(
     deck.rigid_bodies();
     if deck.problems.is_empty() {
         deck.write(&mut scene, &parts);
+        deck.roles(&mut scene);
         return Ok((mesh, Ok(scene)));
     }
     let problems = Problems(deck.problems.into_vec());

@@ -5,13 +5,13 @@ use super::conditions::AXES;
 use super::deck::Deck;
 use super::item::Item;
 use super::node::elements;
+use super::rigid_body::{Motion, RigidBody};
 use crate::mesh::read::febio::{Origin, RIGID, materials_of_parts};
-use crate::scene::document::{
-    Axis, FixedDocument, MaterialDocument, PrescribedDocument, RampDocument, VolumetricDocument,
-};
+use crate::scene::document::{MaterialDocument, VolumetricDocument};
 use crate::scene::materials::NeoHookeanDocument;
 use crate::scene::part_document::PartDocument;
 use roxmltree::Node;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 /// Degrees of freedom of a rigid body since version 3: translations, and rotations about the same axes.
@@ -36,23 +36,6 @@ const DENSITY: f64 = 1e3;
 /// Remedy of a rigid body that is not held along all its degrees of freedom.
 const HELD: &str = "fix all rotations, and fix or prescribe all displacements; one that flies has a shape in a scene and no mesh: remove \
     its elements from the file, and give the scene a body with a \"rigid\" shape in their place";
-
-/// Motion along or about an axis.
-#[derive(Clone, Debug)]
-pub(super) enum Motion {
-    Fixed,
-    /// Displacement [m] with its load curve.
-    Prescribed(f64, RampDocument),
-}
-
-/// What a file says of the motion of a rigid body.
-#[derive(Clone, Debug, Default)]
-pub(super) struct RigidBody {
-    /// Along x, y, z and about them; free where it is `None`.
-    motions: [Option<Motion>; 6],
-    /// Node sets of the mesh with its own nodes, and those that move with it.
-    sets: Vec<String>,
-}
 
 impl<'x> Deck<'x> {
     /// A part that is, or belongs to, a rigid body.
@@ -168,12 +151,11 @@ impl<'x> Deck<'x> {
     ) -> Vec<usize> {
         let mut found = Vec::new();
         for name in names.map(str::trim) {
-            match (0..6).find(|i| is_it(*i, name)) {
-                Some(degree) => found.push(degree),
-                None => {
-                    let what = format!("the degree of freedom {name:?}");
-                    self.refuse(node, what, "choose one of a rigid body");
-                }
+            if let Some(degree) = (0..6).find(|i| is_it(*i, name)) {
+                found.push(degree);
+            } else {
+                let what = format!("the degree of freedom {name:?}");
+                self.refuse(node, what, "choose one of a rigid body");
             }
         }
         found
@@ -255,29 +237,28 @@ impl<'x> Deck<'x> {
             }
         }
     }
-}
 
-impl RigidBody {
-    fn fixed(&self, set: &str) -> Option<FixedDocument> {
-        let is_fixed = |axis: &Axis| matches!(self.motions[*axis as usize], Some(Motion::Fixed));
-        let axes: Vec<Axis> = AXES.map(|(_, axis)| axis).into_iter().filter(is_fixed).collect();
-        (!axes.is_empty()).then(|| FixedDocument { set: set.to_owned(), axes })
-    }
-
-    /// Displacements with one load curve are one vector.
-    fn prescribed(&self, set: &str) -> Vec<PrescribedDocument> {
-        let mut found: Vec<PrescribedDocument> = Vec::new();
-        for (_, axis) in AXES {
-            let Some(Motion::Prescribed(value, ramp)) = &self.motions[axis as usize] else { continue };
-            let known = found.iter().position(|other| other.ramp.as_ref() == Some(ramp));
-            let index = known.unwrap_or_else(|| {
-                let (set, ramp) = (set.to_owned(), Some(ramp.clone()));
-                found.push(PrescribedDocument { set, displacement_m: [0.0; 3], axes: Vec::new(), ramp });
-                found.len() - 1
-            });
-            found[index].displacement_m[axis as usize] = *value;
-            found[index].axes.push(axis);
+    /// Roles where some bodies are rigid as a whole: the first of them that moves strikes the first of the others.
+    pub(super) fn roles(&self, scene: &mut Value) {
+        let assigned = materials_of_parts(self.xml.root(), self.mesh_section);
+        let material = |part: &String| self.materials.get(assigned.get(part.as_str())?);
+        let is_rigid =
+            |part: &String| material(part).is_some_and(|node| node.attribute("type") == Some(RIGID));
+        let rigid: Vec<bool> = self.bodies.iter().map(|body| body.parts.iter().all(is_rigid)).collect();
+        if !rigid.contains(&true) {
+            return;
         }
-        found
+        let moving = (0..rigid.len()).find(|i| rigid[*i] && !self.bodies[*i].prescribed.is_empty());
+        let is_tissue = |i: &usize| !rigid[*i] && scene["bodies"][*i]["role"] == "tissue";
+        let tissue = (0..rigid.len()).find(is_tissue).or_else(|| rigid.iter().position(|rigid| !rigid));
+        for i in 0..rigid.len() {
+            let own = scene["bodies"][i]["role"].clone();
+            scene["bodies"][i]["role"] = match i {
+                _ if Some(i) == tissue => json!("tissue"),
+                _ if Some(i) == moving => json!("projectile"),
+                _ if rigid[i] || moving.is_some() => json!("other"),
+                _ => own,
+            };
+        }
     }
 }

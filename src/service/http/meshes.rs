@@ -43,7 +43,8 @@ pub struct UploadParameters {
 /// Upload a mesh, or a scan with labels.
 ///
 /// The body is the file itself (`curl --data-binary @ball.inp`). Its id is the SHA-256 of its bytes: the same file has
-/// the same id, and a scene names it by `{"file": {"name": "<id>"}}`; a scan by `{"segmentation": {"name": "<id>", "size_m": …}}`.
+/// the same id, and a scene names it by `{"file": {"name": "<id>"}}`; a scan by `{"segmentation": {"name": "<id>", "size_m": …}}`,
+/// closed surfaces by `{"segmentation": {"surfaces": [{"name": "<id>", "part": …}], "size_m": …}}`.
 /// The report on a scan counts its voxels as elements, those of label n as part `label_<n>`.
 #[utoipa::path(
     post, path = "/v1/meshes", tag = "meshes", operation_id = "upload_mesh", params(UploadParameters),
@@ -164,7 +165,7 @@ impl ApproachParameters {
         (status = 200, description = "The scene, the parts and sets of the mesh, and where a ball touches it", body = FirstScene),
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "The surface of a rigid body", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "A closed surface alone", body = ProblemBody, content_type = "application/problem+json"),
         (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
         (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
     )

@@ -1,7 +1,7 @@
 //! Material axes of the elements of FEBio files: `<ElementData>` of type `fiber` or `mat_axis` in `<MeshData>` (FEBio User Manual,
 //! "MeshData Section").
 
-use super::Kind;
+use super::lists::{self, Kind};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::read::cursor::shown;
@@ -96,7 +96,7 @@ fn members<'s>(
         })
     };
     if let Some(set) = named("ElementSet").next() {
-        return super::members(xml, set);
+        return lists::members(xml, set);
     }
     let elements = named("Elements").flat_map(|section| section.children()).filter(Node::is_element);
     let found = elements.map(|element| xml.number(element, "id")).collect::<Result<Vec<u64>, _>>()?;

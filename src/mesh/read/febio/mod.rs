@@ -5,6 +5,7 @@
 //! node sets.
 
 mod axes;
+mod lists;
 mod materials;
 #[cfg(test)]
 mod tests;
@@ -12,12 +13,13 @@ mod tests;
 pub(crate) use axes::is_axes;
 pub(crate) use materials::{RIGID, materials, materials_of_parts};
 
+use self::lists::{Kind, members, numbers};
 use super::assembly::{Assembly, NodeTag, free_name};
 use super::cursor::shown;
 use super::entries::{most_entries, within_limit};
 use super::xml::Xml;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{CellKind, Mesh, MeshError};
+use crate::mesh::{Mesh, MeshError};
 use roxmltree::Node;
 use std::collections::{BTreeMap, HashMap};
 
@@ -86,7 +88,7 @@ pub(crate) fn read_xml(xml: &Xml) -> Result<Found, MeshError> {
         set_names: SetNames::new(),
         elements: HashMap::new(),
         rigid: materials::rigid_parts(xml.root(), mesh),
-        rigid_sets: BTreeMap::new(),
+        rigid_nodes: BTreeMap::new(),
         entries: 0,
         most_entries: most_entries(xml.length()),
     };
@@ -109,6 +111,10 @@ pub(crate) fn read_xml(xml: &Xml) -> Result<Found, MeshError> {
             "Edge" => reader.surface(section, Origin::Edge)?,
             _ => unused.push(section),
         }
+    }
+    // Sets of the file keep their names.
+    for (name, nodes) in std::mem::take(&mut reader.rigid_nodes).into_values() {
+        reader.add_set(&name, Origin::RigidBody, nodes);
     }
     let other = xml.root().children().filter(|child| child.is_element() && *child != mesh);
     let is_used = |child: &Node| {
@@ -153,34 +159,6 @@ pub(crate) fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> 
 /// Largest number of sections named in the note on those that are not used.
 const MOST_LISTED: usize = 50;
 
-/// What the elements of a list are.
-enum Kind {
-    Cell(CellKind),
-    /// Shells and lines, of which only the nodes count.
-    Boundary,
-    /// Other volumes, by their name.
-    Other(String),
-}
-
-impl Kind {
-    fn of(name: &str) -> Self {
-        let name = name.to_ascii_lowercase();
-        match name.as_str() {
-            "hex8" => Self::Cell(CellKind::Hex8),
-            "tet4" => Self::Cell(CellKind::Tet4),
-            "tet10" => Self::Cell(CellKind::Tet10),
-            "penta6" => Self::Cell(CellKind::Wedge6),
-            _ if ["tri", "quad", "q4", "line", "truss", "beam", "point"]
-                .iter()
-                .any(|p| name.starts_with(p)) =>
-            {
-                Self::Boundary
-            }
-            _ => Self::Other(name),
-        }
-    }
-}
-
 struct Reader<'a> {
     xml: &'a Xml<'a>,
     assembly: Assembly,
@@ -189,34 +167,11 @@ struct Reader<'a> {
     elements: HashMap<u64, Vec<u64>>,
     /// Parts of rigid bodies, with the byte offsets of their materials.
     rigid: BTreeMap<&'a str, usize>,
-    /// The node set of each rigid body, by the same.
-    rigid_sets: BTreeMap<usize, String>,
+    /// The name of the first part of each rigid body, and its nodes, by the same.
+    rigid_nodes: BTreeMap<usize, (String, Vec<NodeTag>)>,
     /// Entries of all sets, and how many are allowed.
     entries: u64,
     most_entries: u64,
-}
-
-/// Numbers separated by commas.
-fn numbers(xml: &Xml, node: Node) -> Result<Vec<u64>, MeshError> {
-    let text = node.text().unwrap_or_default().trim();
-    if text.is_empty() {
-        return Ok(Vec::new());
-    }
-    let number = |field: &str| {
-        let field = field.trim();
-        let found = || format!("expected a number, found {}", shown(field.as_bytes()));
-        field.parse().map_err(|_| xml.error(node, found()))
-    };
-    text.split(',').map(number).collect()
-}
-
-/// The numbers of a set: a list since version 4, an element with its number for each before.
-fn members(xml: &Xml, set: Node) -> Result<Vec<u64>, MeshError> {
-    let mut listed = Vec::new();
-    for child in set.children().filter(Node::is_element) {
-        listed.push(xml.number(child, "id")?);
-    }
-    if listed.is_empty() { numbers(xml, set) } else { Ok(listed) }
 }
 
 impl<'a> Reader<'a> {
@@ -246,7 +201,7 @@ impl<'a> Reader<'a> {
         let name =
             section.attribute("name").map(str::trim).filter(|name| !name.is_empty()).unwrap_or("unnamed");
         let rigid_body = self.rigid.get(name).copied().filter(|_| matches!(kind, Kind::Cell(_)));
-        let (mut boundary, mut rigid) = (Vec::new(), Vec::new());
+        let mut boundary = Vec::new();
         for element in section.children().filter(Node::is_element) {
             let offset = element.range().start;
             let tag: u64 = self.xml.number(element, "id")?;
@@ -256,8 +211,10 @@ impl<'a> Reader<'a> {
                     let part = self.assembly.part(name);
                     self.assembly.add_cell(*kind, &nodes, offset);
                     self.assembly.part_of.push(part);
-                    if rigid_body.is_some() {
-                        rigid.extend(nodes.iter().map(|&tag| NodeTag { tag, offset }));
+                    if let Some(material) = rigid_body {
+                        let (_, own) =
+                            self.rigid_nodes.entry(material).or_insert((name.to_owned(), Vec::new()));
+                        own.extend(nodes.iter().map(|&tag| NodeTag { tag, offset }));
                     }
                 }
                 Kind::Cell(kind) => {
@@ -274,25 +231,13 @@ impl<'a> Reader<'a> {
         if matches!(kind, Kind::Boundary) {
             self.add_set(name, Origin::Elements, boundary);
         }
-        if let Some(material) = rigid_body {
-            let known = self.rigid_sets.get(&material).and_then(|set| self.assembly.node_sets.get_mut(set));
-            match known {
-                Some(set) => set.extend(rigid),
-                None => {
-                    let set = self.add_set(name, Origin::RigidBody, rigid);
-                    self.rigid_sets.insert(material, set);
-                }
-            }
-        }
         Ok(())
     }
 
-    /// Adds a node set, and returns its name in the mesh.
-    fn add_set(&mut self, own: &str, origin: Origin, tags: Vec<NodeTag>) -> String {
+    fn add_set(&mut self, own: &str, origin: Origin, tags: Vec<NodeTag>) {
         let name = free_name(&self.assembly.node_sets, own, origin.word());
         self.set_names.insert((origin, own.to_owned()), name.clone());
-        self.assembly.node_sets.entry(name.clone()).or_default().extend(tags);
-        name
+        self.assembly.node_sets.entry(name).or_default().extend(tags);
     }
 
     fn node_set(&mut self, set: Node<'a, 'a>) -> Result<(), MeshError> {

@@ -1,5 +1,7 @@
 //! Scenes of small FEBio files: two blocks of one hexahedron each, in millimetres and newtons.
 
+mod rigid;
+
 use super::{UnitSystem, scene_of_febio};
 use crate::mechanics::material::eval_point;
 use crate::mechanics::tensor::Mat3;
@@ -8,7 +10,7 @@ use crate::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, Problems, loa
 use serde_json::{Value, json};
 
 /// Nodes 1 to 8 of a block at z = 0 to 10, nodes 9 to 16 of one above it with a gap of 1.
-pub(super) fn file(material: &str, sections: &str) -> String {
+fn file(material: &str, sections: &str) -> String {
     let square = [(0, 0), (10, 0), (10, 10), (0, 10)];
     let levels = [0, 10, 11, 21];
     let at = levels.iter().flat_map(|z| square.map(|(x, y)| (x, y, *z)));
@@ -30,14 +32,14 @@ pub(super) fn file(material: &str, sections: &str) -> String {
     )
 }
 
-pub(super) const NEO_HOOKEAN: &str = "type=\"neo-Hookean\"><density>1e-9</density><E>0.1</E><v>0.4</v>";
+const NEO_HOOKEAN: &str = "type=\"neo-Hookean\"><density>1e-9</density><E>0.1</E><v>0.4</v>";
 
-pub(super) fn scene_of(text: &str) -> Result<Value, Problems> {
+fn scene_of(text: &str) -> Result<Value, Problems> {
     scene_of_febio(text.as_bytes(), "blocks.feb", None).unwrap().1
 }
 
 /// The messages of the problems of a file.
-pub(super) fn refused(text: &str) -> Vec<String> {
+fn refused(text: &str) -> Vec<String> {
     scene_of(text).unwrap_err().0.into_iter().map(|problem| problem.message).collect()
 }
 
@@ -48,7 +50,7 @@ fn material(xml: &str) -> Value {
 #[test]
 fn laws_have_the_stresses_of_febio() {
     let reference: Value =
-        serde_json::from_str(include_str!("../../../tests/data/material_reference.json")).unwrap();
+        serde_json::from_str(include_str!("../../../../tests/data/material_reference.json")).unwrap();
     let mut cases = 0;
     for set in reference["materials"].as_array().unwrap() {
         let parameters = set["params"].as_object().unwrap();
@@ -120,7 +122,7 @@ const SECTIONS: &str = "<Control><analysis>STATIC</analysis><time_steps>10</time
     <LoadData><load_controller id=\"1\" type=\"loadcurve\"><interpolate>SMOOTH</interpolate><points><pt>0,0</pt><pt>1,1</pt></points>\
     </load_controller></LoadData>\n<Output/>\n";
 
-pub(super) struct One(pub(super) String);
+struct One(String);
 impl MeshSource for One {
     fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
         Ok(MeshBytes { file_name: name.to_owned(), bytes: self.0.clone().into_bytes() })

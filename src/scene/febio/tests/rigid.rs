@@ -1,7 +1,7 @@
 //! Rigid bodies and axes of elements of small FEBio files, against the same scenes written as documents.
 
-use super::scene_of_febio;
-use super::tests::{NEO_HOOKEAN, One, file, refused, scene_of};
+use super::{NEO_HOOKEAN, One, file, refused, scene_of, scene_of_febio};
+use crate::mechanics::tensor::Vec3;
 use crate::scene::{Budget, load};
 use serde_json::{Value, json};
 
@@ -38,10 +38,10 @@ fn a_rigid_part_that_is_moved_is_a_body_of_prescribed_nodes() {
         "integrator": {"kind": "quasi_static", "step_s": 0.1},
         "contact": {"pairs": [{"between": ["lower", "upper"], "friction": 0.3}], "self_contact": "none"},
         "bodies": [
-            {"name": "lower", "role": scene["bodies"][0]["role"], "placement": scene["bodies"][0]["placement"],
+            {"name": "lower", "role": "tissue", "placement": scene["bodies"][0]["placement"],
              "mesh": {"file": {"name": "blocks.feb", "parts": ["lower"]}},
              "parts": scene["bodies"][0]["parts"], "fixed": [{"set": "bottom", "axes": ["x", "y", "z"]}]},
-            {"name": "upper", "role": scene["bodies"][1]["role"], "placement": scene["bodies"][1]["placement"],
+            {"name": "upper", "role": "projectile", "placement": scene["bodies"][1]["placement"],
              "mesh": {"file": {"name": "blocks.feb", "parts": ["upper"]}},
              "parts": [{"part": "upper", "density_kg_per_m3": 1000.0,
                         "material": {"law": "neo_hookean", "c10_pa": 1000.0, "bulk_modulus_pa": 1e5}}],
@@ -56,6 +56,10 @@ fn a_rigid_part_that_is_moved_is_a_body_of_prescribed_nodes() {
     assert_eq!(own.document, by_hand.document);
     assert_eq!(own.content_hash, by_hand.content_hash);
     assert_eq!(own.bodies[1].mesh.node_sets["upper"].len(), 8);
+    // Sets of the file keep their names.
+    let named = text.replace("NodeSet name=\"above\"", "NodeSet name=\"upper\"");
+    let fixed = &scene_of(&named).unwrap()["bodies"][1]["fixed"];
+    assert_eq!(fixed, &json!([{"set": "upper_rigid_body", "axes": ["x", "y"]}]));
 }
 
 #[test]
@@ -133,7 +137,7 @@ fn axes_of_elements_are_those_of_the_mesh() {
     assert!(scene["bodies"][1]["parts"][0].get("fibre_frame").is_none());
     let e1 = mesh.axes[0][0];
     assert!((e1.x.abs() + (e1.y - 0.6).abs() + (e1.z - 0.8).abs()) < 1e-15, "{e1}");
-    assert_eq!(mesh.axes[1][0].x, 1.0);
+    assert_eq!(mesh.axes[1][0], Vec3::x());
     assert!(!mesh.notes.iter().any(|note| note.contains("MeshData")), "{:?}", mesh.notes);
     // The run reads the same file.
     let mut full = scene.clone();

@@ -1,0 +1,15 @@
+//! Defaults of members of documents, and whether a member has its default.
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+pub(super) fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+pub(super) fn is_one(ratio: &f64) -> bool {
+    ratio.to_bits() == 1.0_f64.to_bits()
+}
+
+pub(super) fn one() -> f64 {
+    1.0
+}
