@@ -164,10 +164,11 @@ fn axes_of_elements_are_those_of_the_mesh() {
         let found = broken(kind, lower);
         assert!(found.starts_with("line 31: ") && found.contains(what), "{found}");
     }
-    let [other, far] = [("\"lower\"><elem", "\"x\"><elem"), ("lid=\"1\"", "lid=\"2\"")].map(|(from, to)| {
-        let text = file(FIBRES, &data("fiber", "1,0,0")).replace(from, to);
-        scene_of_febio(text.as_bytes(), "blocks.feb", None).unwrap_err().to_string()
-    });
+    let [other, far] =
+        [("elem_set=\"lower\"", "elem_set=\"x\""), ("lid=\"1\"", "lid=\"2\"")].map(|(from, to)| {
+            let text = file(FIBRES, &data("fiber", "1,0,0")).replace(from, to);
+            scene_of_febio(text.as_bytes(), "blocks.feb", None).unwrap_err().to_string()
+        });
     assert!(other.contains("there is no element set \"x\""), "{other}");
     assert!(far.contains("lid 2 is no volume element of its set, which has 1 elements"), "{far}");
     let twice = FIBRES.to_owned() + "<mat_axis type=\"vector\"><a>1,0,0</a><d>0,1,0</d></mat_axis>";
