@@ -1,8 +1,9 @@
 //! How long a pair is in contact, also where its surfaces chatter.
 //!
 //! A stiff body bounces on soft tissue many times within one impact: it touches for a step, and again much later. The time that it
-//! touches then shrinks with the step, and so would a window that is a fraction of it. Touches belong to one contact if no gap
-//! between them is longer than a fraction of the time from the first to the last of them. A ball that falls again has longer flights.
+//! touches then shrinks with the step, and so would a window that is a fraction of it. Touches belong to one contact if the bodies
+//! still approached each other between them, or if no gap is longer than a fraction of the time from the first to the last of them. A
+//! ball that falls again has longer flights.
 
 /// Longest gap between touches of one contact, as a fraction of the time of that contact [-].
 const LONGEST_GAP: f64 = 0.2;
@@ -12,16 +13,25 @@ const MOST_TOUCHES: usize = 1024;
 /// The times at which a pair touches.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactTime {
-    /// Beginning and end of each touch [s], in order.
+    /// Beginning and end of each touch [s], in order; those between which the bodies approached each other are one.
     touches: Vec<[f64; 2]>,
+    /// Longest gap within the last of them [s].
+    bridged: f64,
 }
 
 impl ContactTime {
-    /// Adds a time with contact [s], from which an earlier one may continue.
-    pub fn add(&mut self, from: f64, to: f64) {
+    /// Adds a time with contact [s], from which an earlier one may continue; `is_approaching`: whether the bodies still approach
+    /// each other.
+    pub fn add(&mut self, from: f64, to: f64, is_approaching: bool) {
         match self.touches.last_mut() {
-            Some([_, end]) if from <= *end => *end = to,
-            _ => self.touches.push([from, to]),
+            Some([_, end]) if from <= *end || is_approaching => {
+                self.bridged = self.bridged.max(from - *end);
+                *end = to;
+            }
+            _ => {
+                self.touches.push([from, to]);
+                self.bridged = 0.0;
+            }
         }
         if self.touches.len() > MOST_TOUCHES {
             self.join_closest();
@@ -37,7 +47,7 @@ impl ContactTime {
     pub fn has_ended(&self, now: f64) -> bool {
         self.contacts().last().is_none_or(|touches| {
             let last = touches.last().map_or(now, |[_, end]| *end);
-            now - last >= longest_gap(touches).map_or(0.0, |(gap, _)| gap)
+            now - last >= longest_gap(touches).map_or(self.bridged, |(gap, _)| gap.max(self.bridged))
         })
     }
 
@@ -90,7 +100,7 @@ mod tests {
 
     fn of(touches: &[[f64; 2]]) -> ContactTime {
         let mut time = ContactTime::default();
-        touches.iter().for_each(|[from, to]| time.add(*from, *to));
+        touches.iter().for_each(|[from, to]| time.add(*from, *to, false));
         time
     }
 
@@ -114,6 +124,14 @@ mod tests {
         close(time.duration(), 99.0 * 3e-5 + 1e-6);
         let last = touches[99][1];
         assert!(!time.has_ended(last + 2e-5) && time.has_ended(last + 3.1e-5));
+    }
+
+    #[test]
+    fn bodies_that_still_approach_are_in_one_contact() {
+        let mut time = ContactTime::default();
+        [[4e-5, 4.4e-5], [7.7e-4, 7.74e-4], [9.4e-4, 9.5e-4]].map(|[from, to]| time.add(from, to, true));
+        close(time.duration(), 9.1e-4);
+        assert!(!time.has_ended(1e-3) && time.has_ended(1.7e-3));
     }
 
     #[test]

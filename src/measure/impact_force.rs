@@ -43,6 +43,8 @@ pub struct ImpactForce {
     pub largest_patch: ContactPatch,
     /// First and last time with r_n > 0 [s].
     pub contact_span: Option<[f64; 2]>,
+    /// Momentum of the approach of the slave to the master, with the reduced mass of both [kg m/s].
+    approach: Vec3,
     /// The steps that begin with r_n > 0, and their accumulated length [s].
     touches: ContactTime,
     touching: f64,
@@ -53,8 +55,9 @@ pub struct ImpactForce {
 }
 
 impl ImpactForce {
-    /// An empty accumulator with this kind of averaging.
-    pub fn new(average: ForceAverage) -> Self {
+    /// An empty accumulator with this kind of averaging; `approach` is the momentum of the slave's approach to the master, with the
+    /// reduced mass of both [kg m/s].
+    pub fn new(average: ForceAverage, approach: Vec3) -> Self {
         let sliding = match average {
             ForceAverage::Window(window) => Some(SlidingWindow::new(window)),
             ForceAverage::OfContact | ForceAverage::Filter(_) => None,
@@ -68,6 +71,7 @@ impl ImpactForce {
             peak_step: (0.0, 0.0),
             largest_patch: ContactPatch::default(),
             contact_span: None,
+            approach,
             touches: ContactTime::default(),
             touching: 0.0,
             steps: [0; 2],
@@ -95,7 +99,9 @@ impl ImpactForce {
         let before = self.now;
         self.steps[1] += 1;
         if before.patch.nodes > 0 {
-            self.touches.add(before.time, sample.time);
+            // An impulse below that which stops the approach along it leaves the bodies approaching.
+            let is_approaching = before.impulse.norm_squared() < -self.approach.dot(&before.impulse);
+            self.touches.add(before.time, sample.time, is_approaching);
             self.touching += sample.time - before.time;
             self.steps[0] += 1;
         }
@@ -202,7 +208,7 @@ mod tests {
 
     /// Accumulates a force F(t) with exact impulse I(t) = ∫F, averaged as requested.
     fn feed_to(average: ForceAverage, step: f64, end: f64, impulse: impl Fn(f64) -> f64) -> ImpactForce {
-        let mut measure = ImpactForce::new(average);
+        let mut measure = ImpactForce::new(average, Vec3::zeros());
         let steps = (end / step).round() as u32;
         for n in 0..=steps {
             let t = f64::from(n) * step;

@@ -5,7 +5,7 @@ use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use crate::mechanics::contact::{ContactPair, Master};
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ByPair, ContactPlan, Plan};
+use crate::plan::{ByPair, ContactPlan, Plan, PlanBody};
 use crate::scene::document::Role;
 use crate::step::Frame;
 
@@ -60,7 +60,7 @@ impl PairMeasures {
             of_projectile: projectile(slave) || master.is_some_and(projectile),
             reported_on: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             is_of_points: plan.bodies[slave].rigid.is_some(),
-            force: ImpactForce::new(plan.measures.force_average),
+            force: ImpactForce::new(plan.measures.force_average, approach(plan, slave, master)),
             geometry: None,
         }
     }
@@ -97,6 +97,20 @@ impl PairMeasures {
             Source::widen(&mut self.source, centre, 0.5 * sample.patch.axes[0]);
         }
     }
+}
+
+/// Momentum of the approach of two bodies, `V_slave − V_master` times their reduced mass [kg m/s]; planes and bodies with a held node
+/// have infinite mass.
+fn approach(plan: &Plan, slave: usize, master: Option<usize>) -> Vec3 {
+    let inverse_mass = |body: &PlanBody| {
+        let nodes = body.nodes.start as usize..body.nodes.end as usize;
+        let is_held = plan.inverse_mass[nodes].contains(&Vec3::zeros());
+        if is_held || body.mass <= 0.0 { 0.0 } else { body.mass.recip() }
+    };
+    let (slave, master) = (&plan.bodies[slave], master.map(|master| &plan.bodies[master]));
+    let inverse = inverse_mass(slave) + master.map_or(0.0, inverse_mass);
+    let relative = slave.flight_velocity - master.map_or_else(Vec3::zeros, |master| master.flight_velocity);
+    if inverse > 0.0 { relative / inverse } else { Vec3::zeros() }
 }
 
 /// Reference position of a pair's first contact with the tissue, and how far its patch has extended from there [m].
