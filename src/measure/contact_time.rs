@@ -129,7 +129,9 @@ mod tests {
     #[test]
     fn bodies_that_still_approach_are_in_one_contact() {
         let mut time = ContactTime::default();
-        [[4e-5, 4.4e-5], [7.7e-4, 7.74e-4], [9.4e-4, 9.5e-4]].map(|[from, to]| time.add(from, to, true));
+        for [from, to] in [[4e-5, 4.4e-5], [7.7e-4, 7.74e-4], [9.4e-4, 9.5e-4]] {
+            time.add(from, to, true);
+        }
         close(time.duration(), 9.1e-4);
         assert!(!time.has_ended(1e-3) && time.has_ended(1.7e-3));
     }
