@@ -186,8 +186,8 @@ fn is_good_enough(result: &RunResult, level: i32, coarser: usize, again: bool) -
     let is_reached = coarser >= LEVELS_USED && has_reached(result);
     let is_final = result.summary.values().nothing_touched || again;
     match &result.outcome.ending {
-        // Nor may its results be withheld where those of a finer one are not.
-        Ending::Finished => is_reached || (level >= i32::from(again) && is_final),
+        // Its results may be withheld where those of a finer one are not: up to twice the numbers of elements are tried.
+        Ending::Finished => is_reached || (level >= 2 * i32::from(again) && is_final),
         // A mesh that is too coarse may fail where a finer one does not.
         ending => level >= 0 || is_stop(&ending_name(ending)),
     }

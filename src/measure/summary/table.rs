@@ -150,7 +150,10 @@ impl Table {
         );
         self.of_interest(Of::ImpulseNS, "", &impact.impulse_n_s);
         let duration = &impact.contact_duration_s;
-        let error = error_of(duration, 1e3, "ms");
+        let error = match &duration.error {
+            ErrorEstimate::Estimated(error) => format!("± {}", seconds(error.total)),
+            ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => error_of(duration, 1.0, "s"),
+        };
         let going_on = if impact.contact_ended { error } else { format!("{error}; contact has not ended") };
         self.row("duration of contact", &time(duration), &going_on);
         if impact.touches_in_points {
