@@ -317,6 +317,54 @@ fn the_force_is_averaged_over_a_fraction_of_the_contact_and_a_short_window_is_re
 }
 
 #[test]
+fn a_stiff_ball_that_chatters_is_in_one_contact() {
+    // The same ball, rigid and as a mesh a thousand times stiffer than the gel: its mesh bounces from the nodes that it hits.
+    let summary_of = |is_rigid: bool| {
+        let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-2);
+        scene["solver"] = json!({"error_bars": "none"});
+        scene["bodies"][0]["mesh"]["generator"]["center_m"] = json!([0, 0, 0.0502]);
+        scene["bodies"][0]["parts"][0]["density_kg_per_m3"] = json!(8000);
+        let stiff = json!({"law": "neo_hookean", "c10_pa": 1.5e8, "bulk_modulus_pa": 5e8});
+        scene["bodies"][0]["parts"][0]["material"] = stiff;
+        if is_rigid {
+            let ball = scene["bodies"][0].as_object_mut().unwrap();
+            ball.retain(|key, _| !["mesh", "parts"].contains(&key.as_str()));
+            let rigid = json!({"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0, 0, 0.0502], "density_kg_per_m3": 8000});
+            ball.insert("rigid".into(), rigid);
+        }
+        summary(&scene, None)
+    };
+    let [rigid, mesh] = [true, false].map(|is_rigid| summary_of(is_rigid).values().impacts[0].clone());
+    let ratio = mesh.contact_duration_s.value / rigid.contact_duration_s.value;
+    println!("durations {:e} and {:e} s", rigid.contact_duration_s.value, mesh.contact_duration_s.value);
+    assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
+    let ratio = mesh.peak_force_n.value / rigid.peak_force_n.value;
+    assert!((ratio - 1.0).abs() < 0.5, "{ratio}");
+}
+
+#[test]
+fn what_rigid_bodies_lose_to_each_other_is_told() {
+    let ball = |name: &str, x: f64, speed: f64| {
+        json!({"name": name, "velocity_m_per_s": [speed, 0, 0],
+               "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [x, 0, 0], "mass_kg": 0.1}})
+    };
+    let scene = json!({
+        "name": "two balls", "end_time_s": 1e-3, "bodies": [ball("a", 0.0, 10.0), ball("b", 0.021, 0.0)],
+        "record": {"fields": [], "field_times_s": []}
+    });
+    let summary = summary(&scene, None);
+    // ½ m v² of the relative motion, with the reduced mass.
+    let lost = summary.numerics.rigid_impact_dissipation_j;
+    assert!((lost - 0.25 * 0.1 * 100.0).abs() < 1e-9, "{lost}");
+    assert!(
+        summary.warnings.iter().any(|w| w.contains("do not rebound") && w.contains("50.0 %")),
+        "{:?}",
+        summary.warnings
+    );
+    assert!(render_table(&summary).contains("lost by rigid bodies that stop each other  2.500 J"));
+}
+
+#[test]
 fn error_bars_of_a_force_compare_the_same_window() {
     let summary = summary(&ball_on_gel([0.0, 0.0, -5.0], 5e-3), None);
     let impact = &summary.values().impacts[0];

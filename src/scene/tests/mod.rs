@@ -117,6 +117,28 @@ fn set(document: &mut Value, pointer: &str, value: Value) {
 }
 
 #[test]
+fn a_projectile_that_reaches_nothing_is_told_before_it_runs() {
+    // Loads move bodies in ways that are not known in advance.
+    let mut free = sound();
+    for load in ["gravity_m_per_s2", "dynamic_relaxation"] {
+        free.as_object_mut().unwrap().remove(load);
+    }
+    let warnings = |velocity: [f64; 3], end: f64| {
+        let mut document = free.clone();
+        document["bodies"][0]["velocity_m_per_s"] = json!(velocity);
+        document["end_time_s"] = json!(end);
+        let all = load_value(&document).unwrap().warnings;
+        all.into_iter().filter(|p| p.code == "nothing_in_reach").collect::<Vec<_>>()
+    };
+    assert_eq!(warnings([0.0, 0.0, -100.0], 1e-3), []);
+    let away = &warnings([0.0, 0.0, 100.0], 1e-4)[0];
+    assert_eq!(away.pointer, "/bodies/0/velocity_m_per_s");
+    assert!(away.message.contains("flies past all other bodies"), "{away}");
+    let late = &warnings([0.0, 0.0, -100.0], 1e-4)[0];
+    assert!(late.remedy.contains("raise end_time_s"), "{late}");
+}
+
+#[test]
 fn the_sound_scene_loads_without_a_word() {
     let loaded = load_value(&sound()).unwrap();
     assert_eq!(loaded.warnings, []);
