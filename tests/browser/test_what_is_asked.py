@@ -86,6 +86,6 @@ def test_the_answer_is_a_curve_of_computed_points(page, record_property):
     expect(page.locator(".answers li")).to_have_count(2)
     expect(picture.locator(".proposed")).to_have_count(2, timeout=COMPUTED_MS)
     record_property("second_curve_s", round(time.monotonic() - asked, 1))
-    # Nobody had to know the name of a field.
+    # No name of a field is on the page.
     assert not re.search(r"[a-z]_[a-z]", page.locator(".ask").inner_text().replace("flashball_thigh", ""))
     assert page.watch.errors == []

@@ -117,7 +117,7 @@ fn set(document: &mut Value, pointer: &str, value: Value) {
 }
 
 #[test]
-fn a_projectile_that_reaches_nothing_is_told_before_it_runs() {
+fn a_projectile_that_reaches_nothing_is_reported_before_it_runs() {
     // Loads move bodies in ways that are not known in advance.
     let mut free = sound();
     for load in ["gravity_m_per_s2", "dynamic_relaxation"] {
