@@ -2,7 +2,7 @@
 
 use super::first_scene::{first_scene, first_scene_of_scan};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::segmentation::{LabelCount, LabelVolume};
+use crate::mesh::segmentation::{LabelCount, LabelVolume, body_of};
 use crate::mesh::{Mesh, MeshError, surface};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -128,10 +128,22 @@ impl FirstScene {
     pub fn of_scan(volume: &LabelVolume, name: &str, approach: &Approach) -> Result<Self, MeshError> {
         let frame = volume.frame()?;
         let counts: Vec<LabelCount> = volume.counts().into_iter().filter(|count| count.label != 0).collect();
-        let corners = counts.iter().flat_map(|count| count.bounding_box_m.map(Vec3::from));
-        let bounds = Bounds::of(&corners.collect::<Vec<_>>());
+        // Noise in the air is no body: it is not meshed.
+        let body = body_of(volume, &frame);
+        let is_body = |[i, j, k]: [usize; 3]| body[i + frame.dims[0] * (j + frame.dims[1] * k)];
+        let mut range = [frame.dims, [0; 3]];
+        for voxel in frame.voxels().filter(|voxel| is_body(*voxel)) {
+            let [low, high] = range;
+            range = [
+                std::array::from_fn(|k| low[k].min(voxel[k])),
+                std::array::from_fn(|k| high[k].max(voxel[k] + 1)),
+            ];
+        }
+        let place = |index: Vec3| frame.world(&index.component_mul(&Vec3::from(frame.spacing)));
+        let corners = (0..8).map(|corner| place(Vec3::from_fn(|k, _| range[corner >> k & 1][k] as f64)));
+        let bounds =
+            if body.contains(&true) { Bounds::of(&corners.collect::<Vec<_>>()) } else { Bounds::default() };
         let mut paths = Path::all(approach, &bounds);
-        let is_body = |voxel: [usize; 3]| volume.values[usize::from(volume.labels[frame.index(voxel)])] != 0;
         let mut is_cut = [[false; 2]; 3];
         for voxel in frame.voxels().filter(|voxel| is_body(*voxel)) {
             let mut is_outer = false;
@@ -147,9 +159,10 @@ impl FirstScene {
                 is_outer |= is_first || is_last || !beside(voxel[axis] - 1) || !beside(voxel[axis] + 1);
             }
             for corner in (0..8).filter(|_| is_outer) {
-                let index = Vec3::from_fn(|axis, _| (voxel[axis] + (corner >> axis & 1)) as f64);
-                let point = frame.world(&index.component_mul(&Vec3::from(frame.spacing)));
-                meet(&mut paths, &point);
+                meet(
+                    &mut paths,
+                    &place(Vec3::from_fn(|axis, _| (voxel[axis] + (corner >> axis & 1)) as f64)),
+                );
             }
         }
         let scene = first_scene_of_scan(volume, name);
@@ -300,5 +313,27 @@ mod tests {
         // It rests on the corners of voxels, 1 mm beside its axis.
         let above = coming(&first, [0.0, 0.0, -1.0]);
         close(above.center_m, [2e-3, 1e-3, 3e-3 + (25e-6_f64 - 1e-6).sqrt()]);
+    }
+
+    #[test]
+    fn noise_in_the_air_is_not_touched() {
+        // A block of 4³ voxels of 1 mm in the middle of 12³, and a single voxel above it.
+        let is_in = |n: usize| (4..8).contains(&n);
+        let label = |n: usize| {
+            let [i, j, k] = [n % 12, n / 12 % 12, n / 144];
+            u16::from(is_in(i) && is_in(j) && is_in(k) || [i, j, k] == [5, 5, 11])
+        };
+        let volume = LabelVolume {
+            dims: [12; 3],
+            labels: (0..1728).map(label).collect(),
+            values: vec![0, 1],
+            names: BTreeMap::new(),
+            origin: Vec3::zeros(),
+            steps: [Vec3::x() * 1e-3, Vec3::y() * 1e-3, Vec3::z() * 1e-3],
+            notes: Vec::new(),
+        };
+        let first = FirstScene::of_scan(&volume, "id", &Approach::default()).unwrap();
+        let above = coming(&first, [0.0, 0.0, -1.0]);
+        assert!((above.point_m[2] - 7.5e-3).abs() < 1e-12, "{above:?}");
     }
 }

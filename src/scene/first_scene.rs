@@ -134,25 +134,37 @@ pub fn first_scene_of_surfaces(surfaces: &[(ClosedSurface, String)]) -> Value {
         let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
         if fault(stem).is_none() { stem.to_owned() } else { "tissue".to_owned() }
     };
+    // Each file has a unit of its own.
+    let scale = |surface: &ClosedSurface| {
+        let [low, high] = surface.bounding_box();
+        if (high - low).max() > LARGEST_M { MILLIMETRE } else { 1.0 }
+    };
+    let volume_m3 = |surface: &ClosedSurface| surface.volume() * scale(surface).powi(3);
     let mut nest: Vec<&(ClosedSurface, String)> = surfaces.iter().collect();
-    nest.sort_by(|(a, _), (b, _)| b.volume().total_cmp(&a.volume()));
-    let boxes = nest.iter().map(|(surface, _)| surface.bounding_box());
-    let extent = boxes.map(|[low, high]| (high - low).max()).fold(0.0, f64::max);
-    let scale = if extent > LARGEST_M { MILLIMETRE } else { 1.0 };
+    nest.sort_by(|(a, _), (b, _)| volume_m3(b).total_cmp(&volume_m3(a)));
     // A bone all around would leave no tissue.
     let is_hole = |i: usize, name: &str| i > 0 && names_any(name, &BONES);
     let uses: Vec<(bool, String)> =
         nest.iter().enumerate().map(|(i, (_, name))| (is_hole(i, name), stem(name))).collect();
-    let listed = nest.iter().zip(&uses).map(|((_, name), (is_hole, own))| {
+    let listed = nest.iter().zip(&uses).map(|((surface, name), (is_hole, own))| {
         let mut listed = json!({"name": name, if *is_hole { "hole" } else { "part" }: own});
-        if scale < 1.0 {
-            listed["scale"] = json!(scale);
+        if scale(surface) < 1.0 {
+            listed["scale"] = json!(scale(surface));
         }
         listed
     });
-    let volume_m3 = nest.first().map_or(0.0, |(surface, _)| surface.volume() * scale.powi(3));
-    let segmentation =
-        json!({"surfaces": listed.collect::<Vec<_>>(), "size_m": element_size(volume_m3, 0.0)});
+    let size_m = element_size(nest.first().map_or(0.0, |(surface, _)| volume_m3(surface)), 0.0);
+    let mut segmentation = json!({"surfaces": listed.collect::<Vec<_>>(), "size_m": size_m});
+    // Thickness of the layer below each surface, by its volume and area: it takes two voxels at least.
+    let thickness = nest.windows(2).map(|pair| {
+        let area_m2 = pair[0].0.area() * scale(&pair[0].0).powi(2);
+        (volume_m3(&pair[0].0) - volume_m3(&pair[1].0)) / area_m2
+    });
+    let thinnest = thickness.filter(|thickness| *thickness > 0.0).fold(f64::INFINITY, f64::min);
+    if size_m.as_f64().is_some_and(|size| thinnest < size) {
+        segmentation["thin_size_m"] = two_digits(thinnest);
+        segmentation["voxel_size_m"] = two_digits(0.5 * thinnest);
+    }
     let named = |holes: bool| -> BTreeSet<&String> {
         uses.iter().filter(|(is_hole, _)| *is_hole == holes).map(|(_, name)| name).collect()
     };
@@ -177,7 +189,11 @@ pub fn first_scene_of_surfaces(surfaces: &[(ClosedSurface, String)]) -> Value {
 
 /// Size of elements with which a volume has about [`ELEMENTS_OF_SCAN`], at least two voxels [m], to two digits.
 fn element_size(volume_m3: f64, voxel_m: f64) -> Value {
-    let size = (volume_m3 / ELEMENTS_OF_SCAN).cbrt().max(2.0 * voxel_m);
+    two_digits((volume_m3 / ELEMENTS_OF_SCAN).cbrt().max(2.0 * voxel_m))
+}
+
+/// A size > 0 to two digits; `null` for any other.
+fn two_digits(size: f64) -> Value {
     format!("{size:.1e}").parse::<f64>().ok().filter(|size| *size > 0.0).map_or(Value::Null, Value::from)
 }
 

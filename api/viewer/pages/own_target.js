@@ -27,6 +27,9 @@ const FINER = 0.5;
 /** Lengths of a box, of a mesh with this factor on its lengths. */
 const millimetres = ([low, high], factor = 1) => high.map((end, k) => setting(Number((1e3 * factor * (end - low[k])).toPrecision(3)))).join(" × ");
 
+/** The way across a body that is longest along z: its ends are where a scan or a model was cut. */
+const acrossLongest = ([low, high]) => (high[2] - low[2] > Math.max(high[0] - low[0], high[1] - low[1]) ? WAYS[2][0] : WAYS[0][0]);
+
 export class OwnTarget {
   #onScene;
   #accuracy;
@@ -92,7 +95,7 @@ export class OwnTarget {
     const uses = new Map(names.map((name) => [name, guessOf(first.scene, name)]));
     const held = new Set((tissue.fixed ?? []).map(({ set }) => set).filter((set) => first.sets.includes(set)));
     const scale = scan ? 1 : tissue.placement?.scale ?? 1;
-    this.#chosen = { id: mesh.id, file: file.name, name: file.name.replace(/\.(nii\.gz|[^.]*)$/i, ""), first, uses, held, projectile: PROJECTILES.at(-1), way: WAYS[0][0], through: null, scale, guessed: scale, skin: materials.find(({ name }) => name.startsWith("skin/"))?.name };
+    this.#chosen = { id: mesh.id, file: file.name, name: file.name.replace(/\.(nii\.gz|[^.]*)$/i, ""), first, uses, held, projectile: PROJECTILES.at(-1), way: acrossLongest(boxAround(first.parts)), through: null, scale, guessed: scale, skin: materials.find(({ name }) => name.startsWith("skin/"))?.name };
     const choices = new Map(names.map((name) => [name, this.#use(name, materials, scan)]));
     this.#showParts = () => {
       const factor = this.#chosen.scale / scale;

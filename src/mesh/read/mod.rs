@@ -15,6 +15,7 @@ mod include;
 mod lsdyna;
 mod nastran;
 pub mod stl;
+mod stl_shells;
 pub mod table;
 mod vtk;
 pub(crate) mod xml;
@@ -189,6 +190,24 @@ pub fn read_mesh_with(
             remedy: "save it in UTF-8, as `iconv -f UTF-16 -t UTF-8 FILE` does".into(),
         });
     }
+    let mut mesh = read_format(bytes, format, fields, include)?;
+    // Programs end the last line of a text; where it has no end, a number may have been cut.
+    let is_of_lines = matches!(format, MeshFormat::Abaqus | MeshFormat::LsDyna | MeshFormat::Nastran);
+    if is_of_lines && !bytes.ends_with(b"\n") {
+        mesh.notes.push(
+            "the last line of the file has no end: the file may be cut short, and its last number wrong"
+                .into(),
+        );
+    }
+    Ok(mesh)
+}
+
+fn read_format(
+    bytes: &[u8],
+    format: MeshFormat,
+    fields: &FieldNames,
+    include: Include,
+) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),
         MeshFormat::Abaqus => abaqus::read(bytes),

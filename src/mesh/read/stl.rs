@@ -1,6 +1,7 @@
 //! STL: the triangles of a closed surface, ASCII or binary. Corners at the same place are one point; normals in the file are not used.
 
 use super::cursor::{Cursor, Numbers, place_of, shown};
+use super::stl_shells::{inside_out, shells};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{MeshError, Place};
 use std::collections::{BTreeMap, HashMap};
@@ -32,6 +33,15 @@ impl ClosedSurface {
             self.points.iter().copied().reduce(|a, b| fold(&a, &b)).unwrap_or_default()
         };
         [corner(Vec3::inf), corner(Vec3::sup)]
+    }
+
+    /// Area, in the square of the unit of the file.
+    pub fn area(&self) -> f64 {
+        let of_triangle = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|node| self.points[node as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        self.triangles.iter().map(of_triangle).sum()
     }
 
     /// Enclosed volume, in the cube of the unit of the file: the sum of signed tetrahedra over the triangles.
@@ -192,6 +202,12 @@ impl Corners {
                 remedy: "export the surface again".into(),
             });
         }
+        if let Some(at) = repeated(&triangles) {
+            return Err(MeshError::Unsupported {
+                what: format!("{}: the surface has a triangle twice", place(offsets[at])),
+                remedy: "remove the duplicates, as Remove Duplicate Faces in MeshLab does".into(),
+            });
+        }
         // Every edge is passed as often in one direction as in the other.
         let mut passes: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
         for [a, b, c] in &triangles {
@@ -225,11 +241,35 @@ impl Corners {
             });
         }
         let mut surface = ClosedSurface { points, triangles };
-        if surface.volume() < 0.0 {
+        let mut all = shells(&surface);
+        // The largest shell is turned outwards.
+        if all.iter().max_by(|a, b| a.volume.abs().total_cmp(&b.volume.abs())).is_some_and(|s| s.volume < 0.0)
+        {
             surface.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+            all.iter_mut().for_each(|shell| shell.volume = -shell.volume);
         }
-        Ok(surface)
+        match inside_out(&all) {
+            Some(shell) => Err(MeshError::Unsupported {
+                what: format!(
+                    "{}: a part of the surface that lies in no other is turned inwards",
+                    place(offsets[shell.triangle])
+                ),
+                remedy: "turn the triangles of that part around".into(),
+            }),
+            None => Ok(surface),
+        }
     }
+}
+
+/// A triangle that is there before, turned to the same side.
+fn repeated(triangles: &[[u32; 3]]) -> Option<usize> {
+    let mut from_least: Vec<([u32; 3], usize)> = triangles.iter().copied().zip(0..).collect();
+    for (triangle, _) in &mut from_least {
+        let least = (0..3).min_by_key(|&i| triangle[i]).unwrap_or(0);
+        triangle.rotate_left(least);
+    }
+    from_least.sort_unstable();
+    from_least.windows(2).find(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1)
 }
 
 #[cfg(test)]
@@ -303,6 +343,24 @@ mod tests {
         );
         assert!(refusal(b"solid\nendsolid\n").contains("no triangle"));
         assert!(refusal(b"").contains("84 bytes"));
+    }
+
+    #[test]
+    fn shells_are_bodies_or_cavities_and_never_inside_out() {
+        let moved = |faces: Vec<[[f32; 3]; 3]>, by: f32, factor: f32| -> Vec<[[f32; 3]; 3]> {
+            faces.into_iter().map(|face| face.map(|x| x.map(|c| by + factor * c))).collect()
+        };
+        let volume = |other: Vec<[[f32; 3]; 3]>| {
+            read_stl(&binary(&[faces(true), other].concat())).map(|surface| surface.volume())
+        };
+        // Beside it, in it, and as a cavity of it.
+        assert!((volume(moved(faces(true), 5.0, 0.5)).unwrap() - 4.5 * 1.125).abs() < 1e-6);
+        assert!((volume(moved(faces(false), 0.1, 0.5)).unwrap() - 4.5 * 0.875).abs() < 1e-6);
+        let refused = volume(moved(faces(false), 5.0, 0.5)).unwrap_err().to_string();
+        assert!(refused.starts_with("byte 284: a part of the surface"), "{refused}");
+        // The whole of it twice.
+        let twice = volume(faces(true)).unwrap_err().to_string();
+        assert!(twice.contains("has a triangle twice"), "{twice}");
     }
 
     #[test]

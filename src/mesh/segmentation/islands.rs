@@ -1,6 +1,23 @@
 //! Removal of noise: small groups of voxels that no other of their class touches.
 
-use super::grid::ClassGrid;
+use super::grid::{ClassGrid, OUTSIDE};
+use super::volume::{Frame, LabelVolume};
+
+/// Number of voxels below which a group is noise, unless a scene says otherwise.
+pub const NOISE_VOXELS: f64 = 30.0;
+
+/// Whether each voxel of a scan belongs to the body, the first axis fastest: it has a label other than 0, groups that are noise
+/// apart, unless all are.
+pub fn body_of(volume: &LabelVolume, frame: &Frame) -> Vec<bool> {
+    let class_of: Vec<u8> = volume.values.iter().map(|value| u8::from(*value != 0)).collect();
+    let grid = ClassGrid::new(volume, frame, [[0; 3], frame.dims], &class_of);
+    let mut without = grid.clone();
+    remove_islands(&mut without, NOISE_VOXELS as usize);
+    let has_label = || grid.classes.iter().map(|class| *class != OUTSIDE);
+    let kept = has_label().zip(&without.classes).map(|(has_label, class)| has_label && *class != OUTSIDE);
+    let kept: Vec<bool> = kept.collect();
+    if kept.contains(&true) { kept } else { has_label().collect() }
+}
 
 /// Gives every group of fewer than `least` voxels of one class, connected over faces, the class that most of its faces touch.
 /// Returns the number of voxels that changed.

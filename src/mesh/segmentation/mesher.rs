@@ -3,7 +3,7 @@
 use super::classes::{Classes, refused};
 use super::elements::{Elements, Face, hanging};
 use super::grid::{ClassGrid, OUTSIDE};
-use super::islands::remove_islands;
+use super::islands::{NOISE_VOXELS, remove_islands};
 use super::labelling::{self, BEYOND};
 use super::options::Options;
 use super::sizes::{octree, within};
@@ -33,9 +33,6 @@ const FIRST_CORRECTION: usize = 5;
 
 /// Largest thickness of a skin, relative to the one given, where it makes up for thinner places [-].
 const THICKEST: f64 = 1.25;
-
-/// Volume below which a group of voxels is noise, in voxels.
-const NOISE_VOXELS: f64 = 30.0;
 
 /// Roughness of the labels ([`ClassGrid::roughness`]) above which they are noise [-]: that of a ball of five voxels is 0.26.
 const NOISE: f64 = 0.3;

@@ -29,6 +29,7 @@ pub(crate) mod tests;
 mod volume;
 mod volumes;
 
+pub use islands::body_of;
 pub use mesher::{POORLY_RESOLVED, RELABELLED, mesh};
 pub use options::{Crop, LabelUse, Near, Options, SkinLayer};
 pub use rasterise::{Filled, Filling, Unfilled};

@@ -439,8 +439,12 @@ impl From<NoPermit> for Problem {
 
 impl From<MeshRefusal> for Problem {
     fn from(refusal: MeshRefusal) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message)
-            .remedy(format!("Send a file of solid cells: {}.", MeshFormat::extensions_in_words()))
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message).remedy(
+            format!(
+                "Send a file that is whole, of solid cells, of labels or of a closed surface: {}.",
+                MeshFormat::extensions_in_words()
+            ),
+        )
     }
 }
 

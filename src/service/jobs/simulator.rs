@@ -82,7 +82,10 @@ impl Simulator {
         let format = format.ok_or_else(|| refusal("the format of the file is unknown".into()))?;
         let invalid = |error: MeshError| refusal(error.to_string());
         let content = if let Some(volume) = format.volume() {
-            MeshContent::Scan(read_labels(bytes, volume, self.scenes.budget().mesh_bytes).map_err(invalid)?)
+            let labels = read_labels(bytes, volume, self.scenes.budget().mesh_bytes).map_err(invalid)?;
+            // A grid that cannot be meshed is no use.
+            labels.frame().map_err(invalid)?;
+            MeshContent::Scan(labels)
         } else if format == MeshFormat::Stl {
             MeshContent::Surface(read_stl(bytes).map_err(invalid)?)
         } else {
