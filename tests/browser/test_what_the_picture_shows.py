@@ -132,6 +132,24 @@ def test_one_finger_scrolls_and_motion_plays(browser, service, jobs):
     page.close()
 
 
+SIDES_OF_TWO_SIZES = """async () => {
+  const { Cells, surfaceOf } = await import("/viewer/mesh/cells.js");
+  const names = new Map();
+  const node = (...x) => names.get(x.join()) ?? names.set(x.join(), names.size).size - 1;
+  const hexahedron = (x, y, z, h) => [0, h].flatMap((up) => [[0, 0], [h, 0], [h, h], [0, h]].map(([a, b]) => node(x + a, y + b, z + up)));
+  const small = [2, 3].flatMap((x) => [0, 1].flatMap((y) => [0, 1].flatMap((z) => hexahedron(x, y, z, 1))));
+  const cells = new Cells(Uint32Array.from([...hexahedron(0, 0, 0, 2), ...small]));
+  const parts = [null, Uint32Array.from({ length: 9 }, (_, e) => Number(e > 0))];
+  return parts.map((part) => [...surfaceOf(cells, names.size, part).sides].reduce((counts, kind) => (counts[kind]++, counts), [0, 0, 0]));
+}"""
+
+
+def test_no_layer_ends_where_elements_change_their_size(page):
+    # One hexahedron beside eight smaller ones: inside, between parts, on the surface.
+    page.goto("/")
+    assert page.evaluate(SIDES_OF_TWO_SIZES) == [[29, 0, 25], [24, 5, 25]]
+
+
 def test_two_runs_are_compared_at_equal_times(page, jobs):
     contact = [page.request.get(job["links"]["summary"]).json()["results"]["impacts"][0]["contact_span_s"][0] for job in jobs.values()]
     page.goto(f"/#/compare/{jobs['near']['id']}/{jobs['far']['id']}")

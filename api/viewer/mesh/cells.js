@@ -147,7 +147,33 @@ function kindsOfSides(cells, nodeCount, partOf, eroded) {
       }
     }
   }
+  joinHanging(cells, kinds, partOf);
   return kinds;
+}
+
+/** Joins sides of four nodes with the four smaller ones on their other side, which have a node in its middle: hexahedra of two sizes. */
+function joinHanging(cells, kinds, partOf) {
+  const [open, around] = [new Map(), new Map()];
+  const name = (face) => [...face].sort((a, b) => a - b).join();
+  let side = -1;
+  for (let element = 0; element < cells.length; element++) {
+    const start = cells.startOf(element);
+    for (const corners of cells.kindOf(element).sides) {
+      side++;
+      if (kinds[side] !== SIDE.surface || corners.length !== 4) continue;
+      const face = { side, element, nodes: corners.map((i) => cells.nodes[start + i]) };
+      open.set(name(face.nodes), face);
+      for (const node of face.nodes) around.set(node, [...(around.get(node) ?? []), face]);
+    }
+  }
+  for (const [middle, small] of around) {
+    if (small.length !== 4) continue;
+    const large = open.get(name(small.map(({ nodes }) => nodes[(nodes.indexOf(middle) + 2) % 4])));
+    if (!large || large.nodes.includes(middle)) continue;
+    const isWithin = ({ element }) => !partOf || partOf[element] === partOf[large.element];
+    for (const face of small) kinds[face.side] = isWithin(face) ? SIDE.inside : SIDE.interface;
+    kinds[large.side] = small.every(isWithin) ? SIDE.inside : SIDE.interface;
+  }
 }
 
 /** Values {s, value, element} along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */
