@@ -100,7 +100,9 @@ mod tests {
 
     fn of(touches: &[[f64; 2]]) -> ContactTime {
         let mut time = ContactTime::default();
-        touches.iter().for_each(|[from, to]| time.add(*from, *to, false));
+        for [from, to] in touches {
+            time.add(*from, *to, false);
+        }
         time
     }
 

@@ -246,7 +246,9 @@ impl Corners {
         if all.iter().max_by(|a, b| a.volume.abs().total_cmp(&b.volume.abs())).is_some_and(|s| s.volume < 0.0)
         {
             surface.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
-            all.iter_mut().for_each(|shell| shell.volume = -shell.volume);
+            for shell in &mut all {
+                shell.volume = -shell.volume;
+            }
         }
         match inside_out(&all) {
             Some(shell) => Err(MeshError::Unsupported {

@@ -27,7 +27,9 @@ pub(super) fn shells(surface: &ClosedSurface) -> Vec<Shell> {
     for triangle in &surface.triangles {
         let [a, b, c] = triangle.map(|node| root_of(&mut root, node));
         let least = a.min(b).min(c);
-        [a, b, c].into_iter().for_each(|own| root[own as usize] = least);
+        for own in [a, b, c] {
+            root[own as usize] = least;
+        }
     }
     // Volume and box of each, by its root.
     let mut found = std::collections::BTreeMap::<u32, Shell>::new();

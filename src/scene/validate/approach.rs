@@ -34,7 +34,7 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
 
 /// Whether a body starts undeformed, without spin, and moves by its velocity alone.
 fn flies_straight(body: &BodyDocument) -> bool {
-    body.spin_rad_per_s == [0.0; 3]
+    Vec3::from(body.spin_rad_per_s) == Vec3::zeros()
         && body.initial_deformation.is_none()
         && body.prescribed.is_empty()
         && body.face_loads.is_empty()
