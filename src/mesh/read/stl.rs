@@ -241,7 +241,7 @@ impl Corners {
             });
         }
         let mut surface = ClosedSurface { points, triangles };
-        let mut all = shells(&surface);
+        let mut all = shells(&surface.points, &surface.triangles);
         // The largest shell is turned outwards.
         if all.iter().max_by(|a, b| a.volume.abs().total_cmp(&b.volume.abs())).is_some_and(|s| s.volume < 0.0)
         {

@@ -1,6 +1,5 @@
 //! The shells of a surface: what hangs together, and how it is turned.
 
-use super::stl::ClosedSurface;
 use crate::mechanics::tensor::Vec3;
 
 /// A part of a surface that hangs together.
@@ -20,11 +19,11 @@ impl Shell {
     }
 }
 
-/// The shells of a surface, which share no point.
-pub(super) fn shells(surface: &ClosedSurface) -> Vec<Shell> {
+/// The shells of a surface with these points and triangles, which share no point.
+pub(super) fn shells(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Shell> {
     // Points that triangles join have one root.
-    let mut root: Vec<u32> = (0..surface.points.len() as u32).collect();
-    for triangle in &surface.triangles {
+    let mut root: Vec<u32> = (0..points.len() as u32).collect();
+    for triangle in triangles {
         let [a, b, c] = triangle.map(|node| root_of(&mut root, node));
         let least = a.min(b).min(c);
         for own in [a, b, c] {
@@ -33,15 +32,15 @@ pub(super) fn shells(surface: &ClosedSurface) -> Vec<Shell> {
     }
     // Volume and box of each, by its root.
     let mut found = std::collections::BTreeMap::<u32, Shell>::new();
-    for (index, triangle) in surface.triangles.iter().enumerate() {
-        let corners = triangle.map(|node| surface.points[node as usize]);
+    for (index, triangle) in triangles.iter().enumerate() {
+        let corners = triangle.map(|node| points[node as usize]);
         let shell = found.entry(root_of(&mut root, triangle[0])).or_insert_with(|| Shell {
             triangle: index,
             volume: 0.0,
             low: corners[0],
             high: corners[0],
         });
-        let [a, b, c] = corners.map(|corner| corner - surface.points[0]);
+        let [a, b, c] = corners.map(|corner| corner - points[0]);
         shell.volume += a.dot(&b.cross(&c)) / 6.0;
         for corner in corners {
             (shell.low, shell.high) = (shell.low.inf(&corner), shell.high.sup(&corner));

@@ -56,10 +56,13 @@ fn load_surface(changes: &[(&str, Value)]) -> Result<Loaded, Problems> {
     let mut open = stl(&[brick()]);
     open.truncate(open.len() - 50);
     open[80] -= 1;
+    let (shape, place, turn) = brick();
+    let aside = (shape, place + Vec3::x() * 1e-6, turn);
     let files = Files(vec![
         ("brick.stl", stl(&[brick()])),
         ("hammer.stl", stl(&hammer)),
         ("twice.stl", stl(&[brick(), brick()])),
+        ("overlapping.stl", stl(&[brick(), aside])),
         ("ball.stl", stl(&ball)),
         ("open.stl", open),
         ("short.stl", stl(&[brick()])[..300].to_vec()),
@@ -110,7 +113,8 @@ fn what_is_wrong_with_a_surface_is_listed_with_its_place() {
         (name("none.stl"), "/bodies/0/rigid/shape/name", "mesh_not_found", "none.stl"),
         (name("short.stl"), "/bodies/0/rigid/shape/name", "bad_mesh", "announces 12 triangles"),
         (name("open.stl"), "/bodies/0/rigid/shape/name", "bad_mesh", "is open at 3 edges"),
-        (name("twice.stl"), "/bodies/0/rigid/shape/convex_hull", "overlapping_surface", "2.00 times"),
+        (name("twice.stl"), "/bodies/0/rigid/shape/name", "bad_mesh", "has a triangle twice"),
+        (name("overlapping.stl"), "/bodies/0/rigid/shape/convex_hull", "overlapping_surface", "2.00 times"),
         (name("cube.msh"), "/bodies/0/rigid/shape/name", "bad_mesh", "byte"),
         (name("ball.stl"), "/bodies/0/rigid/shape/name", "too_many_planes", "decimate"),
         (("/bodies/0/rigid/shape/scale", json!(0)), "/bodies/0/rigid/shape/scale", "not_positive", "0.001"),
