@@ -33,7 +33,7 @@ const VIRIDIS: [[f64; 3]; 17] = [
 /// Steps between the ends of the range: as many colours as a screen has grey levels, which compress.
 const STEPS: f64 = 255.0;
 
-/// Colour of a value between 0 and `top` in one of [`STEPS`] steps, clamped at the ends.
+/// Colour of a value between 0 and `top`, in 255 steps, clamped at the ends.
 #[allow(clippy::cast_sign_loss)] // s is clamped
 pub fn viridis(value: f64, top: f64) -> Color {
     let last = VIRIDIS.len() - 1;
