@@ -145,7 +145,7 @@ def test_a_scan_is_cropped_around_the_impact_and_gets_a_skin(page, panel, pictur
     skin.fill("2")
     expect(skin).not_to_have_attribute("aria-invalid", "true")
     use_it.click()
-    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"skin_thickness_m"'))
+    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"segmentation"'))
     expect(page.get_by_text("ready to run")).to_be_visible()
     tissue = tissue_of(scene_of(page))
     segmentation = tissue["mesh"]["segmentation"]
