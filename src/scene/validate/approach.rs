@@ -54,9 +54,7 @@ fn bounds(body: &SceneBody) -> [Vec3; 2] {
         let radius = rigid.shape.outer_radius();
         return [rigid.pose.centre.add_scalar(-radius), rigid.pose.centre.add_scalar(radius)];
     }
-    let infinite = Vec3::repeat(f64::INFINITY);
-    let grown = |[low, high]: [Vec3; 2], x: &Vec3| [low.inf(x), high.sup(x)];
-    body.mesh.nodes.iter().fold([infinite, -infinite], grown)
+    body.mesh.bounding_box().unwrap_or_default()
 }
 
 /// Time after which a box that moves by v [m/s] first touches another one [s]; `None` if it never does.
