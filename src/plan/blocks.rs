@@ -76,7 +76,7 @@ pub(super) fn add_blocks(
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
             shear_viscosity: part.shear_viscosity_pa_s,
-            memory: part.memories(),
+            memory: part.memory(),
             erosion: part.erosion.as_ref().map(ErosionDocument::limits),
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);

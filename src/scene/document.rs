@@ -16,8 +16,7 @@ pub use super::mesh_document::{
     RotationDocument,
 };
 pub use super::part_document::{
-    ErosionDocument, FibreFrameDocument, Formulation, PartDocument, SofteningDocument,
-    StiffnessFactorDocument, SurfaceDocument,
+    ErosionDocument, FibreFrameDocument, Formulation, PartDocument, StiffnessFactorDocument, SurfaceDocument,
 };
 pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
@@ -401,7 +400,7 @@ impl SceneDocument {
     /// Whether a part has properties that only explicit steps support: softening, erosion.
     pub fn needs_explicit_steps(&self) -> bool {
         let parts = self.bodies.iter().flat_map(|body| &body.parts);
-        parts.into_iter().any(|part| part.softening.is_some() || part.erosion.is_some())
+        parts.into_iter().any(PartDocument::needs_explicit_steps)
     }
 
     /// Whether the document keeps a feature that plans omit.

@@ -75,15 +75,19 @@ const REMEDY: &str = "mesh the part with tetrahedra of ten nodes, wedges or hexa
                       stiff where nearly incompressible";
 
 fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findings) {
-    for (key, is_there) in [("softening", part.softening.is_some()), ("erosion", part.erosion.is_some())] {
-        out.require(!is_there, || {
-            let message = format!(
-                "the part has tetrahedra of four nodes, which have no {key}: they average pressure over nodes"
-            );
-            Problem::error("averaged_pressure", &here.key(key), message)
+    let needing = part.memories().map(|(field, memory)| (field, memory.rules()));
+    let needing = needing
+        .filter(|(_, rules)| rules.needs_pressure_of_element)
+        .map(|(field, rules)| (field, rules.name));
+    for (field, name) in needing.chain(part.erosion.map(|_| ("erosion", "erosion"))) {
+        let message = format!(
+            "the part has tetrahedra of four nodes, which have no {name}: they average pressure over nodes"
+        );
+        out.push(
+            Problem::error("averaged_pressure", &here.key(field), message)
                 .limit("elements with a pressure of their own")
-                .remedy(REMEDY)
-        });
+                .remedy(REMEDY),
+        );
     }
 }
 

@@ -13,7 +13,7 @@ use super::scene_body::SceneBody;
 use super::source::{FolderSource, KeptFiles, MeshSource};
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, approach, check_document, loads, meshes, overlap, segmentation, softening};
+use super::validate::{Findings, approach, bodies, check_document, loads, meshes, overlap, segmentation};
 use super::{json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
@@ -323,7 +323,7 @@ fn make_body(
     meshes::check_deformation(index, body, &mesh, out);
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;
-    softening::check_mesh(index, body, &mesh, &part_entry, out);
+    bodies::check_memories(index, body, &mesh, &part_entry, out);
     let axes = body_axes(index, body, &mesh, &part_entry, out);
     let laws = laws(index, body, &mesh, &part_entry, out);
     mesh.fields = ElementFields::default();

@@ -1,11 +1,11 @@
 //! Material and element of a part, in a scene document.
 
 use super::materials::MaterialDocument;
+use super::memories::{MemoryDocument, PronyDocument, SofteningDocument};
 use super::named_materials::{WrittenMaterial, not_null};
-use super::prony_document::PronyDocument;
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::force;
-use crate::mechanics::material::{Material, Memories, Softening};
+use crate::mechanics::material::{Material, Memories};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -62,25 +62,6 @@ pub struct StiffnessFactorDocument {
     pub rounded_to_ratio: Option<f64>,
 }
 
-/// Softening of the isochoric stress: beyond the strain energy of the onset the stress is reduced for good, such that tearing a
-/// layer of elements apart consumes the fracture energy per area of the crack, whatever the size of the elements.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SofteningDocument {
-    /// Strain energy per volume at rest where softening begins [J/m³]: the area under the curve of nominal stress against strain, up
-    /// to the ultimate strength.
-    pub onset_j_per_m3: f64,
-    /// Fracture energy: work to tear through an area at rest [J/m²].
-    pub fracture_energy_j_per_m2: f64,
-}
-
-impl SofteningDocument {
-    /// In the form of the force evaluation.
-    pub fn law(self) -> Softening {
-        Softening { onset: self.onset_j_per_m3, fracture_energy: self.fracture_energy_j_per_m2 }
-    }
-}
-
 /// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the
 /// nodes. The limits apply to the mean over the element.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -109,6 +90,22 @@ impl ErosionDocument {
 }
 
 impl PartDocument {
+    /// A part with a law and a density [kg/m³], and nothing else.
+    pub fn new(part: String, density_kg_per_m3: f64, material: MaterialDocument) -> Self {
+        Self {
+            part,
+            density_kg_per_m3,
+            material,
+            library: None,
+            shear_viscosity_pa_s: 0.0,
+            prony_series: None,
+            softening: None,
+            erosion: None,
+            formulation: None,
+            fibre_frame: None,
+            stiffness_factor: None,
+        }
+    }
     /// Names of the arrays of the mesh that it uses.
     pub fn array_names(&self) -> impl Iterator<Item = &String> {
         let families = match &self.fibre_frame {
@@ -125,19 +122,31 @@ impl PartDocument {
     }
     /// The law under slow loading; `None` where its parameters are inadmissible.
     pub fn law(&self) -> Option<Material> {
-        let material = self.material.to_material()?;
-        self.prony_series.as_ref().map_or(Some(material), |prony| prony.slow_law(material))
+        let law = self.material.to_material()?;
+        self.memories().try_fold(law, |law, (_, memory)| memory.slow_law(law))
     }
-    /// What its stress remembers.
-    pub fn memories(&self) -> Memories {
-        Memories {
-            prony: self.prony_series.as_ref().map_or(Memories::NONE.prony, PronyDocument::series),
-            softening: self.softening.map_or(Memories::NONE.softening, SofteningDocument::law),
-        }
+    /// What its stress remembers, with the names of the fields.
+    pub fn memories(&self) -> impl Iterator<Item = (&'static str, &dyn MemoryDocument)> {
+        let prony = self.prony_series.as_ref().map(|memory| memory as &dyn MemoryDocument);
+        let softening = self.softening.as_ref().map(|memory| memory as &dyn MemoryDocument);
+        // A new memory is a field above and a line here.
+        let all = [("prony_series", prony), ("softening", softening)];
+        all.into_iter().filter_map(|(field, memory)| Some((field, memory?)))
+    }
+    /// The same in the form of the force evaluation.
+    pub fn memory(&self) -> Memories {
+        let mut all = Memories::NONE;
+        self.memories().for_each(|(_, memory)| memory.set(&mut all));
+        all
     }
     /// Whether its stress depends on its past.
     pub fn has_memory(&self) -> bool {
-        !self.memories().is_empty()
+        !self.memory().is_empty()
+    }
+    /// Whether only explicit steps support it.
+    pub fn needs_explicit_steps(&self) -> bool {
+        self.erosion.is_some()
+            || self.memories().any(|(_, memory)| memory.rules().without_explicit_steps.is_some())
     }
     /// The requested element formulation; by default mean dilatation for split laws, or averaged nodal pressure in elements of one point,
     /// and full integration for coupled ones.

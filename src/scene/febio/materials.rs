@@ -10,8 +10,8 @@ use crate::scene::materials::{
     MooneyRivlinDocument, NeoHookeanDocument, OgdenDocument, OgdenTerms, VerondaWestmannDocument,
     WeissDocument, YeohDocument,
 };
+use crate::scene::memories::{BranchDocument, Moduli, PronyDocument};
 use crate::scene::part_document::PartDocument;
-use crate::scene::prony_document::{BranchDocument, Moduli, PronyDocument};
 use roxmltree::Node;
 
 /// Most terms of Ogden's law, Yeoh's law and Prony series in FEBio.
@@ -38,18 +38,11 @@ impl<'x> Deck<'x> {
         let (law, prony) =
             if viscoelastic { self.viscoelastic(&mut item)? } else { (self.law(&mut item, None)?, None) };
         item.finish(&[], self);
+        let density = density * self.units.density;
         Some(PartDocument {
-            part: part.to_owned(),
-            density_kg_per_m3: density * self.units.density,
-            material: law,
-            library: None,
-            shear_viscosity_pa_s: 0.0,
             prony_series: prony,
-            softening: None,
-            erosion: None,
-            formulation: None,
             fibre_frame: frame,
-            stiffness_factor: None,
+            ..PartDocument::new(part.to_owned(), density, law)
         })
     }
 

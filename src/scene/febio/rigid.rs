@@ -41,24 +41,13 @@ impl<'x> Deck<'x> {
     /// A part that is, or belongs to, a rigid body.
     pub(super) fn rigid_part(&mut self, node: Node<'x, 'x>, part: &str) -> PartDocument {
         Item::new(node).finish(&OF_THE_MATERIAL, self);
-        PartDocument {
-            part: part.to_owned(),
-            density_kg_per_m3: DENSITY,
-            material: MaterialDocument::NeoHookean(NeoHookeanDocument {
-                c10_pa: C10_PA,
-                bulk_modulus_pa: BULK_MODULUS_PA,
-                volumetric: VolumetricDocument::LnSquared,
-                valid_to: None,
-            }),
-            library: None,
-            shear_viscosity_pa_s: 0.0,
-            prony_series: None,
-            softening: None,
-            erosion: None,
-            formulation: None,
-            fibre_frame: None,
-            stiffness_factor: None,
-        }
+        let law = NeoHookeanDocument {
+            c10_pa: C10_PA,
+            bulk_modulus_pa: BULK_MODULUS_PA,
+            volumetric: VolumetricDocument::LnSquared,
+            valid_to: None,
+        };
+        PartDocument::new(part.to_owned(), DENSITY, MaterialDocument::NeoHookean(law))
     }
 
     /// A condition of a rigid body, since version 3.

@@ -2,9 +2,9 @@
 
 use crate::mechanics::material::Path;
 use crate::scene::materials::MaterialDocument;
+use crate::scene::memories::PronyDocument;
 use crate::scene::named_materials::WrittenMaterial;
 use crate::scene::problem::Pointer;
-use crate::scene::prony_document::PronyDocument;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

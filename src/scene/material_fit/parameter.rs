@@ -1,8 +1,9 @@
 //! A free parameter of a fit: a number of the constants, by its JSON pointer.
 
 use super::document::{Constants, FitQuestion};
+use crate::scene::memories;
 use crate::scene::problem::{Pointer, Problem};
-use crate::scene::validate::{Findings, prony};
+use crate::scene::validate::Findings;
 use serde_json::{Number, Value};
 
 /// A number that is fitted.
@@ -44,7 +45,7 @@ impl Constants {
         let root = Pointer::root();
         self.material.check(&root.key("material"), &mut found);
         if let Some(series) = &self.prony_series {
-            prony::check(&self.material, series, &root.key("prony_series"), &mut found);
+            memories::check(series, self.material.is_split(), &root.key("prony_series"), &mut found);
         }
         found.0.retain(|problem| problem.code != "stiff_volume");
         found.0.into_vec()

@@ -1,11 +1,13 @@
 //! Checks of the parts of a body that need the document alone: density, material, element, fibre frame, placement.
 
-use super::{Findings, prony, softening};
+use super::Findings;
 use crate::mechanics::force::{BlockParameters, MOST_SINGLE_RATIO};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
 use crate::scene::document::{
     BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
+use crate::scene::memories;
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeSet;
 
@@ -53,6 +55,24 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
             .limit("an entry for every part of the mesh")
             .remedy("add an entry; the part \"*\" stands for all parts")
     });
+}
+
+/// Checks the memories of a body against the sizes of its elements.
+pub(in crate::scene) fn check_memories(
+    index: usize,
+    body: &BodyDocument,
+    mesh: &Mesh,
+    part_entry: &[u32],
+    out: &mut Findings,
+) {
+    let here = Pointer::root().key("bodies").index(index).key("parts");
+    for (i, part) in body.parts.iter().enumerate().filter(|(_, part)| part.has_memory()) {
+        let of_part = part_entry.iter().enumerate().filter(|(_, entry)| **entry as usize == i);
+        let largest = of_part.map(|(e, _)| mesh.element_volume_m3(e).cbrt()).fold(0.0, f64::max);
+        for (field, memory) in part.memories() {
+            memory.check_size(largest, &here.index(i).key(field), out);
+        }
+    }
 }
 
 /// Limits of erosion must be satisfied at rest.
@@ -103,11 +123,8 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
     // What stress remembers, erosion, and the law itself.
-    if let Some(series) = &part.prony_series {
-        prony::check(&part.material, series, &here.key("prony_series"), out);
-    }
-    if let Some(softening) = &part.softening {
-        softening::check(part, softening, &here.key("softening"), out);
+    for (field, memory) in part.memories() {
+        memories::check(memory, part.material.is_split(), &here.key(field), out);
     }
     if let Some(erosion) = &part.erosion {
         check_erosion(part, erosion, &here.key("erosion"), out);

@@ -15,12 +15,10 @@ pub mod meshes;
 pub mod motion;
 pub mod names;
 pub mod overlap;
-pub mod prony;
 pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
 pub mod segmentation;
-pub mod softening;
 pub mod solver;
 pub mod timing;
 

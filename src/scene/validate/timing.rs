@@ -52,14 +52,15 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
     for (b, body) in document.bodies.iter().enumerate() {
         for (p, part) in body.parts.iter().enumerate() {
             let here = root.key("bodies").index(b).key("parts").index(p);
-            out.require(part.softening.is_none(), || {
-                needs_explicit_steps("softening_without_explicit_steps", &here, "softening")
-            });
+            for (field, rules) in part.memories().map(|(field, memory)| (field, memory.rules())) {
+                let here = here.key(field);
+                match rules.without_explicit_steps {
+                    Some(code) => out.push(needs_explicit_steps(code, &here, rules.name)),
+                    None => out.require(!conserves, || conserving(&here, rules.name)),
+                }
+            }
             out.require(part.erosion.is_none(), || {
-                needs_explicit_steps("erosion_without_explicit_steps", &here, "erosion")
-            });
-            out.require(part.prony_series.is_none() || !conserves, || {
-                conserving(&here.key("prony_series"), "relaxation")
+                needs_explicit_steps("erosion_without_explicit_steps", &here.key("erosion"), "erosion")
             });
             if part.shear_viscosity_pa_s <= 0.0 {
                 continue;
@@ -79,8 +80,8 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
     }
 }
 
-fn needs_explicit_steps(code: &'static str, part: &Pointer, what: &str) -> Problem {
-    Problem::error(code, &part.key(what), format!("only explicit steps support {what}"))
+fn needs_explicit_steps(code: &'static str, place: &Pointer, what: &str) -> Problem {
+    Problem::error(code, place, format!("only explicit steps support {what}"))
         .limit(format!("no {what} in implicit and quasi-static runs"))
         .remedy(format!("step explicitly, or omit the {what}"))
 }

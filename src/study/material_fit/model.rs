@@ -2,6 +2,7 @@
 
 use crate::mechanics::material::{MaterialError, PathPoint, eval_path};
 use crate::scene::material_fit::{Constants, Errors, FitQuestion, Parameter, TestDocument};
+use crate::scene::memories::MemoryDocument;
 use nalgebra::DVector;
 
 /// The law of a question with its free parameters.

@@ -4,8 +4,8 @@
 
 use crate::mechanics::material::Material;
 use crate::scene::materials::MaterialDocument;
+use crate::scene::memories::{Moduli, PronyDocument};
 use crate::scene::problem::{Pointer, Problem, suggest};
-use crate::scene::prony_document::{Moduli, PronyDocument};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
