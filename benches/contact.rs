@@ -3,7 +3,8 @@
 //! `cargo bench --bench contact`. The step of 0.3 µs moves nodes by less than the neighbourhood of a face, so the
 //! closest faces decide; at 3 µs times of impact are needed.
 
-use contuse::mechanics::contact::detection::detector::Detector;
+use contuse::mechanics::contact::detection::detector::{Detector as _, Motion};
+use contuse::mechanics::contact::detection::node_to_face::NodeToFace;
 use contuse::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
 use contuse::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use contuse::mechanics::tensor::Vec3;
@@ -23,7 +24,7 @@ const LONG_STEP: f64 = 3e-6;
 
 /// A ball that has penetrated a block by 1 mm and continues at 100 m/s; the pressed part is flat.
 struct Pressed {
-    detector: Detector,
+    detector: NodeToFace,
     x: Vec<Vec3>,
     x_end: Vec<Vec3>,
     v: Vec<Vec3>,
@@ -68,13 +69,14 @@ impl Pressed {
         let x_end = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
         let inverse_mass =
             (0..x.len()).map(|node| Vec3::repeat(if is_ball(node) { 2e5 } else { 5e4 })).collect();
-        let detector = Detector::new(&surfaces, &pairs.into_iter().collect(), &apart);
+        let detector = NodeToFace::new(&surfaces, &pairs.into_iter().collect(), &apart);
         Ok(Self { detector, x, x_end, v, inverse_mass, contacts: Vec::new() })
     }
 
     fn detect(&mut self) -> usize {
-        let report = self.detector.detect(&self.x, &self.x_end, &mut self.contacts);
-        black_box(report).map_or(0, |_| self.contacts.len())
+        self.contacts.clear();
+        let found = self.detector.detect(&Motion::of_nodes(&self.x, &self.x_end), &mut self.contacts);
+        black_box(found).map_or(0, |_| self.contacts.len())
     }
 }
 

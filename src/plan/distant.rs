@@ -16,7 +16,7 @@
 
 use super::body::PlanBody;
 use crate::mechanics::contact::detection::closest_point::Patch;
-use crate::mechanics::contact::detection::detector::reach;
+use crate::mechanics::contact::detection::node_to_face::reach;
 use crate::mechanics::contact::detection::rigid_detection;
 use crate::mechanics::rigid::RigidBody;
 use crate::mechanics::tensor::Vec3;

@@ -4,9 +4,8 @@ use super::failure::FailureCause;
 use super::phase::Phase;
 use super::rigid::RigidStep;
 use super::state::SHIFTS;
-use crate::mechanics::contact::detection::detector::Detector;
-use crate::mechanics::contact::detection::guard::Guard;
-use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
+use crate::mechanics::contact::detection::detector::Motion;
+use crate::mechanics::contact::detection::detectors::{ContactModel, Detectors};
 use crate::mechanics::contact::projection::meshes::{MovableNodes, project_positions};
 use crate::mechanics::contact::projection::rigid::RigidProjection;
 use crate::mechanics::contact::solution::gauss_seidel::{self, Options, Workspace};
@@ -18,7 +17,7 @@ use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surfa
 use crate::mechanics::force::{Erosion, Threads};
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ContactPlan, Plan, RigidPlan};
+use crate::plan::{ContactPlan, Plan};
 use std::borrow::Cow;
 
 /// Gauss–Seidel sweeps after which the solver counts as not converging.
@@ -31,21 +30,21 @@ const FEW: usize = 100;
 const FEW_SWEEPS: usize = 200;
 const NEWTON_STEPS: usize = 60;
 
-/// Detector and work arrays of the contact solve; derived from the plan and the positions, so not part of the state.
+/// Detectors and work arrays of the contact solve; derived from the plan and the positions, so not part of the state.
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
     threads: Threads,
     /// Contact surfaces of the plan, as left by erosion.
     surfaces: Cow<'p, [Surface]>,
-    detector: Detector,
-    guard: Guard,
+    detectors: Detectors,
     x_end: Vec<Vec3>,
+    poses_end: Vec<Pose>,
     contacts: Vec<Contact>,
     reactions: Vec<Reaction>,
     workspace: Workspace,
     moved: Vec<(u32, Vec3)>,
-    /// Contact with rigid bodies, if a pair has a rigid side.
-    rigid: Option<RigidContact<'p>>,
+    /// If a pair has a rigid side.
+    rigid_projection: Option<RigidProjection>,
     /// Solves that ended above the scene's tolerance: their number, and the largest residual.
     pub unconverged: (u64, f64),
 }
@@ -55,44 +54,17 @@ pub(super) fn no_problem(error: ProblemError) -> (FailureCause, String) {
     (FailureCause::NotFinite, format!("The contact problem is invalid: {error}."))
 }
 
-/// Detection and projection for pairs with a rigid side.
-struct RigidContact<'p> {
-    plan: &'p RigidPlan,
-    detector: RigidDetector,
-    projection: RigidProjection,
-    poses_end: Vec<Pose>,
-    contacts: Vec<Contact>,
-}
-
-impl<'p> RigidContact<'p> {
-    fn new(plan: &'p Plan, contact: &ContactPlan, surfaces: &[Surface], threads: &Threads) -> Option<Self> {
-        let of_rigid = contact.pairs.rigid();
-        let rigid = plan.rigid.as_ref().filter(|_| !of_rigid.0.is_empty())?;
-        Some(Self {
-            plan: rigid,
-            detector: RigidDetector::new(surfaces, of_rigid, &rigid.bodies, &plan.X).on(threads),
-            projection: RigidProjection::new(plan.node_count(), contact.most_rigid_contacts()),
-            poses_end: Vec::with_capacity(rigid.bodies.len()),
-            contacts: Vec::with_capacity(contact.most_rigid_contacts()),
-        })
-    }
-}
-
-/// Detectors of contacts between meshes and with planes.
-fn detectors(
-    plan: &Plan,
-    contact: &ContactPlan,
-    surfaces: &[Surface],
-    threads: &Threads,
-) -> (Detector, Guard) {
-    let pairs = &contact.pairs;
-    let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation).on(threads);
-    let detector = if contact.always_searches_self_contact {
-        detector.with_self_contact_in_every_step()
-    } else {
-        detector
+/// The detectors of a plan, for its contact surfaces as left by erosion.
+fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface], threads: &Threads) -> Detectors {
+    let model = ContactModel {
+        surfaces,
+        pairs: &contact.pairs,
+        rigid: plan.rigid.as_ref().map_or(&[], |rigid| &rigid.bodies),
+        discretisation: contact.discretisation,
+        always_searches_self_contact: contact.always_searches_self_contact,
+        x: &plan.X,
     };
-    (detector, Guard::new(surfaces, pairs, contact.discretisation, &plan.X).on(threads))
+    Detectors::new(&model, contact.most_rigid_contacts(), threads)
 }
 
 impl<'p> ContactStep<'p> {
@@ -100,18 +72,19 @@ impl<'p> ContactStep<'p> {
         // Capacity for every slave node at once: untouched pages cost nothing.
         let most = contact.most_contacts();
         let surfaces = Cow::Borrowed(&contact.surfaces[..]);
-        let (detector, guard) = detectors(plan, contact, &surfaces, threads);
+        let most_rigid = contact.most_rigid_contacts();
+        let has_rigid = !contact.pairs.rigid().0.is_empty();
         Self {
             plan: contact,
             threads: threads.clone(),
-            detector,
-            guard,
+            detectors: detectors(plan, contact, &surfaces, threads),
+            poses_end: Vec::with_capacity(contact.rigid_body.len()),
             x_end: vec![Vec3::zeros(); plan.node_count()],
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
-            workspace: Workspace::with_capacity(contact.most_mesh_contacts(), contact.most_rigid_contacts()),
+            workspace: Workspace::with_capacity(contact.most_mesh_contacts(), most_rigid),
             moved: Vec::with_capacity(SHIFTS * most),
-            rigid: RigidContact::new(plan, contact, &surfaces, threads),
+            rigid_projection: has_rigid.then(|| RigidProjection::new(plan.node_count(), most_rigid)),
             surfaces,
             unconverged: (0, 0.0),
         }
@@ -126,8 +99,7 @@ impl<'p> ContactStep<'p> {
     pub fn expose(&mut self, plan: &'p Plan, erosion: &Erosion) {
         let of_body = |body: &usize| plan.bodies[*body].boundary_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
-        (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces, &self.threads);
-        self.rigid = RigidContact::new(plan, self.plan, &self.surfaces, &self.threads);
+        self.detectors = detectors(plan, self.plan, &self.surfaces, &self.threads);
     }
 
     /// Finds the contacts that may close within the step and changes `v` from v* to v₊; including the bodies' flight
@@ -257,44 +229,25 @@ impl<'p> ContactStep<'p> {
         phase: Phase,
         v: &[Vec3],
     ) -> Result<(), (FailureCause, String)> {
-        // Positions at the end of the step with the present velocities.
+        // Positions and poses at the end of the step with the present velocities.
+        let flight =
+            |body: usize| if phase.flies() { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
         // Contact depends on boundary nodes only.
         for (surface, &body) in self.surfaces.iter().zip(&self.plan.surface_body) {
-            let flight = if phase.flies() { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
             for node in surface.nodes.iter().map(|&node| node as usize) {
-                self.x_end[node] = x[node] + (v[node] + flight) * h;
+                self.x_end[node] = x[node] + (v[node] + flight(body)) * h;
             }
         }
-        // Contacts between meshes and with planes.
+        let RigidSides { bodies, poses, .. } = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
+        let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| Pose {
+            centre: pose.centre + (v[body.centre as usize] + flight(*of)) * h,
+            orientation: rotated(&pose.orientation, &v[body.spin as usize], h),
+        };
+        self.poses_end.clear();
+        self.poses_end.extend(bodies.iter().zip(poses).zip(&self.plan.rigid_body).map(of_end));
+        let motion = Motion { x, x_end: &self.x_end, poses, poses_end: &self.poses_end };
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
-        let Self { detector, guard, contacts, rigid: of_rigid, threads, .. } = self;
-        let x_end = &self.x_end;
-        let mut between_meshes = || {
-            detector.detect(x, x_end, contacts)?;
-            guard.detect(x, x_end, contacts)
-        };
-        // Contacts of rigid bodies, from their poses at the end of the step.
-        let (Some(contact), Some(rigid)) = (of_rigid, rigid) else {
-            return between_meshes().map_err(stopped);
-        };
-        let poses = rigid.work().sides.poses;
-        let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {
-            let flight = if phase.flies() { plan.bodies[*of].flight_velocity } else { Vec3::zeros() };
-            Pose {
-                centre: pose.centre + (v[body.centre as usize] + flight) * h,
-                orientation: rotated(&pose.orientation, &v[body.spin as usize], h),
-            }
-        };
-        let bodies = contact.plan.bodies.iter().zip(poses).zip(&contact.plan.of_body);
-        contact.poses_end.clear();
-        contact.poses_end.extend(bodies.map(of_end));
-        let motion = RigidMotion { x, x_end, poses, poses_end: &contact.poses_end };
-        contact.contacts.clear();
-        let RigidContact { detector, contacts: found, .. } = contact;
-        let both = threads.join(between_meshes, || detector.detect(&motion, found));
-        both.0.and(both.1).map_err(stopped)?;
-        self.contacts.append(found);
-        Ok(())
+        self.detectors.detect(&motion, &mut self.contacts).map_err(stopped)
     }
 
     /// Applies [`Self::accept`] to the report of a library solver.
@@ -371,16 +324,12 @@ impl<'p> ContactStep<'p> {
     ) -> &[(u32, Vec3)] {
         let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.pairs.mesh_count());
-        project_positions(&self.contacts[..meshes], &self.detector, (nodes, fraction), x, &mut self.moved);
-        if let Some(RigidContact { plan, detector, projection, .. }) = &mut self.rigid {
-            projection.project(
-                detector,
-                (&plan.of_pairs, plan.first_pair),
-                (nodes, fraction),
-                x,
-                poses,
-                &mut self.moved,
-            );
+        let Self { contacts, detectors, moved, .. } = self;
+        project_positions(&contacts[..meshes], detectors.surfaces(), (nodes, fraction), x, moved);
+        if let (Some(projection), Some(rigid)) = (&mut self.rigid_projection, &plan.rigid) {
+            let (of_pairs, first) = (&rigid.of_pairs[..], rigid.first_pair);
+            let sides = RigidSides { of_pairs, first, bodies: &rigid.bodies, poses: &[] };
+            projection.project(detectors, &sides, (nodes, fraction), x, poses, moved);
         }
         &self.moved
     }

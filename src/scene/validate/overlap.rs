@@ -3,9 +3,10 @@
 use super::Findings;
 use super::rigid_on_mesh::is_inside;
 use crate::mechanics::contact::detection::bodies::meeting;
-use crate::mechanics::contact::detection::detector::Detector;
+use crate::mechanics::contact::detection::detector::{Detector as _, Motion};
 use crate::mechanics::contact::detection::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
-use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
+use crate::mechanics::contact::detection::node_to_face::NodeToFace;
+use crate::mechanics::contact::detection::rigid_detection::RigidDetector;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
@@ -40,7 +41,7 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
         requested_of.extend(std::iter::repeat_n(i, found.len()));
         pairs.extend(found);
     }
-    let mut detector = Detector::new(&start.surfaces, &pairs.into_iter().collect(), &start.x);
+    let mut detector = NodeToFace::new(&start.surfaces, &pairs.into_iter().collect(), &start.x);
     let overlaps = initial_overlaps(&mut detector, &start.x);
     for (i, sides) in requested.iter().enumerate() {
         let of_pair: Vec<&Overlap> = overlaps.iter().filter(|o| requested_of[o.pair] == i).collect();
@@ -57,7 +58,7 @@ fn check_rigid(document: &SceneDocument, start: &Start, requested: &[Sides], out
     }
     let pairs: Vec<ContactPair> = requested.iter().map(|sides| start.rigid_pair(document, *sides)).collect();
     let mut detector = RigidDetector::new(&start.surfaces, (&pairs, 0), &start.rigid, &start.x);
-    let motion = RigidMotion { x: &start.x, x_end: &start.x, poses: &start.poses, poses_end: &start.poses };
+    let motion = Motion { x: &start.x, x_end: &start.x, poses: &start.poses, poses_end: &start.poses };
     let mut contacts = Vec::new();
     // Non-finite positions are reported with the numbers that they come from.
     if detector.detect(&motion, &mut contacts).is_err() {

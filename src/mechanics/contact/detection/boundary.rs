@@ -16,8 +16,9 @@ pub(in crate::contact) struct Boundary {
     pub faces: Vec<[u32; 4]>,
     /// Square root of each face's area at the start [m]: the length that tolerances refer to.
     pub sizes: Vec<f64>,
-    /// The largest of `sizes` [m].
+    /// The largest of `sizes` [m], and their mean.
     pub largest_size: f64,
+    pub mean_size: f64,
     /// Whether every edge has a face on either side, so that there is an inside.
     pub is_closed: bool,
     /// The face across each edge, or `NONE`.
@@ -48,6 +49,7 @@ impl Boundary {
             neighbours,
             faces: surface.faces.clone(),
             largest_size: sizes.iter().copied().fold(0.0, f64::max),
+            mean_size: sizes.iter().sum::<f64>() / sizes.len().max(1) as f64,
             sizes,
             starts: Vec::new(),
             around: Vec::new(),
@@ -94,11 +96,6 @@ impl Boundary {
     pub fn is_beside(&self, node: u32, face: u32) -> bool {
         let around = self.faces[face as usize].iter().flat_map(|&corner| self.faces_around(corner));
         around.copied().any(|beside| self.faces[beside as usize].contains(&node))
-    }
-
-    /// Mean size of the faces [m].
-    pub fn mean_size(&self) -> f64 {
-        self.sizes.iter().sum::<f64>() / self.sizes.len().max(1) as f64
     }
 
     /// Length of the shortest edge at a node, over the faces around it [m]; infinite without faces.

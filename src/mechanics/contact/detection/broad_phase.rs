@@ -6,6 +6,7 @@
 
 use super::boundary::Boundary;
 use super::closest_point::Patch;
+use super::detector::Motion;
 use super::narrow_phase::{DEPTH, NEAR, Proximity, eval_proximity_within};
 use crate::tensor::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -13,13 +14,6 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use std::cell::Cell;
 use std::ops::Range;
-
-/// Positions at both ends of a step: absolute at its start, and at its end if there were no contact [m].
-#[derive(Clone, Copy)]
-pub(super) struct Motion<'a> {
-    pub x: &'a [Vec3],
-    pub x_end: &'a [Vec3],
-}
 
 impl Motion<'_> {
     fn segment(&self, node: u32) -> Aabb {
@@ -57,7 +51,7 @@ pub(super) struct FaceTree {
 
 impl FaceTree {
     pub fn new(boundary: &Boundary, x: &[Vec3]) -> Self {
-        let motion = Motion { x, x_end: x };
+        let motion = Motion::of_nodes(x, x);
         let boxes: Vec<Aabb> = boundary.faces.iter().map(|f| motion.swept_face(f, 0.0)).collect();
         let mut tree = Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) };
         // The first refit allocates the memory of the tree.

@@ -15,13 +15,14 @@
 
 use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
-use super::detector::Detector;
+use super::detector::Motion;
 use super::frame::local_frame;
 use super::narrow_phase::NEAR;
+use super::node_to_face::NodeToFace;
+use super::surfaces::PairSurfaces;
 use super::sweep::Sweep;
 use super::time_of_impact::Search;
 use crate::contact::ALLOWED;
-use crate::contact::pairs::Pairs;
 use crate::contact::stencil::Stencil;
 use crate::contact::{Contact, ContactLaw, ContactPair, Kind, Master};
 use crate::tensor::Vec3;
@@ -73,15 +74,15 @@ pub(super) struct EdgeFinder {
 type Ends<'a> = (&'a [Vec3], &'a [Vec3]);
 
 impl EdgeFinder {
-    /// Edges of the surfaces of the `pairs` of a detector, with the positions `x` [m] of all nodes at the start of the
+    /// Edges of the surfaces of pairs, with the positions `x` [m] of all nodes at the start of the
     /// run; an edge whose angle grows by `bent` [rad] is sharp.
-    pub fn new(detector: &Detector, pairs: &Pairs, x: &[Vec3], bent: f64) -> Self {
-        let mut edges = vec![Vec::new(); detector.surface_count()];
+    pub fn new(PairSurfaces { boundaries, pairs }: &PairSurfaces, x: &[Vec3], bent: f64) -> Self {
+        let mut edges = vec![Vec::new(); boundaries.len()];
         let master = |pair: &ContactPair| if let Master::Surface(m) = pair.master { m } else { pair.slave };
         let listed = pairs.listed().flat_map(|(_, pair)| [pair.slave, master(pair)]);
         for surface in listed.chain(pairs.every_two().surfaces()) {
             if edges[surface].is_empty() {
-                edges[surface] = edges_of(detector.boundary(surface), x);
+                edges[surface] = edges_of(&boundaries[surface], x);
             }
         }
         let most = edges.iter().map(Vec::len).max().unwrap_or(0);
@@ -94,21 +95,22 @@ impl EdgeFinder {
     /// `number` gives the number of each.
     pub fn detect(
         &mut self,
-        detector: &Detector,
+        detector: &NodeToFace,
         number: impl Fn(u32) -> u32,
-        ends: Ends,
+        motion: &Motion,
         contacts: &mut Vec<Contact>,
     ) {
+        let (all, ends) = (&detector.surfaces().boundaries, (motion.x, motion.x_end));
         let Self { edges, boxes, bent, near, sweep, search } = self;
         for (surface, of_it) in
             boxes.iter_mut().enumerate().filter(|(surface, _)| !edges[*surface].is_empty())
         {
-            *of_it = box_of(detector.boundary(surface), ends);
+            *of_it = box_of(&all[surface], ends);
         }
         for (pair, [master, slave]) in detector.pairs_of_two() {
             let surfaces = [slave, master];
             // The part of space that both surfaces come near to.
-            let boundaries = surfaces.map(|surface| detector.boundary(surface));
+            let boundaries = surfaces.map(|surface| &all[surface]);
             let [a, b] = surfaces.map(|surface| boxes[surface]);
             let common = [a[0].sup(&b[0]), a[1].inf(&b[1])];
             // The search distance is at most a twentieth of an edge, and no edge is longer than its surface.

@@ -1,8 +1,9 @@
 //! The contacts of one pair in one step: each slave node against the faces retained by the broad phase.
 
 use super::boundary::Boundary;
-use super::broad_phase::{Candidate, Entry, FaceTree, Listed, Motion};
+use super::broad_phase::{Candidate, Entry, FaceTree, Listed};
 use super::closest_point::Patch;
+use super::detector::Motion;
 use super::frame::local_frame;
 use super::narrow_phase::{BAND, NEAR, OPPOSED, Proximity, choose_face, eval_proximity, eval_within};
 use super::pair::{Moved, PairState, Side};
@@ -44,7 +45,6 @@ impl Finder<'_> {
     /// Finds the contacts of a part of the list.
     pub fn find(&self, part: &mut Part) {
         part.contacts.clear();
-        part.impacts = 0;
         match self.pair.side {
             Side::Plane { point, frame, size } => {
                 for listed in self.pair.candidates.listed(&part.range) {
@@ -62,7 +62,7 @@ impl Finder<'_> {
     }
 
     fn find_on_surface(&self, (master, tree): (&Boundary, &FaceTree), part: &mut Part) {
-        let Part { range, contacts, impacts, inactive_until, search } = part;
+        let Part { range, contacts, inactive_until, search } = part;
         let candidates = &self.pair.candidates;
         for (i, listed) in candidates.listed(range).iter().enumerate() {
             let moved = match &self.pair.own {
@@ -78,7 +78,6 @@ impl Finder<'_> {
             let first = contacts.len();
             if let Some((contact, is_impact)) = found {
                 contacts.push(contact);
-                *impacts += usize::from(is_impact);
                 if !is_impact && self.pair.own.is_none() && self.pair.averager.is_none() {
                     self.add_sides_of_valley(master, faces, first, contacts);
                 }
@@ -135,7 +134,7 @@ impl Finder<'_> {
         Candidate { node, faces, may_be_inside }: Candidate<impl Iterator<Item = &'a Entry> + Clone>,
         search: &mut Search,
     ) -> Option<(Contact, bool)> {
-        let Motion { x, x_end } = self.motion;
+        let Motion { x, x_end, .. } = self.motion;
         let (s, s_end) = (x[node as usize], x_end[node as usize]);
         let slave = &self.boundaries[self.pair.slave];
         let same_surface = std::ptr::eq(slave, master);
@@ -313,7 +312,7 @@ impl Finder<'_> {
     }
 
     fn impact_contact(&self, master: &Boundary, node: u32, face: u32, hit: &Impact) -> Contact {
-        let Motion { x, x_end } = self.motion;
+        let Motion { x, x_end, .. } = self.motion;
         let nodes = master.faces[face as usize];
         let then = Patch::between(&nodes, x, x_end, hit.tau);
         let weights = then.weights(hit.a, hit.b);

@@ -7,12 +7,13 @@
 //!
 //! Both are found as slave nodes are, where they move far by their time of impact: nothing tunnels.
 
-use super::detector::{DetectionError, Detector};
-use super::edges::{BENT, EdgeFinder};
+use super::detector::{DetectionError, Detector, Motion};
+use super::edges::EdgeFinder;
 use super::frame::local_frame;
-use crate::contact::pairs::Pairs;
+use super::node_to_face::NodeToFace;
+use super::surfaces::PairSurfaces;
 use crate::contact::stencil::Stencil;
-use crate::contact::{ALLOWED, Contact, ContactLaw, Discretisation, Kind, Surface};
+use crate::contact::{ALLOWED, Contact, ContactLaw, Kind};
 use crate::tensor::Vec3;
 use crate::threads::Threads;
 
@@ -21,8 +22,8 @@ const AT_NODE: f64 = 0.999;
 
 /// Finds the contacts of master nodes and of edges.
 pub struct Guard {
-    /// Detector of the pairs with slave and master exchanged.
-    reversed: Detector,
+    /// Finds the contacts of the pairs with slave and master exchanged.
+    reversed: NodeToFace,
     /// Number of each of its listed pairs in the original list, and of the first of the others.
     listed: Vec<usize>,
     first_unlisted: usize,
@@ -31,22 +32,18 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// For the `pairs` of two different meshes, for none with [`Discretisation::NodeToSurface`]; `x` [m] are the
-    /// positions of all nodes at the start of the run.
-    pub fn new(surfaces: &[Surface], pairs: &Pairs, discretisation: Discretisation, x: &[Vec3]) -> Self {
-        let none = Pairs::default();
-        let pairs = if discretisation == Discretisation::NodeToSurface { &none } else { pairs };
-        // Mortar contact controls the mean over a smooth face, not single edges.
-        let bent = if discretisation == Discretisation::Mortar { f64::INFINITY } else { BENT };
-        let (reversed, listed) = pairs.exchanged();
-        let slaves = reversed.listed().map(|(_, pair)| pair.slave).chain(reversed.every_two().surfaces());
-        let most = slaves.map(|slave| surfaces[slave].nodes.len()).sum();
-        let reversed_detector = Detector::new(surfaces, &reversed, x);
+    /// For the pairs of two different meshes; `x` [m] are the positions of all nodes at the start of the run. A smooth edge
+    /// whose angle grows by `bent` [rad] is sharp.
+    pub fn new(surfaces: &PairSurfaces, bent: f64, x: &[Vec3]) -> Self {
+        let (pairs, listed) = surfaces.pairs.exchanged();
+        let slaves = pairs.listed().map(|(_, pair)| pair.slave).chain(pairs.every_two().surfaces());
+        let most = slaves.map(|slave| surfaces.boundaries[slave].nodes.len()).sum();
+        let reversed = surfaces.in_pairs(pairs);
         Self {
-            edges: EdgeFinder::new(&reversed_detector, &reversed, x, bent),
-            reversed: reversed_detector,
+            edges: EdgeFinder::new(&reversed, x, bent),
+            reversed: NodeToFace::of(reversed, x),
             found: Vec::with_capacity(most),
-            first_unlisted: pairs.unlisted().start,
+            first_unlisted: surfaces.pairs.unlisted().start,
             listed,
         }
     }
@@ -56,24 +53,17 @@ impl Guard {
     pub fn on(self, threads: &Threads) -> Self {
         Self { reversed: self.reversed.on(threads), ..self }
     }
+}
 
-    /// Appends the contacts to those of the slave nodes and sorts them by (pair, slave, face); arguments as for
-    /// [`Detector::detect`].
-    ///
-    /// # Errors
-    /// [`DetectionError::NotFinite`].
-    pub fn detect(
-        &mut self,
-        x: &[Vec3],
-        x_end: &[Vec3],
-        contacts: &mut Vec<Contact>,
-    ) -> Result<(), DetectionError> {
+impl Detector for Guard {
+    fn detect(&mut self, motion: &Motion, contacts: &mut Vec<Contact>) -> Result<(), DetectionError> {
         let before = contacts.len();
         // Master nodes that close against slave faces, to the allowed depth.
         let is_held = |pair: u32, slave: u32, contacts: &[Contact]| {
             contacts[..before].binary_search_by_key(&(pair, slave), |c| (c.pair, c.slave)).is_ok()
         };
-        self.reversed.detect(x, x_end, &mut self.found)?;
+        self.found.clear();
+        self.reversed.detect(motion, &mut self.found)?;
         let number = |pair: u32| {
             let unlisted = (pair as usize).saturating_sub(self.listed.len()) + self.first_unlisted;
             self.listed.get(pair as usize).map_or(unlisted, |number| *number) as u32
@@ -82,10 +72,11 @@ impl Guard {
             let pair = number(found.pair);
             let face_size = self
                 .reversed
-                .master_boundary(found.pair as usize)
+                .surfaces()
+                .master(found.pair as usize)
                 .map(|boundary| boundary.sizes[found.face as usize]);
             let gap = found.gap + ALLOWED * face_size.unwrap_or(0.0);
-            let change = |(node, w): (u32, f64)| (x_end[node as usize] - x[node as usize]) * w;
+            let change = |(node, w): (u32, f64)| (motion.x_end[node as usize] - motion.x[node as usize]) * w;
             let closing = found.frame[0].dot(&found.stencil.each().map(change).sum::<Vec3>());
             if gap.min(gap + closing) > 0.0 {
                 continue;
@@ -95,10 +86,7 @@ impl Guard {
             contacts.extend(new.filter(|new| !(is_at_node(found) && is_held(pair, new.slave, contacts))));
         }
         // Edges against edges.
-        self.edges.detect(&self.reversed, number, (x, x_end), contacts);
-        if contacts.len() > before {
-            contacts.sort_unstable_by_key(|c| (c.pair, c.slave, c.face, c.stencil.nodes().last().copied()));
-        }
+        self.edges.detect(&self.reversed, number, motion, contacts);
         Ok(())
     }
 }

@@ -2,8 +2,9 @@
 
 use super::boundary::Boundary;
 use super::closest_point::Patch;
-use super::detector::Detector;
+use super::detector::Motion;
 use super::narrow_phase::eval_proximity;
+use super::node_to_face::NodeToFace;
 use crate::contact::Contact;
 use crate::tensor::Vec3;
 
@@ -27,15 +28,16 @@ pub struct Overlap {
 ///
 /// The pseudo-normal at the closest point of the whole surface determines the side (Bærentzen & Aanæs 2005), at any
 /// depth; in self-contact, nodes held by detection count as inside. Positions that are not finite do not overlap.
-pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
+pub fn initial_overlaps(detector: &mut NodeToFace, x: &[Vec3]) -> Vec<Overlap> {
     let mut overlaps = overlaps_with_itself(detector, x);
+    let surfaces = detector.surfaces();
     for (pair, slave, master) in detector.sides().filter(|(_, s, m)| *m != Some(*s)) {
-        for &node in &detector.boundary(slave).nodes {
+        for &node in &surfaces.boundaries[slave].nodes {
             let place = x[node as usize];
-            let (depth, size) = match (detector.plane(pair), master) {
+            let (depth, size) = match (surfaces.plane(pair), master) {
                 (Some((point, normal, size)), _) => (-normal.dot(&(place - point)), size),
                 (None, Some(master)) => {
-                    let boundary = detector.boundary(master);
+                    let boundary = &surfaces.boundaries[master];
                     let Some((gap, size)) = signed_gap(boundary, &place, x) else { continue };
                     (-gap, size)
                 }
@@ -50,14 +52,14 @@ pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
     overlaps
 }
 
-fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
+fn overlaps_with_itself(detector: &mut NodeToFace, x: &[Vec3]) -> Vec<Overlap> {
     let of_itself: Vec<bool> = detector.sides().map(|(_, slave, master)| master == Some(slave)).collect();
     let mut contacts = Vec::new();
     // Positions that are not finite are reported elsewhere, with the values that cause them.
-    let found = of_itself.contains(&true) && detector.detect(x, x, &mut contacts).is_ok();
+    let found = of_itself.contains(&true) && detector.find(&Motion::of_nodes(x, x), &mut contacts).is_ok();
     let is_inside = |contact: &&Contact| {
         let (pair, face) = (contact.pair as usize, contact.face as usize);
-        of_itself[pair] && -contact.gap > TOLERANCE * detector.slave_boundary(pair).sizes[face]
+        of_itself[pair] && -contact.gap > TOLERANCE * detector.surfaces().slave(pair).sizes[face]
     };
     let overlap = |contact: &Contact| Overlap {
         pair: contact.pair as usize,
@@ -118,7 +120,7 @@ mod tests {
                     law: ContactLaw::Frictionless,
                 },
             ];
-            let mut detector = Detector::new(&[below, above], &pairs.into_iter().collect(), &x);
+            let mut detector = NodeToFace::new(&[below, above], &pairs.into_iter().collect(), &x);
             let found = initial_overlaps(&mut detector, &x);
             // The upper cube is 0.1 high: sunk by 0.4, all its nodes are inside.
             let lowest: Vec<f64> =

@@ -1,13 +1,15 @@
 //! Detection: from surfaces and their motion to the candidate contacts of a step. It knows no law and no reaction.
 //!
-//! [`detector`] and [`guard`] find nodes against faces, edges against edges and averages over faces (mortar);
-//! [`rigid_detection`] rigid shapes against nodes and against each other.
+//! A producer of contacts is a [`detector`], and [`detectors`] the list of them: [`node_to_face`] and [`guard`] find nodes
+//! against faces, edges against edges and averages over faces (mortar); [`rigid_detection`] rigid shapes against nodes and
+//! against each other.
 
 pub mod bodies;
 mod boundary;
 mod broad_phase;
 pub mod closest_point;
 pub mod detector;
+pub mod detectors;
 mod edges;
 pub mod finder;
 mod frame;
@@ -16,6 +18,7 @@ pub mod initial_overlap;
 pub mod known;
 mod mortar;
 pub mod narrow_phase;
+pub mod node_to_face;
 mod pair;
 mod part;
 pub mod penetration;
@@ -26,6 +29,7 @@ mod rigid_mesh;
 mod segments;
 mod self_contact;
 pub mod slave_choice;
+pub mod surfaces;
 mod sweep;
 pub mod time_of_impact;
 pub mod winding;

@@ -1,7 +1,8 @@
 //! A contact pair in detection: its sides, and the candidates that the broad phase lists for it.
 
 use super::boundary::Boundary;
-use super::broad_phase::{Candidates, FaceTree, Motion, SweptBox, clearance, reach};
+use super::broad_phase::{Candidates, FaceTree, SweptBox, clearance, reach};
+use super::detector::Motion;
 use super::frame::local_frame;
 use super::mortar::Averager;
 use super::part::{Part, divide, parts_for};
@@ -93,7 +94,7 @@ impl PairState {
             Master::Plane { point, normal } => Side::Plane {
                 point,
                 frame: local_frame(&normal, &Vec3::zeros()),
-                size: boundaries[pair.slave].mean_size(),
+                size: boundaries[pair.slave].mean_size,
             },
         };
         let slaves = if is_one_of_few { boundaries[pair.slave].nodes.len() } else { 0 };
@@ -152,7 +153,7 @@ impl PairState {
         match &self.side {
             Side::Surface { master: index, .. } => {
                 let master = &boundaries[*index];
-                let slack = slack(in_step, master.mean_size());
+                let slack = slack(in_step, master.mean_size);
                 let clearance = clearance(boxes[self.slave], boxes[*index], master);
                 self.must_fill = self.candidates.begin(slack, clearance);
                 self.must_fill.then_some((*index, slack))

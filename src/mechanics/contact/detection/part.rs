@@ -16,8 +16,6 @@ pub(super) struct Part {
     /// Places in the list.
     pub range: Range<usize>,
     pub contacts: Vec<Contact>,
-    /// Contacts found by their time of impact.
-    pub impacts: usize,
     /// In self-contact, for each node, the sum of the surface's relative motion from which on it may meet a listed face [m].
     pub inactive_until: Vec<f64>,
     pub search: Search,

@@ -1,7 +1,7 @@
 //! The gaps of known contacts, measured again at new positions.
 
-use super::detector::Detector;
 use super::narrow_phase::eval_proximity;
+use super::surfaces::PairSurfaces;
 use crate::contact::stencil::{Stencil, weighted};
 use crate::contact::{ALLOWED, Contact, Kind};
 use crate::tensor::Vec3;
@@ -23,7 +23,7 @@ pub struct Penetration {
 
 /// The gap of a contact of the step at new positions `x` [m], if it is negative: for the same node and face, or with the same
 /// weights. A node that has slid off its face is left to the next detection.
-pub fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
+pub fn penetration(contact: &Contact, surfaces: &PairSurfaces, x: &[Vec3]) -> Option<Penetration> {
     let s = &x[contact.slave as usize];
     // Most contacts are open: weights are gathered only for the others.
     let found = |depth: f64, normal: Vec3, size: f64, stencil: &dyn Fn() -> Stencil| {
@@ -35,13 +35,13 @@ pub fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option
         return None;
     }
     // The obstacle at the new positions: plane, master node in a slave face, fixed weights, or face.
-    if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
+    if let Some((point, normal, size)) = surfaces.plane(contact.pair as usize) {
         return found(-normal.dot(&(s - point)), normal, size, &same);
     }
     if contact.kind == Kind::Guard {
-        return guard_penetration(contact, detector, x);
+        return guard_penetration(contact, surfaces, x);
     }
-    let boundary = detector.master_boundary(contact.pair as usize)?;
+    let boundary = surfaces.master(contact.pair as usize)?;
     let size = boundary.sizes[contact.face as usize];
     if !matches!(contact.kind, Kind::Node | Kind::Side) {
         let normal = contact.frame[0];
@@ -62,8 +62,8 @@ pub fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option
 }
 
 /// Penetration of a master node into a slave face, beyond the allowed depth.
-fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
-    let boundary = detector.slave_boundary(contact.pair as usize);
+fn guard_penetration(contact: &Contact, surfaces: &PairSurfaces, x: &[Vec3]) -> Option<Penetration> {
+    let boundary = surfaces.slave(contact.pair as usize);
     // The node of the master, or those that it follows.
     let node = contact.stencil.side(true);
     let place = weighted(node.clone(), |n| x[n as usize]);

@@ -15,9 +15,9 @@
 
 use super::boundary::Boundary;
 use super::closest_point::Patch;
-use super::detector::{DetectionError, NEAR};
+use super::detector::{DetectionError, Detector, Motion};
 use super::frame::local_frame;
-use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
+use super::narrow_phase::{NEAR, Proximity, eval_proximity_within, is_outside_box};
 use super::part::{LEAST, PARTS};
 use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
@@ -40,19 +40,6 @@ const MET_SHAPES: f64 = 1e-3;
 /// Largest distance from a shape or plane at which a contact is formed, for a length of a shape or face [m].
 pub fn reach(size: f64) -> f64 {
     NEAR * size
-}
-
-/// Positions and poses at both ends of a step in the absence of contact.
-#[derive(Clone, Copy)]
-pub struct RigidMotion<'a> {
-    /// Positions of the nodes at the start [m].
-    pub x: &'a [Vec3],
-    /// Positions of the nodes at the end [m].
-    pub x_end: &'a [Vec3],
-    /// Poses of the rigid bodies at the start.
-    pub poses: &'a [Pose],
-    /// Poses of the rigid bodies at the end.
-    pub poses_end: &'a [Pose],
 }
 
 /// One side of a pair.
@@ -119,34 +106,11 @@ impl RigidDetector {
     pub fn on(self, threads: &Threads) -> Self {
         Self { threads: threads.clone(), ..self }
     }
+}
 
-    /// All rigid bodies, by index.
-    pub fn bodies(&self) -> &[RigidBody] {
-        &self.bodies
-    }
-
-    /// Length that corrections of a pair's contacts are small against [m]: the mean size of the faces of a mesh at
-    /// rest, and no more than the smallest thickness of a rigid body.
-    pub fn length(&self, pair: u32) -> f64 {
-        let of_side = |side: &Side| match side {
-            Side::Mesh(mesh) => mesh.size,
-            Side::Body(body) => self.bodies[*body].shape.size(),
-            Side::Plane(..) => f64::INFINITY,
-        };
-        let found =
-            self.pairs.binary_search_by_key(&pair, |(index, ..)| *index).ok().map(|place| &self.pairs[place]);
-        found.map_or(0.0, |(_, slave, master)| of_side(slave).min(of_side(master)))
-    }
-
-    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces.
-    ///
-    /// # Errors
-    /// [`DetectionError::BodyNotFinite`] where the pose of a body is not finite; nothing is appended then.
-    pub fn detect(
-        &mut self,
-        motion: &RigidMotion,
-        contacts: &mut Vec<Contact>,
-    ) -> Result<(), DetectionError> {
+impl Detector for RigidDetector {
+    /// By pair, the contacts of nodes before those of faces.
+    fn detect(&mut self, motion: &Motion, contacts: &mut Vec<Contact>) -> Result<(), DetectionError> {
         if let Some(body) = motion.poses.iter().chain(motion.poses_end).position(|pose| !pose.is_finite()) {
             return Err(DetectionError::BodyNotFinite { body: body % self.bodies.len() });
         }
@@ -185,7 +149,7 @@ impl RigidDetector {
 struct Finder<'a> {
     pair: u32,
     bodies: &'a [RigidBody],
-    motion: &'a RigidMotion<'a>,
+    motion: &'a Motion<'a>,
 }
 
 impl Finder<'_> {
@@ -193,7 +157,8 @@ impl Finder<'_> {
     fn mesh_on_body(&self, mesh: &MeshSide, body: usize, part: &mut MeshPart) {
         let MeshPart { nodes, faces, of_nodes, of_faces, near } = part;
         let nodes = mesh.boundary.nodes[nodes.clone()].iter();
-        of_nodes.extend(nodes.filter_map(|&node| self.node_on_body(node, reach(mesh.size), body)));
+        of_nodes
+            .extend(nodes.filter_map(|&node| self.node_on_body(node, reach(mesh.boundary.mean_size), body)));
         for face in faces.clone() {
             if self.face_on_body((&mesh.boundary, face), mesh.owns[face], body, of_faces) {
                 near.push(face as u32);

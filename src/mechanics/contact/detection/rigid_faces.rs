@@ -20,7 +20,7 @@
 //! tunnels.
 
 use super::closest_point::{Feature, Patch};
-use super::detector::NEAR;
+use super::narrow_phase::NEAR;
 use super::time_of_impact::first_meeting;
 use crate::rigid::Shape;
 use crate::tensor::Vec3;

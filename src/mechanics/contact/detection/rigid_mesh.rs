@@ -10,8 +10,6 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(super) struct MeshSide {
     pub boundary: Boundary,
-    /// Mean size of the faces at rest [m].
-    pub size: f64,
     /// Edges of each face that are checked with it: each edge of the mesh once.
     pub owns: Vec<[bool; 4]>,
 }
@@ -33,8 +31,7 @@ impl MeshSide {
         for (_, face, k) in edges {
             owns[face][k] = true;
         }
-        let boundary = Boundary::new(surface, x);
-        Self { size: boundary.mean_size(), boundary, owns }
+        Self { boundary: Boundary::new(surface, x), owns }
     }
 }
 

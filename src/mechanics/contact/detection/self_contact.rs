@@ -1,8 +1,8 @@
 //! A surface against itself: the faces that a node never meets, and the motion of its parts relative to each other.
 
 use super::boundary::Boundary;
-use super::broad_phase::Motion;
 use super::closest_point::Patch;
+use super::detector::Motion;
 use crate::tensor::Vec3;
 use std::sync::Arc;
 

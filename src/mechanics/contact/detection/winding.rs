@@ -17,7 +17,7 @@ const BESIDE: f64 = 1e-6;
 /// surface's normals there: the surface winds around the place just outside them.
 pub fn nodes_inside(surface: &Surface, x: &[Vec3]) -> Vec<(u32, Vec3)> {
     let boundary = Boundary::new(surface, x);
-    let (tree, beside) = (FaceTree::new(&boundary, x), BESIDE * boundary.mean_size());
+    let (tree, beside) = (FaceTree::new(&boundary, x), BESIDE * boundary.mean_size);
     let inside = |&node: &u32| {
         let normal = boundary.node_normal(node, x);
         let place = x[node as usize] + normal * beside;

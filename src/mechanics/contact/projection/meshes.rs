@@ -4,8 +4,8 @@
 //! it by velocities (`v⁺ = −g/h`) would eject the node. Instead the nodes of the contact are moved apart along its
 //! normal, each in proportion to its inverse mass, so that the centre of mass stays; fixed axes do not move.
 
-use crate::contact::detection::detector::Detector;
 use crate::contact::detection::penetration::{Penetration, penetration};
+use crate::contact::detection::surfaces::PairSurfaces;
 use crate::contact::{Contact, Kind};
 use crate::followers::Followers;
 use crate::tensor::Vec3;
@@ -58,7 +58,7 @@ pub struct ProjectionReport {
 /// forces can be accounted for.
 pub fn project_positions(
     contacts: &[Contact],
-    detector: &Detector,
+    surfaces: &PairSurfaces,
     (nodes, fraction): (MovableNodes, f64),
     x: &mut [Vec3],
     moved: &mut Vec<(u32, Vec3)>,
@@ -69,7 +69,7 @@ pub fn project_positions(
         report.left = 0.0;
         let mut corrected = 0;
         for contact in contacts {
-            let Some(found) = penetration(contact, detector, x) else { continue };
+            let Some(found) = penetration(contact, surfaces, x) else { continue };
             report.left = report.left.max(found.depth);
             let slow = if contact.kind == Kind::Fixed { SLOW } else { 1.0 };
             let cap = slow * fraction * CAP / PASSES as f64 * found.size;

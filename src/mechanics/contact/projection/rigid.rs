@@ -12,8 +12,9 @@
 //! used: corners of one face do not lift each other in turn, and open gaps are unaffected.
 
 use super::meshes::{CAP, MovableNodes, SLOW};
+use crate::contact::detection::detector::Motion;
+use crate::contact::detection::detectors::Detectors;
 use crate::contact::detection::penetration::TOLERANCE;
-use crate::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
 use crate::contact::detection::rigid_faces::RIGID_ALLOWED;
 use crate::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
 use crate::contact::{Contact, Kind, Reaction, RigidSides};
@@ -43,22 +44,21 @@ impl RigidProjection {
         }
     }
 
-    /// Separates what overlaps at the positions `x` [m] and `poses` by translation and rotation. `of_pairs`: the
-    /// rigid bodies of each pair with a rigid side, and the number of the first; `nodes`: mobility of the nodes of meshes; `fraction`: fraction of [`CAP`] that may be
-    /// removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
+    /// Separates what overlaps at the positions `x` [m] and `poses` by translation and rotation. `sides`: the rigid bodies,
+    /// whatever their poses in it; `nodes`: mobility of the nodes of meshes; `fraction`: fraction of [`CAP`] that may be removed
+    /// [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
     pub fn project(
         &mut self,
-        detector: &mut RigidDetector,
-        (of_pairs, first): (&[[Option<u32>; 2]], usize),
+        detectors: &mut Detectors,
+        sides: &RigidSides,
         (nodes, fraction): (MovableNodes, f64),
         x: &mut [Vec3],
         poses: &mut [Pose],
         moved: &mut Vec<(u32, Vec3)>,
     ) {
-        self.contacts.clear();
-        let motion = RigidMotion { x, x_end: x, poses, poses_end: poses };
+        let motion = Motion { x, x_end: x, poses, poses_end: poses };
         // Positions that are not finite are reported by the next step.
-        if detector.detect(&motion, &mut self.contacts).is_err() {
+        if detectors.detect_rigid(&motion, &mut self.contacts).is_err() {
             return;
         }
         for contact in &mut self.contacts {
@@ -67,26 +67,31 @@ impl RigidProjection {
                 contact.stencil = stencil;
             }
         }
+        // The smallest thickness of a rigid body, and the mean size of the faces of a mesh: corrections are small against both.
+        let bodies = sides.bodies;
+        let size = |contact: &Contact| {
+            let of_pair = sides.of_pair(contact.pair).into_iter().flatten();
+            of_pair.map(|body| bodies[body as usize].shape.size()).fold(f64::INFINITY, f64::min)
+        };
+        let length = |contact: &Contact| match sides.of_pair(contact.pair)[0] {
+            Some(_) => size(contact),
+            None => size(contact).min(detectors.surfaces().slave(contact.pair as usize).mean_size),
+        };
         // Between nodes a face may keep what linearisation leaves, up to twice the allowed depth.
         for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
-            contact.gap += RIGID_ALLOWED * detector.length(contact.pair);
+            contact.gap += RIGID_ALLOWED * length(contact);
         }
-        let bodies = detector.bodies();
-        let size = |contact: &Contact| {
-            let sides = of_pairs[contact.pair as usize - first].iter().flatten();
-            sides.map(|body| bodies[*body as usize].shape.size()).fold(f64::INFINITY, f64::min)
-        };
         if self.contacts.iter().all(|contact| contact.gap >= -TOLERANCE * size(contact)) {
             return;
         }
         // Gaps, limited by the cap, take the place of velocities.
         for contact in &mut self.contacts {
             let cap = if contact.kind == Kind::Fixed { SLOW * CAP } else { CAP };
-            let gap = contact.gap.max(-fraction * cap * detector.length(contact.pair));
+            let gap = contact.gap.max(-fraction * cap * length(contact));
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;
         }
-        let rigid = RigidSides { of_pairs, first, bodies, poses };
+        let rigid = RigidSides { poses, ..*sides };
         let Self { contacts, d, reactions, workspace, .. } = self;
         solve_with_rigid(contacts, &rigid, nodes.inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
         // Apply the displacements and rotations.

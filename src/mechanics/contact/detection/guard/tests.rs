@@ -1,9 +1,9 @@
 use super::super::narrow_phase::eval_proximity;
 use super::*;
+use crate::contact::detection::detectors::{ContactModel, Detectors};
 use crate::contact::pairs::Pairs;
 use crate::contact::solution::gauss_seidel::{Options, Workspace, solve};
-use crate::contact::{ContactLaw, Reaction};
-use crate::contact::{ContactPair, Master};
+use crate::contact::{ContactPair, Discretisation, Master, Reaction, Surface};
 
 /// A box of n³ cells, given its corner `at` and its size, rotated about its centre; its boundary surface.
 fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Vec<Vec3>) -> Surface {
@@ -45,10 +45,18 @@ fn pair(slave: usize, master: usize) -> ContactPair {
 
 /// All contacts of a step, including those of slave nodes.
 fn contacts_of(surfaces: &[Surface], x0: &[Vec3], x: &[Vec3], x_end: &[Vec3]) -> Vec<Contact> {
-    let (pairs, mut contacts): (Pairs, _) = ([pair(0, 1)].into_iter().collect(), Vec::new());
-    Detector::new(surfaces, &pairs, x0).detect(x, x_end, &mut contacts).unwrap();
-    Guard::new(surfaces, &pairs, Discretisation::TwoPass, x0).detect(x, x_end, &mut contacts).unwrap();
+    let mut contacts = Vec::new();
+    detectors(surfaces, x0).detect(&Motion::of_nodes(x, x_end), &mut contacts).unwrap();
     contacts
+}
+
+/// The detectors of two surfaces, at the start of the run.
+fn detectors(surfaces: &[Surface], x: &[Vec3]) -> Detectors {
+    let (pairs, discretisation) = ([pair(0, 1)].into_iter().collect(), Discretisation::TwoPass);
+    let always_searches_self_contact = false;
+    let model =
+        ContactModel { surfaces, pairs: &pairs, rigid: &[], discretisation, always_searches_self_contact, x };
+    Detectors::new(&model, 0, &Threads::ONE)
 }
 
 fn plain() -> nalgebra::Rotation3<f64> {
@@ -59,17 +67,14 @@ fn plain() -> nalgebra::Rotation3<f64> {
 /// surface move as one: what contact gives to some of them is distributed to the others until nothing closes any
 /// more.
 fn fly(surfaces: &[Surface], x: &mut [Vec3], velocity: Vec3, h: f64, steps: usize) {
-    let pairs: Pairs = [pair(0, 1)].into_iter().collect();
-    let (mut detector, mut guard) =
-        (Detector::new(surfaces, &pairs, x), Guard::new(surfaces, &pairs, Discretisation::TwoPass, x));
+    let mut detectors = detectors(surfaces, x);
     let inverse_mass = vec![Vec3::repeat(1.0); x.len()];
     let mut v = vec![Vec3::zeros(); x.len()];
     surfaces[1].nodes.iter().for_each(|&node| v[node as usize] = velocity);
     let mut contacts = Vec::new();
     for _ in 0..steps {
         let x_end: Vec<Vec3> = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
-        detector.detect(x, &x_end, &mut contacts).unwrap();
-        guard.detect(x, &x_end, &mut contacts).unwrap();
+        detectors.detect(&Motion::of_nodes(x, &x_end), &mut contacts).unwrap();
         for _ in 0..if contacts.is_empty() { 0 } else { 200 } {
             let mut reactions = vec![Reaction::default(); contacts.len()];
             let report = solve(
@@ -166,14 +171,17 @@ fn a_node_far_inside_is_held_by_the_closest_face_of_all_at_any_age_of_the_list()
     let big = cube(Vec3::zeros(), 1.0, 4, &plain(), &mut x);
     let surfaces = [small.clone(), big];
     let (pairs, mut contacts): (Pairs, _) = ([pair(0, 1)].into_iter().collect(), Vec::new());
-    let mut aged = Detector::new(&surfaces, &pairs, &x);
+    let mut aged = NodeToFace::new(&surfaces, &pairs, &x);
     for k in 0..40 {
         let mut moved = x.clone();
         let way = Vec3::new(0.0, 0.0, 0.4 - 0.02 * f64::from(k));
         small.nodes.iter().for_each(|&node| moved[node as usize] += way);
-        aged.detect(&moved, &moved, &mut contacts).unwrap();
-        let from_aged = contacts.clone();
-        Detector::new(&surfaces, &pairs, &x).detect(&moved, &moved, &mut contacts).unwrap();
+        contacts.clear();
+        aged.detect(&Motion::of_nodes(&moved, &moved), &mut contacts).unwrap();
+        let from_aged = std::mem::take(&mut contacts);
+        NodeToFace::new(&surfaces, &pairs, &x)
+            .detect(&Motion::of_nodes(&moved, &moved), &mut contacts)
+            .unwrap();
         assert_eq!(from_aged, contacts, "step {k}");
         for &node in &small.nodes {
             let s = moved[node as usize];

@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used)] // tests may panic
 
 use crate::contact::detection::closest_point::Patch;
-use crate::contact::detection::detector::Detector;
+use crate::contact::detection::detector::{Detector as _, Motion};
+use crate::contact::detection::node_to_face::NodeToFace;
 use crate::contact::{Contact, ContactLaw, ContactPair, Discretisation, Kind, Master, Surface};
 use crate::tensor::Vec3;
 use std::f64::consts::FRAC_PI_3;
@@ -28,8 +29,9 @@ fn contacts(slave: Surface, master: Surface, x: &[Vec3], by: Discretisation) -> 
     let (master, law) = ([slave, master], ContactLaw::Frictionless);
     let pair = ContactPair { slave: 0, master: Master::Surface(1), law };
     let mut found = Vec::new();
-    let mut detector = Detector::new(&master, &[pair].into_iter().collect(), x).with(by);
-    detector.detect(x, x, &mut found).unwrap();
+    let nodes = NodeToFace::new(&master, &[pair].into_iter().collect(), x);
+    let mut detector = if by == Discretisation::Mortar { nodes.averaged() } else { nodes };
+    detector.detect(&Motion::of_nodes(x, x), &mut found).unwrap();
     found
 }
 

@@ -54,7 +54,7 @@ impl Pile {
         let surface = |body: &RigidBody| Surface { nodes: vec![body.centre], faces: Vec::new() };
         let surfaces: Vec<Surface> = self.bodies.iter().map(surface).collect();
         let mut detector = RigidDetector::new(&surfaces, (&self.pairs, 0), &self.bodies, &self.x);
-        let motion = RigidMotion { x: &self.x, x_end: &self.x, poses: &self.poses, poses_end: &self.poses };
+        let motion = Motion { x: &self.x, x_end: &self.x, poses: &self.poses, poses_end: &self.poses };
         let mut contacts = Vec::new();
         detector.detect(&motion, &mut contacts).unwrap();
         for contact in &mut contacts {
@@ -124,7 +124,7 @@ fn a_node_is_activated_at_any_speed_where_it_meets_the_shape() {
             let with = |node: Vec3| [pile.x[0], pile.x[1], node];
             let (x, x_end) = (with(from), with(to));
             let mut detector = RigidDetector::new(from_ref(&surface), (from_ref(&pair), 0), &pile.bodies, &x);
-            let motion = RigidMotion { x: &x, x_end: &x_end, poses: &pile.poses, poses_end: &pile.poses };
+            let motion = Motion { x: &x, x_end: &x_end, poses: &pile.poses, poses_end: &pile.poses };
             let mut contacts = Vec::new();
             detector.detect(&motion, &mut contacts).unwrap();
             let ends_inside_or_beyond = reach > 0.059;

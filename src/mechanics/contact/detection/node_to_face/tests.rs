@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::contact::stencil::weighted;
-use crate::contact::{ContactLaw, ContactPair};
+use crate::contact::{ContactLaw, ContactPair, Surface};
 
 mod many_bodies;
 mod self_contact;
@@ -52,7 +52,9 @@ fn pair(slave: usize, master: Master) -> ContactPair {
 
 fn detect(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3], x_end: &[Vec3]) -> Vec<Contact> {
     let mut contacts = Vec::new();
-    Detector::new(surfaces, &pairs.iter().copied().collect(), x).detect(x, x_end, &mut contacts).unwrap();
+    NodeToFace::new(surfaces, &pairs.iter().copied().collect(), x)
+        .detect(&Motion::of_nodes(x, x_end), &mut contacts)
+        .unwrap();
     contacts
 }
 
@@ -257,7 +259,7 @@ fn the_age_of_the_list_never_shows() {
     let surfaces = [ground, ball];
     let pairs =
         [pair(1, Master::Surface(0)), pair(1, Master::Plane { point: Vec3::zeros(), normal: Vec3::z() })];
-    let mut aged = Detector::new(&surfaces, &pairs.iter().copied().collect(), &x);
+    let mut aged = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
     let start = x.clone();
     let (mut from_aged, mut from_fresh, mut total, mut rebuilt) = (Vec::new(), Vec::new(), 0, 0);
     for step in 0..200 {
@@ -278,9 +280,11 @@ fn the_age_of_the_list_never_shows() {
                 *p += Vec3::new(0.05, -0.03, -0.2);
             }
         }
-        rebuilt += usize::from(aged.detect(&x, &x_end, &mut from_aged).unwrap().rebuilt);
-        Detector::new(&surfaces, &pairs.iter().copied().collect(), &start)
-            .detect(&x, &x_end, &mut from_fresh)
+        from_aged.clear();
+        from_fresh.clear();
+        rebuilt += usize::from(aged.find(&Motion::of_nodes(&x, &x_end), &mut from_aged).unwrap());
+        NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &start)
+            .detect(&Motion::of_nodes(&x, &x_end), &mut from_fresh)
             .unwrap();
         assert_eq!(from_aged, from_fresh, "step {step}");
         total += from_aged.len();
@@ -305,13 +309,16 @@ fn a_far_face_that_moves_fast_does_not_let_go_of_a_node() {
     for (p, old) in end[..slave].iter_mut().zip(&x) {
         p.x += if (old.x - 0.5625).abs().max((old.y - 0.5625).abs()) > 0.1 { 0.02 } else { 0.0 };
     }
-    let mut aged = Detector::new(&surfaces, &pairs.iter().copied().collect(), &x);
+    let mut aged = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
     let mut contacts = Vec::new();
-    aged.detect(&x, &moved, &mut contacts).unwrap();
-    let report = aged.detect(&moved, &end, &mut contacts).unwrap();
-    assert!(!report.rebuilt && contacts.len() == 1, "{report:?} {contacts:?}");
+    aged.detect(&Motion::of_nodes(&x, &moved), &mut contacts).unwrap();
+    contacts.clear();
+    let rebuilt = aged.find(&Motion::of_nodes(&moved, &end), &mut contacts).unwrap();
+    assert!(!rebuilt && contacts.len() == 1, "{contacts:?}");
     let mut fresh = Vec::new();
-    Detector::new(&surfaces, &pairs.iter().copied().collect(), &x).detect(&moved, &end, &mut fresh).unwrap();
+    NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x)
+        .detect(&Motion::of_nodes(&moved, &end), &mut fresh)
+        .unwrap();
     assert_eq!(contacts, fresh);
 }
 
@@ -322,7 +329,7 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
     let b = block(4, 4, &mut x, |p| p * 0.7 + Vec3::new(0.1, 0.2, 1.01));
     let surfaces = [a, b];
     let pairs = [pair(1, Master::Surface(0)), pair(0, Master::Surface(0))];
-    let mut detector = Detector::new(&surfaces, &pairs.iter().copied().collect(), &x);
+    let mut detector = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
     let mut contacts = Vec::new();
     for step in 0..300 {
         let shake = |i: usize, k: f64| {
@@ -332,7 +339,8 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
         let random = |i: usize, s: f64| Vec3::new(shake(i, s), shake(i, s + 1.0), shake(i, s + 2.0)) * size;
         let y: Vec<Vec3> = x.iter().enumerate().map(|(i, p)| p + random(i, 0.0)).collect();
         let y_end: Vec<Vec3> = y.iter().enumerate().map(|(i, p)| p + random(i, 5.0)).collect();
-        detector.detect(&y, &y_end, &mut contacts).unwrap();
+        contacts.clear();
+        detector.detect(&Motion::of_nodes(&y, &y_end), &mut contacts).unwrap();
         assert_frames(&contacts);
         for c in &contacts {
             assert!(
@@ -342,7 +350,8 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
         }
     }
     x[3].y = f64::NAN;
-    let error = detector.detect(&x, &x, &mut contacts).unwrap_err();
+    contacts.clear();
+    let error = detector.detect(&Motion::of_nodes(&x, &x), &mut contacts).unwrap_err();
     assert_eq!(error, DetectionError::NotFinite { surface: 0 });
 }
 
@@ -379,8 +388,8 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
             x_end[i] = Vec3::repeat(0.5) - from * (0.5 + 0.5 * random(i, round)) + vector(i, 3) * 0.3;
         }
         let mut contacts = Vec::new();
-        let mut detector = Detector::new(&surfaces, &pairs.iter().copied().collect(), &x);
-        detector.detect(&x, &x_end, &mut contacts).unwrap();
+        let mut detector = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
+        detector.detect(&Motion::of_nodes(&x, &x_end), &mut contacts).unwrap();
         assert_frames(&contacts);
         for overlap in initial_overlaps(&mut detector, &x_end) {
             let held = contacts.iter().find(|c| c.slave == overlap.node);
@@ -425,10 +434,10 @@ fn a_fold_of_two_faces_meets_itself_once_it_is_narrow() {
             x.iter().enumerate().map(|(i, x)| Vec3::new((i / 2) as f64 - 1.0, x.y, 0.0)).collect();
         let pairs = [pair(0, Master::Surface(0))];
         let surfaces = [surface];
-        let mut detector = Detector::new(&surfaces, &pairs.iter().copied().collect(), &flat)
+        let mut detector = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &flat)
             .with_self_contact_in_every_step();
         let mut contacts = Vec::new();
-        detector.detect(&x, &x, &mut contacts).unwrap();
+        detector.detect(&Motion::of_nodes(&x, &x), &mut contacts).unwrap();
         contacts
     };
     for open in [180.0, 120.0, 90.0, 60.0, 20.0] {

@@ -1,6 +1,7 @@
 //! Pairs of every two of many surfaces.
 
 use super::*;
+use crate::contact::detection::edges::BENT;
 use crate::contact::detection::guard::Guard;
 use crate::contact::pairs::EveryTwo;
 
@@ -16,10 +17,12 @@ fn pairs_that_are_not_listed_have_the_contacts_of_listed_ones() {
     let sizes = (0..8_usize).map(|i| (i, 0.95 / (2 + i % 3) as f64)).collect();
     let unlisted = Pairs::new(Vec::new(), EveryTwo::new(sizes, ContactLaw::Frictionless), Vec::new());
     let listed: Pairs = unlisted.each().map(|(_, pair)| pair).collect();
-    for discretisation in [Discretisation::TwoPass, Discretisation::Mortar] {
+    for is_mortar in [false, true] {
         let of = |pairs: &Pairs| {
-            let guard = Guard::new(&surfaces, pairs, discretisation, &x);
-            (Detector::new(&surfaces, pairs, &x).with(discretisation), guard)
+            let surfaces = PairSurfaces::new(&surfaces, pairs, &x);
+            let nodes = NodeToFace::of(surfaces.clone(), &x);
+            let bent = if is_mortar { f64::INFINITY } else { BENT };
+            (if is_mortar { nodes.averaged() } else { nodes }, Guard::new(&surfaces, bent, &x))
         };
         let (mut aged, mut all) = (of(&unlisted), of(&listed));
         let (mut x, mut total, mut most) = (x.clone(), 0, 0);
@@ -33,8 +36,8 @@ fn pairs_that_are_not_listed_have_the_contacts_of_listed_ones() {
             let x_end: Vec<Vec3> = x.iter().enumerate().map(moved).collect();
             let mut found = [Vec::new(), Vec::new()];
             for (found, (detector, guard)) in found.iter_mut().zip([&mut aged, &mut all]) {
-                detector.detect(&x, &x_end, found).unwrap();
-                guard.detect(&x, &x_end, found).unwrap();
+                detector.detect(&Motion::of_nodes(&x, &x_end), found).unwrap();
+                guard.detect(&Motion::of_nodes(&x, &x_end), found).unwrap();
             }
             assert_eq!(found[0], found[1], "step {step}");
             (total, most) = (total + found[0].len(), most.max(aged.0.states.len()));
