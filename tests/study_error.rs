@@ -84,5 +84,5 @@ fn a_solver_that_is_none_is_answered_with_those_that_there_are() {
     let output = study_error(&["scene.json", "--contact-solvers", "lemke"]);
     assert_eq!(output.status.code(), Some(2));
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("there are hybrid, nsgs, newton"), "{said}");
+    assert!(said.contains("[possible values: hybrid, nsgs, newton"), "{said}");
 }

@@ -13,8 +13,8 @@ use crate::study::error::{
     Advice, Approach, COARSEST, ErrorRequest, ErrorStudy, FINEST, Geometry, Ladder, Reference, Row, TARGETS,
     USUAL_LEVELS, chart, study_error,
 };
+use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use clap::{Args, ValueEnum};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal as _, Write};
@@ -46,13 +46,13 @@ pub struct ErrorArgs {
     pub meshes: MeshArgs,
     /// Additional formulations, each run on all meshes.
     #[arg(long, value_delimiter = ',')]
-    pub formulations: Vec<FormulationName>,
+    pub formulations: Vec<Formulation>,
     /// Additional implicit runs with steps of these lengths [s].
     #[arg(long, value_delimiter = ',')]
     pub implicit_steps: Vec<f64>,
     /// Additional solvers of contact problems (see `contuse contact-problem`), run on the scene's own mesh: with its
     /// own time integration and with each of the implicit steps.
-    #[arg(long, value_delimiter = ',', value_parser = contact_solver)]
+    #[arg(long, value_delimiter = ',')]
     pub contact_solvers: Vec<ContactSolver>,
     /// Separate the geometry error: run the next finer mesh on the facets of the scene's own, too.
     #[arg(long)]
@@ -79,36 +79,6 @@ fn levels(offered: &RangeInclusive<i32>) -> RangedI64ValueParser<i32> {
     clap::value_parser!(i32).range(i64::from(*offered.start())..=i64::from(*offered.end()))
 }
 
-fn contact_solver(name: &str) -> Result<ContactSolver, String> {
-    ContactSolver::from_name(name)
-        .ok_or_else(|| format!("there are {}", ContactSolver::ALL.map(ContactSolver::name).join(", ")))
-}
-
-/// Element formulation on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-#[value(rename_all = "snake_case")]
-pub enum FormulationName {
-    /// Mean dilatation per element.
-    MeanDilatation,
-    /// The same in single precision.
-    MeanDilatationSingle,
-    /// Full integration with 2×2×2 points.
-    Full,
-    /// One-point integration with stabilisation.
-    Reduced,
-}
-
-impl From<FormulationName> for Formulation {
-    fn from(name: FormulationName) -> Self {
-        match name {
-            FormulationName::MeanDilatation => Self::MeanDilatation,
-            FormulationName::MeanDilatationSingle => Self::MeanDilatationSingle,
-            FormulationName::Full => Self::Full,
-            FormulationName::Reduced => Self::Reduced,
-        }
-    }
-}
-
 /// Runs the study. Exit code 3 if no setting finished, 4 if it was stopped.
 ///
 /// # Errors
@@ -118,11 +88,10 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let known = known_values(&args.scene)?;
     let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let formulations: Vec<Formulation> = args.formulations.iter().map(|f| (*f).into()).collect();
     let ladder = Ladder {
         levels: args.meshes.coarsest..=args.meshes.finest,
         half_levels: args.meshes.half_levels,
-        formulations: &formulations,
+        formulations: &args.formulations,
         implicit_steps_s: &args.implicit_steps,
         contact_solvers: &args.contact_solvers,
         geometry: args.geometry,

@@ -11,7 +11,7 @@ use crate::study::what_if::document::{
     ErrorSource, LimitDocument, ParameterDocument, SampleDocument, SampleMethod, WhatIfDocument,
 };
 use crate::study::what_if::{Answer, Cache, Partial, WhatIfRequest, check, study_what_if};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -42,8 +42,8 @@ pub struct WhatIfArgs {
     #[arg(long, value_name = "POINTS")]
     pub sample: Option<u32>,
     /// Method by which the points of the sample are chosen.
-    #[arg(long, value_enum, default_value_t = MethodName::Sobol)]
-    pub method: MethodName,
+    #[arg(long, value_enum, default_value_t = SampleMethod::Sobol)]
+    pub method: SampleMethod,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -56,7 +56,7 @@ pub struct WhatIfArgs {
     pub limit: Vec<LimitDocument>,
     /// Source of the error bars.
     #[arg(long, value_enum)]
-    pub error_bars: Option<ErrorName>,
+    pub error_bars: Option<ErrorSource>,
     /// Number of parallel runs; all cores by default. The answer does not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -72,26 +72,6 @@ pub struct WhatIfArgs {
     /// Write the cases as CSV.
     #[arg(long)]
     pub csv: Option<PathBuf>,
-}
-
-/// Sampling method on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum MethodName {
-    /// Randomly shifted Sobol sequence.
-    Sobol,
-    /// Latin hypercube: one point per slice of every parameter.
-    LatinHypercube,
-}
-
-/// Source of the error bars on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum ErrorName {
-    /// The relative errors of the base for all cases.
-    Base,
-    /// Individual error bars for each case.
-    Full,
-    /// No error bars, and no additional runs.
-    None,
 }
 
 /// Answers the question. Exit code 3 if the base itself did not finish, 4 if it was stopped, 5 if the results of the
@@ -179,19 +159,10 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
     question.limits.extend(args.limit.iter().cloned());
     question.one_at_a_time |= args.one_at_a_time;
     if let Some(count) = args.sample {
-        let method = match args.method {
-            MethodName::Sobol => SampleMethod::Sobol,
-            MethodName::LatinHypercube => SampleMethod::LatinHypercube,
-        };
+        let method = args.method;
         question.sample = Some(SampleDocument { method, count, seed: args.seed, indices: args.indices });
     }
-    if let Some(errors) = args.error_bars {
-        question.error_bars = match errors {
-            ErrorName::Base => ErrorSource::Base,
-            ErrorName::Full => ErrorSource::Full,
-            ErrorName::None => ErrorSource::None,
-        };
-    }
+    question.error_bars = args.error_bars.unwrap_or(question.error_bars);
     Ok(question)
 }
 

@@ -49,7 +49,7 @@ pub(super) fn compile_contact(
         rigid_body: (0..bodies.len()).filter(is_rigid).collect(),
         listed_names: ByPair::default(),
         tolerance: document.contact.tolerance,
-        discretisation: document.contact.discretisation.method(),
+        discretisation: document.contact.discretisation,
         solver: document.solver.contact.map(ContactSolver::method),
         always_searches_self_contact: document.keeps(Keep::IdleSelfContact),
     };

@@ -212,8 +212,8 @@ pub struct ContactDocument {
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub mass_redistribution: f64,
     /// Discretisation of contact between two meshes. `mortar` transmits a uniform pressure across non-matching meshes.
-    #[serde(default, skip_serializing_if = "ContactDiscretisation::is_default")]
-    pub discretisation: ContactDiscretisation,
+    #[serde(default, skip_serializing_if = "is_default", with = "ContactDiscretisation")]
+    pub discretisation: Discretisation,
 }
 
 /// Self-contact of deformable bodies, for example where they fold.
@@ -235,12 +235,11 @@ impl SelfContact {
 }
 
 /// Discretisation of contact between two meshes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ContactDiscretisation {
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Discretisation", rename_all = "snake_case")]
+enum ContactDiscretisation {
     /// Each slave node against the closest master face; master nodes that penetrate a slave face by more than 1 % of a
     /// face; sharp edges against edges, also those formed by deformation.
-    #[default]
     TwoPass,
     /// Each slave node against the closest master face, and nothing else.
     NodeToSurface,
@@ -249,20 +248,9 @@ pub enum ContactDiscretisation {
     Mortar,
 }
 
-impl ContactDiscretisation {
-    #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// The corresponding method of contact detection.
-    pub fn method(self) -> Discretisation {
-        match self {
-            Self::NodeToSurface => Discretisation::NodeToSurface,
-            Self::Mortar => Discretisation::Mortar,
-            Self::TwoPass => Discretisation::TwoPass,
-        }
-    }
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_default(discretisation: &Discretisation) -> bool {
+    *discretisation == Discretisation::default()
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
@@ -282,7 +270,7 @@ impl Default for ContactDocument {
             friction: 0.0,
             tolerance: default_contact_tolerance(),
             mass_redistribution: 0.0,
-            discretisation: ContactDiscretisation::default(),
+            discretisation: Discretisation::default(),
         }
     }
 }

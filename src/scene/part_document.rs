@@ -6,6 +6,7 @@ use super::named_materials::{WrittenMaterial, not_null};
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::force;
 use crate::mechanics::material::{Material, Memories};
+use clap::ValueEnum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -167,8 +168,9 @@ impl PartDocument {
 
 /// Element formulation of a part. Each kind of element has quadrature points of its own: eight in a hexahedron, six in a wedge, four in a
 /// tetrahedron of ten nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema, ValueEnum)]
 #[serde(rename_all = "snake_case")]
+#[value(rename_all = "snake_case")]
 pub enum Formulation {
     /// All points for the isochoric part, one mean dilatation and one pressure per element.
     MeanDilatation,

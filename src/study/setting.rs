@@ -139,7 +139,7 @@ impl Setting {
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
             self.implicit_step_s.map(implicit_steps),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
-            self.contact_solver.map(|solver| format!("contact by {}", solver.name())),
+            self.contact_solver.map(|solver| format!("contact by {}", solver.method().name())),
             self.mass_redistribution
                 .map(|fraction| format!("{:.0} % of boundary mass inwards", 100.0 * fraction)),
         ];

@@ -10,7 +10,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
     for (i, body) in document.bodies.iter().enumerate().filter(|(_, body)| !body.refinement.is_empty()) {
         let here = Pointer::root().key("bodies").index(i).key("refinement");
         check_body(body, &here, out);
-        out.require(document.contact.discretisation.method() != Discretisation::Mortar, || {
+        out.require(document.contact.discretisation != Discretisation::Mortar, || {
             Problem::error("refinement_with_mortar", &here, "mortar contact does not support hanging nodes")
                 .value("mortar")
                 .limit("another contact.discretisation with a locally refined mesh")

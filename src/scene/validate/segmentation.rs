@@ -42,7 +42,7 @@ pub fn check_mesh_of_file(index: usize, document: &SceneDocument, mesh: &Mesh, o
 }
 
 fn check_no_mortar(document: &SceneDocument, here: &Pointer, what: &str, out: &mut Findings) {
-    out.require(document.contact.discretisation.method() != Discretisation::Mortar, || {
+    out.require(document.contact.discretisation != Discretisation::Mortar, || {
         Problem::error("hanging_with_mortar", here, "mortar contact does not support hanging nodes")
             .value("mortar")
             .limit(format!("another contact.discretisation with {what}"))

@@ -40,7 +40,7 @@ fn family(row: &Row) -> String {
     let setting = &row.setting;
     if let Some(solver) = setting.contact_solver {
         let steps = if setting.implicit_step_s.is_some() { ", implicit steps" } else { "" };
-        return format!("contact by {}{steps}", solver.name());
+        return format!("contact by {}{steps}", solver.method().name());
     }
     let change = match () {
         () if setting.on_facets => "meshes on the facets",

@@ -1,6 +1,7 @@
 //! The what-if question as a JSON document: a base, the parameters, and the cases.
 
 use crate::measure::QuantityOfInterest;
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -234,7 +235,7 @@ pub struct SampleDocument {
 }
 
 /// Method by which the points of a sample are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SampleMethod {
@@ -278,7 +279,7 @@ pub enum LimitMeasure {
 }
 
 /// Source of the error bars of the cases.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorSource {
