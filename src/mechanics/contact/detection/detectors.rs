@@ -93,6 +93,7 @@ impl Detectors {
             for detector in meshes {
                 let before = contacts.len();
                 detector.detect(motion, contacts)?;
+                // The next one searches them.
                 if contacts.len() > before {
                     contacts.sort_unstable_by_key(|c| (c.key(), c.stencil.nodes().last().copied()));
                 }

@@ -51,11 +51,18 @@ fn pair(slave: usize, master: Master) -> ContactPair {
 }
 
 fn detect(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3], x_end: &[Vec3]) -> Vec<Contact> {
-    let mut contacts = Vec::new();
+    find(&mut new(surfaces, pairs, x), x, x_end).0
+}
+
+fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> NodeToFace {
     NodeToFace::new(surfaces, &pairs.iter().copied().collect(), x)
-        .detect(&Motion::of_nodes(x, x_end), &mut contacts)
-        .unwrap();
-    contacts
+}
+
+/// The contacts of a step, and whether lists were rebuilt.
+fn find(detector: &mut NodeToFace, x: &[Vec3], x_end: &[Vec3]) -> (Vec<Contact>, bool) {
+    let mut contacts = Vec::new();
+    let rebuilt = detector.find(&Motion::of_nodes(x, x_end), &mut contacts).unwrap();
+    (contacts, rebuilt)
 }
 
 /// The gap at the end of the step by the linear constraint.
@@ -259,9 +266,9 @@ fn the_age_of_the_list_never_shows() {
     let surfaces = [ground, ball];
     let pairs =
         [pair(1, Master::Surface(0)), pair(1, Master::Plane { point: Vec3::zeros(), normal: Vec3::z() })];
-    let mut aged = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
+    let mut aged = new(&surfaces, &pairs, &x);
     let start = x.clone();
-    let (mut from_aged, mut from_fresh, mut total, mut rebuilt) = (Vec::new(), Vec::new(), 0, 0);
+    let (mut total, mut rebuilt) = (0, 0);
     for step in 0..200 {
         let t = f64::from(step);
         let mut x_end = x.clone();
@@ -280,13 +287,9 @@ fn the_age_of_the_list_never_shows() {
                 *p += Vec3::new(0.05, -0.03, -0.2);
             }
         }
-        from_aged.clear();
-        from_fresh.clear();
-        rebuilt += usize::from(aged.find(&Motion::of_nodes(&x, &x_end), &mut from_aged).unwrap());
-        NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &start)
-            .detect(&Motion::of_nodes(&x, &x_end), &mut from_fresh)
-            .unwrap();
-        assert_eq!(from_aged, from_fresh, "step {step}");
+        let (from_aged, is_new) = find(&mut aged, &x, &x_end);
+        assert_eq!(from_aged, find(&mut new(&surfaces, &pairs, &start), &x, &x_end).0, "step {step}");
+        rebuilt += usize::from(is_new);
         total += from_aged.len();
         x = slow_end;
     }
@@ -309,17 +312,11 @@ fn a_far_face_that_moves_fast_does_not_let_go_of_a_node() {
     for (p, old) in end[..slave].iter_mut().zip(&x) {
         p.x += if (old.x - 0.5625).abs().max((old.y - 0.5625).abs()) > 0.1 { 0.02 } else { 0.0 };
     }
-    let mut aged = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
-    let mut contacts = Vec::new();
-    aged.detect(&Motion::of_nodes(&x, &moved), &mut contacts).unwrap();
-    contacts.clear();
-    let rebuilt = aged.find(&Motion::of_nodes(&moved, &end), &mut contacts).unwrap();
+    let mut aged = new(&surfaces, &pairs, &x);
+    find(&mut aged, &x, &moved);
+    let (contacts, rebuilt) = find(&mut aged, &moved, &end);
     assert!(!rebuilt && contacts.len() == 1, "{contacts:?}");
-    let mut fresh = Vec::new();
-    NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x)
-        .detect(&Motion::of_nodes(&moved, &end), &mut fresh)
-        .unwrap();
-    assert_eq!(contacts, fresh);
+    assert_eq!(contacts, find(&mut new(&surfaces, &pairs, &x), &moved, &end).0);
 }
 
 #[test]
@@ -329,8 +326,7 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
     let b = block(4, 4, &mut x, |p| p * 0.7 + Vec3::new(0.1, 0.2, 1.01));
     let surfaces = [a, b];
     let pairs = [pair(1, Master::Surface(0)), pair(0, Master::Surface(0))];
-    let mut detector = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
-    let mut contacts = Vec::new();
+    let mut detector = new(&surfaces, &pairs, &x);
     for step in 0..300 {
         let shake = |i: usize, k: f64| {
             ((i as f64 * 12.9898 + f64::from(step) * 78.233 + k).sin() * 43758.5453).fract()
@@ -339,8 +335,7 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
         let random = |i: usize, s: f64| Vec3::new(shake(i, s), shake(i, s + 1.0), shake(i, s + 2.0)) * size;
         let y: Vec<Vec3> = x.iter().enumerate().map(|(i, p)| p + random(i, 0.0)).collect();
         let y_end: Vec<Vec3> = y.iter().enumerate().map(|(i, p)| p + random(i, 5.0)).collect();
-        contacts.clear();
-        detector.detect(&Motion::of_nodes(&y, &y_end), &mut contacts).unwrap();
+        let (contacts, _) = find(&mut detector, &y, &y_end);
         assert_frames(&contacts);
         for c in &contacts {
             assert!(
@@ -350,8 +345,7 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
         }
     }
     x[3].y = f64::NAN;
-    contacts.clear();
-    let error = detector.detect(&Motion::of_nodes(&x, &x), &mut contacts).unwrap_err();
+    let error = detector.detect(&Motion::of_nodes(&x, &x), &mut Vec::new()).unwrap_err();
     assert_eq!(error, DetectionError::NotFinite { surface: 0 });
 }
 
@@ -387,9 +381,8 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
             x[i] = Vec3::repeat(0.5) + from;
             x_end[i] = Vec3::repeat(0.5) - from * (0.5 + 0.5 * random(i, round)) + vector(i, 3) * 0.3;
         }
-        let mut contacts = Vec::new();
-        let mut detector = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &x);
-        detector.detect(&Motion::of_nodes(&x, &x_end), &mut contacts).unwrap();
+        let mut detector = new(&surfaces, &pairs, &x);
+        let (contacts, _) = find(&mut detector, &x, &x_end);
         assert_frames(&contacts);
         for overlap in initial_overlaps(&mut detector, &x_end) {
             let held = contacts.iter().find(|c| c.slave == overlap.node);
@@ -434,11 +427,7 @@ fn a_fold_of_two_faces_meets_itself_once_it_is_narrow() {
             x.iter().enumerate().map(|(i, x)| Vec3::new((i / 2) as f64 - 1.0, x.y, 0.0)).collect();
         let pairs = [pair(0, Master::Surface(0))];
         let surfaces = [surface];
-        let mut detector = NodeToFace::new(&surfaces, &pairs.iter().copied().collect(), &flat)
-            .with_self_contact_in_every_step();
-        let mut contacts = Vec::new();
-        detector.detect(&Motion::of_nodes(&x, &x), &mut contacts).unwrap();
-        contacts
+        find(&mut new(&surfaces, &pairs, &flat).with_self_contact_in_every_step(), &x, &x).0
     };
     for open in [180.0, 120.0, 90.0, 60.0, 20.0] {
         assert!(contacts(open).is_empty(), "{open}°: {:?}", contacts(open));

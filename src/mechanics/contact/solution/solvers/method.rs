@@ -1,7 +1,8 @@
 //! The solvers by name.
 
 /// Calls a macro with the solvers that a scene may name: documentation, variant, and name in reports and on the command
-/// line. The default is the first.
+/// line; the default is the first. Not among them is `frictionless`: with friction it is the hybrid, and without any the default
+/// has one unknown per contact anyway.
 #[macro_export]
 macro_rules! with_contact_solvers {
     ($call:ident) => {

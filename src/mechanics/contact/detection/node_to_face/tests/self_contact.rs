@@ -26,8 +26,7 @@ fn a_body_that_is_crushed_does_not_touch_itself() {
     let own = [pair(0, Master::Surface(0))];
     let mut x = Vec::new();
     let cube = block(4, 4, &mut x, |p| p);
-    let mut detector = NodeToFace::new(std::slice::from_ref(&cube), &own.iter().copied().collect(), &x);
-    let mut contacts = Vec::new();
+    let mut detector = new(std::slice::from_ref(&cube), &own, &x);
     for height in [0.5_f64, 0.1, 0.03, 0.01] {
         // Wider towards the bottom, barrelled, and sheared.
         let crushed = |p: &Vec3| {
@@ -35,8 +34,7 @@ fn a_body_that_is_crushed_does_not_touch_itself() {
             Vec3::new((p.x - 0.5) * wide + 0.3 * p.z, (p.y - 0.5) * wide, p.z * height)
         };
         let y: Vec<Vec3> = x.iter().map(crushed).collect();
-        detector.detect(&Motion::of_nodes(&y, &y), &mut contacts).unwrap();
-        assert_eq!(contacts, [], "{height}");
+        assert_eq!(find(&mut detector, &y, &y).0, [], "{height}");
     }
 }
 
@@ -54,10 +52,8 @@ fn a_part_that_has_entered_another_part_is_held() {
     for depth in [1e-9, 1e-4, 2e-3] {
         let mut x = Vec::new();
         block(24, 2, &mut x, roll(1.0 + depth / std::f64::consts::TAU));
-        let mut detector =
-            NodeToFace::new(std::slice::from_ref(&ring), &own.iter().copied().collect(), &rest);
-        let mut contacts = Vec::new();
-        detector.detect(&Motion::of_nodes(&x, &x), &mut contacts).unwrap();
+        let mut detector = new(std::slice::from_ref(&ring), &own, &rest);
+        let (contacts, _) = find(&mut detector, &x, &x);
         // At least all 23 nodes of either end that are on no edge.
         let inside = contacts.iter().filter(|c| c.gap < 0.0 && c.frame[0].y.abs() > 0.99).count();
         assert!(inside >= 40, "{depth}: {inside} of {}", contacts.len());
@@ -82,20 +78,15 @@ fn the_age_of_the_list_of_a_surface_against_itself_never_shows() {
         (ring, x)
     };
     let (ring, start) = places(0);
-    let new = || NodeToFace::new(std::slice::from_ref(&ring), &own.iter().copied().collect(), &start);
+    let new = || new(std::slice::from_ref(&ring), &own, &start);
     let (mut aged, mut always) = (new(), new().with_self_contact_in_every_step());
-    let [mut from_aged, mut from_fresh, mut from_always] = [const { Vec::new() }; 3];
     let (mut total, mut rebuilt) = (0, 0);
     for step in 0..200 {
         let ((_, x), (_, x_end)) = (places(step), places(step + 1));
-        for found in [&mut from_aged, &mut from_fresh, &mut from_always] {
-            found.clear();
-        }
-        rebuilt += usize::from(aged.find(&Motion::of_nodes(&x, &x_end), &mut from_aged).unwrap());
-        new().detect(&Motion::of_nodes(&x, &x_end), &mut from_fresh).unwrap();
-        always.detect(&Motion::of_nodes(&x, &x_end), &mut from_always).unwrap();
-        assert_eq!(from_aged, from_fresh, "step {step}");
-        assert_eq!(from_aged, from_always, "step {step}");
+        let (from_aged, is_new) = find(&mut aged, &x, &x_end);
+        assert_eq!(from_aged, find(&mut new(), &x, &x_end).0, "step {step}");
+        assert_eq!(from_aged, find(&mut always, &x, &x_end).0, "step {step}");
+        rebuilt += usize::from(is_new);
         total += from_aged.len();
     }
     assert!(total > 300 && rebuilt < 100, "{total} contacts, {rebuilt} lists");
