@@ -76,7 +76,7 @@ impl Pressed {
     fn detect(&mut self) -> usize {
         self.contacts.clear();
         let found = self.detector.detect(&Motion::of_nodes(&self.x, &self.x_end), &mut self.contacts);
-        black_box(found).map_or(0, |_| self.contacts.len())
+        black_box(found).map_or(0, |()| self.contacts.len())
     }
 }
 
