@@ -4,14 +4,6 @@ import { html } from "../dom.js";
 import { headline, isMiss, isResolved } from "./headline.js";
 import { reason, stoppedAt } from "./trust.js";
 
-/** Beginnings of warnings that outweigh others, the gravest first; what is not among them keeps its order. */
-const GRAVE = [/^No contact pair involves the tissue/, /a mesh artefact/, /beyond the limit/, /has not ended/, /not resolved/, /used beyond its/];
-
-function rank(words) {
-  const found = GRAVE.findIndex((pattern) => pattern.test(words));
-  return found < 0 ? GRAVE.length : found;
-}
-
 /** All that is to be known, the worst first: {kind: "bad" | "warn", words, isMeshed?}; `isMeshed` where a finer mesh helps. */
 export function concerns(summary) {
   const found = [];
@@ -27,8 +19,8 @@ export function concerns(summary) {
     const words = isUnknown ? `The uncertainty of ${count} was not estimated.` : `The mesh is too coarse for ${count}: an order of magnitude, no more.`;
     found.push({ kind: "warn", words, isMeshed: true });
   }
-  const warnings = [...summary.warnings].sort((a, b) => rank(a) - rank(b));
-  return [...found, ...warnings.map((words) => ({ kind: "warn", words }))];
+  // The program lists the gravest first.
+  return [...found, ...summary.warnings.map((words) => ({ kind: "warn", words }))];
 }
 
 /** The first part of a warning: what is so, without its numbers and remedies. */

@@ -19,6 +19,7 @@ mod results;
 mod run_state;
 mod softening;
 mod table;
+mod warnings;
 mod words;
 mod written;
 
@@ -43,13 +44,14 @@ use crate::plan::Plan;
 use crate::step::{Ending, FailureCause, Outcome};
 use erosion::{ErosionOfPart, erosion};
 use from_measures::{Mint, results};
-use gates::{Withholding, gates, own_warnings, withholding};
+use gates::{Withholding, gates, withholding};
 use injury::injury_measures;
 use laws::left_laws;
 use numerics::numerics;
 use relaxation::{RelaxationOfBody, relaxation};
 use serde::Serialize;
 use softening::{SofteningOfPart, softening};
+use warnings::warnings;
 use words::plain_words;
 
 /// Disclaimer included in every answer.
@@ -96,7 +98,7 @@ pub struct Summary {
     pub erosion: Vec<ErosionOfPart>,
     /// Checks that the run passed or failed.
     pub gates: Vec<Gate>,
-    /// Caveats to read before the numbers are used.
+    /// Caveats to read before the numbers are used, the gravest first.
     pub warnings: Vec<String>,
     /// Source of the error bars, or why there are none.
     pub error_bars: String,
@@ -138,15 +140,6 @@ impl Summary {
         if let Some(tissue) = values.tissue.as_mut().filter(|_| measures.laws.worst().is_some()) {
             tissue.peaks = Peaks::default();
         }
-        // Warnings of validation, of the stepper and of the measures, without repetition.
-        let mut warnings = measures.scene_warnings.clone();
-        warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
-        warnings.extend(
-            own_warnings(measures, plan, &numerics, outcome)
-                .into_iter()
-                .filter(|w| !warnings.contains(w))
-                .collect::<Vec<_>>(),
-        );
         let accuracy =
             measures.accuracy.as_ref().map(|requested| Accuracy::of(requested, &values, withheld.is_some()));
         let law_ranges = left_laws(&measures.laws);
@@ -169,6 +162,7 @@ impl Summary {
             steps: outcome.map_or(measures.step, |o| o.steps),
             plain_words,
             injury_measures: injury_measures(measures, plan, &state, &results),
+            warnings: warnings(measures, plan, &numerics, outcome),
             state,
             results,
             numerics,
@@ -177,7 +171,6 @@ impl Summary {
             softening,
             erosion,
             gates,
-            warnings,
             error_bars,
             accuracy,
         }

@@ -1,0 +1,342 @@
+//! Warnings: the caveats that accompany the numbers, the gravest first.
+
+use super::super::hourglass_energy::HOURGLASS_WARNING;
+use super::super::measures::Measures;
+use super::super::pair::PairMeasures;
+use super::super::penetration::{Depth, TOO_DEEP};
+use super::erosion::{ErosionOfPart, erosion};
+use super::gates::{LAW_LIMIT, fraction_in_words, projection_work};
+use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
+use super::listed::NODES_ACROSS;
+use super::numerics::Numerics;
+use super::softening::{SofteningOfPart, softening};
+use super::written::{number, seconds};
+use crate::plan::Plan;
+use crate::step::{Ending, Energy, Outcome};
+
+/// Fraction of the energy scale above which numerical contact dissipation raises a warning [-].
+const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
+/// Fraction of the energy scale above which the work of the position projection raises a warning [-].
+const PROJECTION_WARNING: f64 = 0.01;
+/// Fraction of a body's inertia above which redistributed mass raises a warning [-].
+const INERTIA_WARNING: f64 = 0.01;
+/// Energy that rigid bodies lose to each other, over the energy scale [-], above which a warning is issued.
+const RIGID_IMPACT_WARNING: f64 = 0.01;
+/// Where no limit is declared, and the usual one is exceeded by as much.
+const NOT_OF_TISSUE: &str = " The other numbers are those of the law, not of an intact tissue: no limit is declared for it, and the \
+                             one usual for soft tissue and rubber does not hold. Choose a law that stiffens, or declare how far this one \
+                             holds (`valid_to` of the material).";
+/// Penetration depth over face size above which a warning is raised [-].
+const PENETRATION_WARNING: f64 = 0.02;
+/// Number of field times below which a warning is raised.
+const FEW_SAMPLES: u32 = 20;
+/// Steps in a force window below which a warning is raised.
+const FEWEST_STEPS_OF_WINDOW: f64 = 2.0;
+
+/// Whether the pairs of every two bodies are too many to be listed.
+fn every_two_meet(plan: &Plan) -> bool {
+    plan.contact.as_ref().is_some_and(|contact| !contact.pairs.every_two().is_empty())
+}
+
+/// Where some of the tissue, but not enough to withhold all results, is beyond the limit of its law.
+fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<String> {
+    if numerics.energy_fraction_beyond_declared_limits > LAW_LIMIT {
+        return None;
+    }
+    let excess = beyond_limit(&measures.laws)?;
+    let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
+    Some(format!(
+        "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.{}",
+        fraction_in_words(excess, numerics),
+        if is_much { NOT_OF_TISSUE } else { "" }
+    ))
+}
+
+/// What a warning takes from the numbers, the gravest first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Gravity {
+    /// The scene has no impact on the tissue.
+    NoImpact,
+    /// Some values are artefacts of the mesh, or beyond the limit of a law, and excluded.
+    Excluded,
+    /// The impact is not over: the numbers are not final.
+    NotFinal,
+    /// The mesh does not resolve a number.
+    NotResolved,
+    /// A law was used beyond its range.
+    BeyondRange,
+    /// The numbers stand; the warning says how far, or what to improve.
+    Remark,
+}
+
+/// Warnings as they are found.
+#[derive(Default)]
+struct Warnings(Vec<(Gravity, String)>);
+
+impl Warnings {
+    fn add(&mut self, gravity: Gravity, warnings: impl IntoIterator<Item = String>) {
+        for warning in warnings {
+            if !self.0.iter().any(|(_, known)| *known == warning) {
+                self.0.push((gravity, warning));
+            }
+        }
+    }
+
+    /// The gravest first; those of one gravity in the order in which they were found.
+    fn into_words(mut self) -> Vec<String> {
+        self.0.sort_by_key(|(gravity, _)| *gravity);
+        self.0.into_iter().map(|(_, warning)| warning).collect()
+    }
+}
+
+/// Warnings of validation, of the stepper and of the measures, the gravest first and without repetition.
+pub(super) fn warnings(
+    measures: &Measures,
+    plan: &Plan,
+    numerics: &Numerics,
+    outcome: Option<&Outcome>,
+) -> Vec<String> {
+    let mut all = Warnings::default();
+    all.add(Gravity::Remark, measures.scene_warnings.iter().cloned());
+    all.add(Gravity::Remark, outcome.iter().flat_map(|outcome| outcome.warnings.iter().cloned()));
+    force_warnings(&mut all, measures, numerics, outcome.is_some());
+    // Softening, erosion and laws beyond their range.
+    all.add(Gravity::Remark, softening(&measures.laws).iter().map(SofteningOfPart::in_words));
+    all.add(Gravity::Remark, erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
+    let left = left_laws(&measures.laws);
+    all.add(Gravity::BeyondRange, left.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
+    all.add(Gravity::Excluded, beyond_limit_warning(measures, numerics));
+    // Artefacts, penetration and projection.
+    all.add(Gravity::Excluded, measures.stress.iter().flat_map(numerical_stress));
+    all.add(Gravity::Remark, penetration_warning(&measures.penetration.deepest));
+    all.add(Gravity::Remark, rigid_impact_warning(numerics));
+    all.add(Gravity::Remark, projection_warning(&measures.energy));
+    body_warnings(&mut all, measures, plan);
+    all.add(Gravity::Remark, sampling_warning(measures).filter(|_| outcome.is_some()));
+    contact_warnings(&mut all, measures, plan, outcome);
+    resolution_warnings(&mut all, measures);
+    all.into_words()
+}
+
+/// Warns of windows of the force, and of energy lost in contact so far.
+fn force_warnings(all: &mut Warnings, measures: &Measures, numerics: &Numerics, has_ended: bool) {
+    let touched = measures.pairs.values().filter(|pair| has_ended && pair.force.contact_span.is_some());
+    all.add(Gravity::Remark, touched.filter_map(|pair| window_warning(pair, measures.time)));
+    let fraction = numerics.numerical_contact_dissipation_fraction;
+    // At the end the stepper itself issues this warning.
+    let is_notable = fraction > CONTACT_DISSIPATION_WARNING && !has_ended;
+    let warning = is_notable.then(|| {
+        format!(
+            "Numerical contact dissipation is {:.1} % of the energy scale (above {:.0} %): refine the contact surfaces.",
+            100.0 * fraction,
+            100.0 * CONTACT_DISSIPATION_WARNING
+        )
+    });
+    all.add(Gravity::Remark, warning);
+}
+
+/// Warns of fields that were evaluated at few times.
+fn sampling_warning(measures: &Measures) -> Option<String> {
+    let samples = measures.stress.as_ref()?.samples;
+    (samples < FEW_SAMPLES).then(|| {
+        format!(
+            "Stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
+             missed: a smaller `record.field_interval_s` samples more often."
+        )
+    })
+}
+
+/// Warns of energy that rigid bodies lost to each other, where it is a notable part of the energy scale.
+fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
+    let (lost, scale) = (numerics.rigid_impact_dissipation_j, numerics.energy_scale_j);
+    (lost > RIGID_IMPACT_WARNING * scale).then(|| {
+        format!(
+            "Rigid bodies lost {} J, {:.1} % of the energy scale, when planes or other rigid bodies stopped them: they do not \
+             rebound, as if all of their impact were plastic. Give one of the two a mesh where their rebound matters.",
+            number(lost),
+            100.0 * lost / scale
+        )
+    })
+}
+
+/// Warns of bodies with too little inertia of rotation, and of those whose mesh does not resolve their deformation.
+fn body_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan) {
+    let heavy = plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING).map(|body| {
+        format!(
+            "Redistributed mass takes {:.1} % of the inertia of {}: its spin is wrong by as much. Refine its mesh, \
+             or lower `contact.mass_redistribution`.",
+            100.0 * body.inertia_lost,
+            body.name
+        )
+    });
+    all.add(Gravity::Remark, heavy);
+    let fractions = plan.bodies.iter().zip(measures.hourglass.fractions());
+    let stabilised = fractions.filter(|(_, fraction)| *fraction > HOURGLASS_WARNING).map(|(body, fraction)| {
+        format!(
+            "The stabilisation of {} (hourglass modes of one-point elements, crushed corners of others) held {:.1} % of its strain \
+             energy (above {:.0} %): its mesh does not resolve the deformation. Refine it.",
+            body.name,
+            100.0 * fraction,
+            100.0 * HOURGLASS_WARNING
+        )
+    });
+    all.add(Gravity::NotResolved, stabilised);
+}
+
+/// Warns of contact that is missed or has not ended.
+fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) {
+    // What a run in progress has not touched it still may.
+    let Some(outcome) = outcome else { return };
+    // What a run had no time for is no fault of the scene.
+    let is_finished = outcome.ending == Ending::Finished;
+    let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
+    let is_joined =
+        measures.pairs.values().any(|p| p.on_tissue) || missed().next().is_some() || every_two_meet(plan);
+    if measures.absorbed.is_some() && !is_joined {
+        all.add(Gravity::NoImpact, ["No contact pair involves the tissue: nothing can hit it.".to_owned()]);
+    }
+    let cannot = missed().map(|pair| {
+        format!(
+            "Nothing can touch in {} ({}): look at the direction of the velocity, the gap and the end time.",
+            pair.name, pair.why
+        )
+    });
+    all.add(Gravity::Remark, cannot);
+    // A body that strikes something need not touch the tissue itself.
+    let has_struck = |body: &str| {
+        let touched = measures.pairs.values().filter(|pair| pair.force.contact_span.is_some());
+        touched.filter(|pair| !pair.is_of_itself()).any(|pair| pair.between.iter().any(|name| name == body))
+    };
+    for pair in measures.strikes() {
+        let is_missed = pair.force.contact_span.is_none() && !has_struck(&pair.between[1 - pair.reported_on]);
+        let missed = (is_finished && is_missed).then(|| {
+            format!(
+                "Nothing touched in {}: look at the direction of the velocity, the gap and the end time.",
+                pair.name
+            )
+        });
+        all.add(Gravity::Remark, missed);
+        let going_on =
+            || format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name);
+        all.add(Gravity::NotFinal, pair.force.is_in_contact().then(going_on));
+    }
+}
+
+/// Warns of contact patches that are not resolved, and of waves reflected from artificial ends of the model.
+fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
+    for pair in measures.pairs.values() {
+        let patch = pair.force.peak().patch;
+        let is_coarse =
+            pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS;
+        let coarse = is_coarse.then(|| {
+            let nodes = match patch.nodes_across {
+                1 => "Only one node lies".to_owned(),
+                count => format!("Only {count} nodes lie"),
+            };
+            format!(
+                "{nodes} across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area and the peak \
+                 pressure are not resolved.",
+                pair.name
+            )
+        });
+        all.add(Gravity::NotResolved, coarse);
+        let returned = wave_return(measures, pair).filter(|time| *time < measures.time).map(|time| {
+            format!(
+                "A wave from the contact of {} may have returned from an artificial end of the model from {:.1} µs on: make \
+                 the model longer, or end the run earlier.",
+                pair.name,
+                1e6 * time
+            )
+        });
+        all.add(Gravity::Remark, returned);
+    }
+}
+
+/// Warns of a force window that is longer than the run, or shorter than two of its steps.
+fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
+    let (window, step) = (pair.force.window()?, pair.force.mean_step());
+    if end < window {
+        return Some(format!(
+            "The run ended after {}, less than the {} over which the force of {} is averaged: it has no peak force.",
+            seconds(end),
+            seconds(window),
+            pair.name
+        ));
+    }
+    (window < FEWEST_STEPS_OF_WINDOW * step).then(|| {
+        format!(
+            "The force of {} is averaged over {}, less than two steps of {}: its peak is one of single steps, which does not converge. \
+             Omit `measures.force_window_s` (the window is then 1/10 of the contact, ten steps at least), or take shorter steps.",
+            pair.name,
+            seconds(window),
+            seconds(step)
+        )
+    })
+}
+
+fn projection_warning(energy: &Energy) -> Option<String> {
+    let work = projection_work(energy);
+    (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
+        format!(
+            "The position projection did {} J of work, {:.1} % of the energy scale (above {:.0} %): energies are uncertain by as much.",
+            number(work),
+            100.0 * work / energy.turnover_j,
+            100.0 * PROJECTION_WARNING
+        )
+    })
+}
+
+/// Warns of penetration deeper than contact normally leaves.
+fn penetration_warning(deepest: &Depth) -> Option<String> {
+    let Depth { depth, fraction, between, time } = deepest;
+    (*fraction > PENETRATION_WARNING).then(|| {
+        format!(
+            "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %). {TOO_DEEP}",
+            number(1e3 * depth),
+            seconds(*time),
+            100.0 * fraction,
+            100.0 * PENETRATION_WARNING
+        )
+    })
+}
+
+/// Earliest time at which a wave from a pair's first contact can return from an artificial end [s].
+fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
+    let (ends, [first, _]) = (measures.artificial_ends.as_ref()?, pair.force.contact_span?);
+    let place = pair.force.first_contact.filter(|_| pair.on_tissue)?;
+    Some(ends.earliest_return(place, first))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::BodyEnergy;
+
+    #[test]
+    fn the_gravest_come_first_and_once() {
+        let mut all = Warnings::default();
+        for (gravity, words) in [
+            (Gravity::Remark, "remark"),
+            (Gravity::BeyondRange, "range"),
+            (Gravity::NotFinal, "not final"),
+            (Gravity::Remark, "range"),
+            (Gravity::NotFinal, "neither"),
+            (Gravity::NoImpact, "no impact"),
+        ] {
+            all.add(gravity, [words.to_owned()]);
+        }
+        assert_eq!(all.into_words(), ["no impact", "not final", "neither", "range", "remark"]);
+    }
+
+    #[test]
+    fn work_of_the_position_projection_is_warned_of_where_it_is_not_small() {
+        let warned = |works: [f64; 2]| {
+            let bodies = works.map(|projection_j| BodyEnergy { projection_j, ..BodyEnergy::default() });
+            projection_warning(&Energy { turnover_j: 2.0, bodies: bodies.into(), ..Energy::default() })
+        };
+        // Contributions of opposite sign to two bodies do not cancel.
+        assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %")));
+        assert_eq!(warned([0.01, 0.0]), None);
+        assert_eq!(projection_warning(&Energy::default()), None);
+    }
+}
