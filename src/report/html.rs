@@ -212,20 +212,6 @@ fn strain_table(out: &mut String, summary: &Value) {
     table(out, "Strain and stress of the tissue", &["quantity", "unit", "value"], &rows);
 }
 
-/// A statement on a criterion without names of fields of a scene.
-fn plain_statement(statement: &str) -> String {
-    [
-        (" (`measures.person`)", ""),
-        (
-            "`measures.person.body_mass_kg` and `wall_thickness_m`",
-            "the mass of the person and the thickness of the body wall",
-        ),
-        ("`measures.person.chest_depth_m`", "the depth of the chest"),
-    ]
-    .into_iter()
-    .fold(statement.to_owned(), |text, (name, words)| text.replace(name, words))
-}
-
 fn criteria_table(out: &mut String, summary: &Value) {
     let of = |criterion: &Value| {
         let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
@@ -236,12 +222,7 @@ fn criteria_table(out: &mut String, summary: &Value) {
             Some(_) => format!("{}{unit}", with_error(criterion)),
             None => "–".into(),
         };
-        vec![
-            text("title"),
-            value,
-            plain_statement(&text("statement")),
-            format!("{}. {}", text("meaning"), text("source")),
-        ]
+        vec![text("title"), value, text("statement"), format!("{}. {}", text("meaning"), text("source"))]
     };
     let rows: Vec<Vec<String>> =
         summary["injury_measures"].as_array().into_iter().flatten().map(of).collect();

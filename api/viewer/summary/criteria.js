@@ -4,18 +4,6 @@ import { html, table } from "../dom.js";
 import { number, setting } from "../format.js";
 import { bracketed, errorWords, hasError } from "./headline.js";
 
-/** What a person reads where the scene names a field. */
-const PLAIN = new Map([
-  [" (`measures.person`)", ""],
-  ["`measures.person.body_mass_kg` and `wall_thickness_m`", "the mass of the person and the thickness of the body wall"],
-  ["`measures.person.chest_depth_m`", "the depth of the chest"],
-]);
-
-/** A statement without names of fields. */
-export function plainStatement(statement) {
-  return [...PLAIN].reduce((text, [name, words]) => text.replace(name, words), statement);
-}
-
 /** The criteria: what each says, and what it is compared with; those that do not apply behind a door. Null where a summary has none. */
 export function injuryCriteria({ injury_measures: measures = [], notice }) {
   if (!measures.length) return null;
@@ -23,10 +11,10 @@ export function injuryCriteria({ injury_measures: measures = [], notice }) {
   const rows = applicable.map((measure) => [
     measure.title,
     measure.value == null ? "–" : `${valueOf(measure)}${unitOf(measure)}`,
-    plainStatement(measure.statement),
+    measure.statement,
     html("span", {}, measure.meaning, ": ", reference(measure), html("br"), html("small", {}, measure.source)),
   ]);
-  const item = (measure) => html("li", {}, html("b", {}, measure.title), ` ${plainStatement(measure.statement)} (${measure.meaning}: ${reference(measure)}; ${measure.source})`);
+  const item = (measure) => html("li", {}, html("b", {}, measure.title), ` ${measure.statement} (${measure.meaning}: ${reference(measure)}; ${measure.source})`);
   return html(
     "section",
     { class: "panel criteria" },

@@ -43,8 +43,30 @@ pub struct InjuryMeasure {
     pub applicable: bool,
     /// Result of the comparison, or why there is none.
     pub statement: String,
+    /// Fields of the scene that the criterion needs and the scene lacks.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<&'static str>,
     /// Publication: author, year, journal.
     pub source: &'static str,
+}
+
+/// Why a criterion does not apply, and the fields of the scene that it lacks.
+type Refusal = (&'static str, Vec<&'static str>);
+
+impl InjuryMeasure {
+    fn refused(self, (why, missing): Refusal) -> Self {
+        Self { statement: format!("not applicable: {why}"), missing, ..self }
+    }
+}
+
+/// The person, if hit on the chest.
+fn chest(person: Option<&PersonDocument>) -> Result<&PersonDocument, Refusal> {
+    let person = person.ok_or(("the scene does not say where the person is hit", vec!["measures.person"]))?;
+    if person.region == Region::Thorax {
+        Ok(person)
+    } else {
+        Err(("the limit is that of the chest", Vec::new()))
+    }
 }
 
 /// All criteria; empty if the scene has no projectile or no tissue, or if nothing touched. Those from the run itself
@@ -105,6 +127,7 @@ fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> Injury
         } else {
             format!("{verdict}; projectiles other than the one tested are compared by presented area")
         },
+        missing: Vec::new(),
         source: "C. A. Bir, S. J. Stewart, M. Wilhelm (2005), Journal of Forensic Sciences 50, 1426–1429",
     }
 }
@@ -121,19 +144,22 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
         meaning: "50 % risk of an injury of the chest of AIS 2 or 3 by a blunt projectile",
         applicable: false,
         statement: String::new(),
+        missing: Vec::new(),
         source: "L. M. Sturdivan, D. C. Viano, H. R. Champion (2004), Journal of Trauma 56, 651–663; C. Bir, D. C. Viano (2004), \
                  Journal of Trauma 57, 1218–1224",
     };
-    let refused =
-        |reason: &str| InjuryMeasure { statement: format!("not applicable: {reason}"), ..measure.clone() };
-    let Some(person) = person else {
-        return refused("the scene does not say where the person is hit (`measures.person`)");
+    let person = match chest(person) {
+        Ok(person) => person,
+        Err(refusal) => return measure.refused(refusal),
     };
-    if person.region != Region::Thorax {
-        return refused("the limit is that of the chest");
-    }
     let (Some(mass), Some(wall)) = (person.body_mass_kg, person.wall_thickness_m) else {
-        return refused("it needs `measures.person.body_mass_kg` and `wall_thickness_m`");
+        let fields = [
+            ("measures.person.body_mass_kg", person.body_mass_kg),
+            ("measures.person.wall_thickness_m", person.wall_thickness_m),
+        ];
+        let missing = fields.iter().filter(|(_, given)| given.is_none()).map(|(name, _)| *name);
+        let why = "it needs the mass of the person and the thickness of the body wall";
+        return measure.refused((why, missing.collect()));
     };
     let value = (onslaught.kinetic_energy / (mass.cbrt() * 100.0 * wall * 100.0 * onslaught.diameter())).ln();
     let side = if value > BLUNT_CRITERION { "above" } else { "at or below" };
@@ -177,19 +203,15 @@ fn viscous(
         meaning: "25 % risk of an injury of the chest of AIS 4 or more, frontal impact; the deflection is the largest displacement of a node of the surface",
         applicable: false,
         statement: String::new(),
+        missing: Vec::new(),
         source: "I. V. Lau, D. C. Viano (1986), SAE Technical Paper 861882 (30th Stapp Car Crash Conference)",
     };
-    let refused =
-        |reason: &str| InjuryMeasure { statement: format!("not applicable: {reason}"), ..measure.clone() };
-    // The criterion needs the region and the depth of the chest.
-    let Some(person) = person else {
-        return refused("the scene does not say where the person is hit (`measures.person`)");
+    let person = match chest(person) {
+        Ok(person) => person,
+        Err(refusal) => return measure.refused(refusal),
     };
-    if person.region != Region::Thorax {
-        return refused("the limit is that of the chest");
-    }
     let Some(depth) = person.chest_depth_m else {
-        return refused("it needs `measures.person.chest_depth_m`");
+        return measure.refused(("it needs the depth of the chest", vec!["measures.person.chest_depth_m"]));
     };
     let error = response.error.scaled(1.0 / depth);
     let (applicable, statement) = verdict(response.value / depth, &error, unfinished);
@@ -266,6 +288,21 @@ mod tests {
         // A value already above the limit stays above it.
         let above = said(6.185, Some(0.5), Some("contact has not ended"));
         assert!(above.applicable && above.statement.contains("is above"), "{}", above.statement);
+    }
+
+    #[test]
+    fn what_a_scene_lacks_is_named_beside_the_sentence() {
+        let shallow = PersonDocument { chest_depth_m: None, ..CHEST };
+        let response = Quantity { value: 0.1, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
+        let lacks = |person| {
+            let measure = viscous(&response, None, person);
+            (measure.statement, measure.missing)
+        };
+        let (statement, missing) = lacks(Some(&shallow));
+        assert_eq!(statement, "not applicable: it needs the depth of the chest");
+        assert_eq!(missing, ["measures.person.chest_depth_m"]);
+        assert_eq!(lacks(None).1, ["measures.person"]);
+        assert!(lacks(Some(&CHEST)).1.is_empty());
     }
 
     #[test]

@@ -237,7 +237,9 @@ impl Table {
             let is_plain = criterion.error.as_ref().is_none_or(ErrorEstimate::is_resolved);
             let shown = |v: f64| if is_plain { number(v) } else { format!("({})", number(v)) };
             let value = criterion.value.map_or_else(|| "-".into(), |v| format!("{}{unit}", shown(v)));
-            self.row(criterion.title, &value, &criterion.statement);
+            let fields = criterion.missing.iter().map(|field| format!("`{field}`")).collect::<Vec<_>>();
+            let fields = if fields.is_empty() { String::new() } else { format!(" ({})", fields.join(", ")) };
+            self.row(criterion.title, &value, &format!("{}{fields}", criterion.statement));
         }
     }
 

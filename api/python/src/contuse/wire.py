@@ -111,13 +111,20 @@ class InjuryMeasure:
     unit: str
     applicable: bool
     statement: str
+    missing: list[str]
+    """Fields of the scene that the criterion needs and the scene lacks."""
     source: str
     body: dict[str, Any]
 
     @classmethod
     def of(cls, body: dict[str, Any]) -> InjuryMeasure:
         names = ("name", "title", "unit", "applicable", "statement", "source")
-        return cls(**{name: body[name] for name in names}, value=body.get("value"), body=body)
+        return cls(
+            **{name: body[name] for name in names},
+            value=body.get("value"),
+            missing=body.get("missing", []),
+            body=body,
+        )
 
     def __str__(self) -> str:
         return f"{self.title}: {self.statement} ({self.source})"
