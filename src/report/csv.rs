@@ -3,6 +3,7 @@
 use super::RecordedRun;
 use super::read::Average;
 use crate::measure::impact_force::FRACTION_OF_CONTACT;
+use crate::measure::summary::Results;
 use crate::scene::document::ForceFilter;
 use std::io::{self, Write};
 
@@ -54,11 +55,8 @@ fn remarks(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     if summary["ending"] != "finished" {
         remark(&format!("The run did not finish: {}. {}", text("/ending"), text("/failure/message")))?;
     }
-    if summary.get("withheld").is_some() {
-        remark(&format!(
-            "The results are withheld, and these lines must not be used as such: {}.",
-            text("/withheld/reason")
-        ))?;
+    if let Some(reason) = run.withheld() {
+        remark(&format!("The results are withheld, and these lines must not be used as such: {reason}."))?;
     }
     Ok(())
 }
@@ -71,9 +69,9 @@ pub fn text_cell(text: &str) -> String {
 
 /// Averaging of the peak force in the summary; a tenth of the run where the summary does not give it.
 pub(super) fn force_average(run: &RecordedRun) -> Average {
-    let impact = super::headline_impact(super::values(&run.summary));
-    let filter = impact.and_then(|i| i["force_filter"].as_str()).and_then(ForceFilter::from_name);
-    let window = impact.and_then(|i| i["force_window_s"].as_f64()).filter(|window| *window > 0.0);
+    let impact = run.values.as_ref().and_then(Results::headline_impact);
+    let filter = impact.and_then(|i| i.force_filter.as_deref()).and_then(ForceFilter::from_name);
+    let window = impact.and_then(|i| i.force_window_s).filter(|window| *window > 0.0);
     let of_run =
         || run.summary["time_s"].as_f64().filter(|time| *time > 0.0).map(|time| FRACTION_OF_CONTACT * time);
     match filter {

@@ -1,12 +1,12 @@
 //! The report as one self-contained, printable HTML page.
 
-use super::number_of_kpa;
+use super::RecordedRun;
 use super::numbers::cards;
 use super::omissions::omissions;
 use super::pictures::pictures;
 use super::section_picture::section_picture;
-use super::{RecordedRun, Shown, is_miss};
-use crate::measure::summary::{number, rounded};
+use super::text::escaped;
+use crate::measure::summary::{Group, InjuryMeasure, Row, listing, number};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -19,15 +19,18 @@ const STYLE: &str = include_str!("report.css");
 pub fn page(run: &RecordedRun) -> Result<String, String> {
     let summary = &run.summary;
     let title = escaped(summary["scene"].as_str().unwrap_or("a scene"));
+    let listing = run.results().map(listing).unwrap_or_default();
     let mut body = String::new();
     header(&mut body, run);
     provenance(&mut body, run);
-    section(&mut body, run);
-    cards(&mut body, summary);
-    stress_table(&mut body, summary);
-    list(&mut body, "To read before the numbers are used", &summary["warnings"]);
-    list_of(&mut body, "What the model omits", &omissions(run));
-    criteria_table(&mut body, summary);
+    if !run.is_miss() {
+        section(&mut body, run);
+        cards(&mut body, &listing);
+    }
+    list(&mut body, "In plain words", &strings(&summary["plain_words"]));
+    list(&mut body, "To read before the numbers are used", &strings(&summary["warnings"]));
+    list(&mut body, "What the model omits", &omissions(run));
+    criteria_table(&mut body, &run.criteria);
     body += "<section><h2>Over time</h2><div class=\"pictures\">";
     for picture in pictures(run)? {
         push(
@@ -40,7 +43,7 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
         );
     }
     body += "</div></section>";
-    strain_table(&mut body, summary);
+    listing.iter().filter(|_| !run.is_miss()).for_each(|group| group_table(&mut body, group));
     quality_table(&mut body, summary);
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
@@ -52,10 +55,6 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
 fn push(out: &mut String, text: std::fmt::Arguments) {
     let _ = out.write_fmt(text);
     out.push('\n');
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The picture without its XML declaration, marked as an image.
@@ -82,21 +81,21 @@ fn header(out: &mut String, run: &RecordedRun) {
         ),
     );
     push(out, format_args!("<p class=\"notice\">{}</p></header>", text(&summary["notice"])));
-    if is_miss(summary) {
+    if run.is_miss() {
         out.push_str("<p class=\"withheld\">Nothing touched: there are no numbers of an impact.</p>\n");
     }
-    if let Some(reason) = summary.pointer("/withheld/reason") {
-        push(out, format_args!("<p class=\"withheld\">The results are withheld: {}.</p>", text(reason)));
+    if let Some(reason) = run.withheld() {
+        push(out, format_args!("<p class=\"withheld\">The results are withheld: {}.</p>", escaped(reason)));
     }
 }
 
 /// The section through the impact at the worst instant.
 fn section(out: &mut String, run: &RecordedRun) {
-    let stresses = run.summary.pointer("/results/tissue/significant_stress").and_then(Value::as_array);
-    let thresholds: Vec<f64> =
-        stresses.into_iter().flatten().filter_map(|stress| stress["threshold_pa"].as_f64()).collect();
+    let tissue = run.results().and_then(|results| results.tissue.as_ref());
+    let stresses = tissue.iter().flat_map(|tissue| &tissue.significant_stress);
+    let thresholds: Vec<f64> = stresses.map(|stress| stress.threshold_pa).collect();
     let picture = run.instant.as_ref().and_then(|instant| section_picture(instant, &run.scene, &thresholds));
-    if let Some((svg, caption)) = picture.filter(|_| !is_miss(&run.summary)) {
+    if let Some((svg, caption)) = picture {
         push(
             out,
             format_args!(
@@ -107,12 +106,11 @@ fn section(out: &mut String, run: &RecordedRun) {
     }
 }
 
-fn list(out: &mut String, title: &str, items: &Value) {
-    let items = items.as_array().into_iter().flatten().filter_map(Value::as_str);
-    list_of(out, title, &items.map(str::to_owned).collect::<Vec<_>>());
+fn strings(items: &Value) -> Vec<String> {
+    items.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
 }
 
-fn list_of(out: &mut String, title: &str, items: &[String]) {
+fn list(out: &mut String, title: &str, items: &[String]) {
     if items.is_empty() {
         return;
     }
@@ -139,93 +137,32 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     out.push_str("</tbody></table></section>\n");
 }
 
-/// The number, in brackets if its error is unknown or exceeds it.
-fn value_of(shown: Shown) -> String {
-    if shown.is_resolved { number(shown.value) } else { format!("({})", number(shown.value)) }
-}
-
-fn with_error(quantity: &Value) -> String {
-    let Some(shown) = Shown::of(quantity) else { return "–".into() };
-    let error = shown.error.map_or_else(String::new, |error| format!(" ± {}", rounded(error)));
-    let doubt = shown.doubt().map_or_else(String::new, |doubt| format!(", {doubt}"));
-    format!("{}{error}{doubt}", value_of(shown))
-}
-
-fn stress_table(out: &mut String, summary: &Value) {
-    if is_miss(summary) {
+/// The numbers of a contact or of the tissue.
+fn group_table(out: &mut String, group: &Group) {
+    let title = escaped(&group.title);
+    if group.nothing_touched {
+        push(out, format_args!("<section><h2>{title}</h2><p>Nothing touched.</p></section>"));
         return;
     }
-    let tissue = &summary["results"]["tissue"];
-    let mut rows = Vec::new();
-    for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
-        let threshold = number_of_kpa(stress["threshold_pa"].as_f64().unwrap_or_default());
-        let layers = stress["layers"].as_array().into_iter().flatten().map(|layer| {
-            let depth = |index: usize| {
-                layer["depth_mm"][index].as_f64().map_or_else(String::new, |depth| format!("{depth:.1}"))
-            };
-            format!("{} {}–{} mm", escaped(layer["part"].as_str().unwrap_or_default()), depth(0), depth(1))
-        });
-        let ends = stress["reaches"].as_array().into_iter().flatten().filter_map(Value::as_str);
-        let ends = ends.map(|end| format!("reaches {}: at least so deep and large", escaped(end)));
-        rows.push(vec![
-            format!("von Mises &gt; {threshold}"),
-            with_error(&stress["depth_mm"]),
-            with_error(&stress["volume_mm3"]),
-            layers.chain(ends).collect::<Vec<_>>().join(", "),
-        ]);
-    }
-    for dose in tissue["dose_volumes"].as_array().into_iter().flatten() {
-        let name =
-            if dose["measure"] == "principal_strain" { "principal strain" } else { "energy density [J/m³]" };
-        rows.push(vec![
-            format!("{name} &gt; {}", number(dose["threshold"].as_f64().unwrap_or_default())),
-            "–".into(),
-            with_error(&dose["volume_mm3"]),
-            String::new(),
-        ]);
-    }
-    table(out, "Where in the tissue", &["threshold", "depth [mm]", "volume [mm³]", "parts"], &rows);
+    let row = |row: &Row| {
+        let title = escaped(&row.title);
+        let title = if row.is_part { format!("<span class=\"part\">{title}</span>") } else { title };
+        vec![title, escaped(&row.value()), escaped(&row.remark())]
+    };
+    let rows: Vec<Vec<String>> = group.rows.iter().map(row).collect();
+    table(out, &title, &["quantity", "value", "numerical error and remarks"], &rows);
 }
 
-/// Strain and stress of the tissue: exceeded in volumes, which converge with the mesh, and at points, which need not.
-fn strain_table(out: &mut String, summary: &Value) {
-    if is_miss(summary) {
-        return;
-    }
-    let tissue = &summary["results"]["tissue"];
-    let mut rows = Vec::new();
-    let mut add = |name: String, unit: &str, quantity: &Value| {
-        if Shown::of(quantity).is_some() {
-            rows.push(vec![name, unit.to_owned(), with_error(quantity)]);
-        }
+fn criteria_table(out: &mut String, criteria: &[InjuryMeasure]) {
+    let row = |criterion: &InjuryMeasure| {
+        vec![
+            escaped(&criterion.title),
+            criterion.in_words(),
+            escaped(&criterion.statement),
+            escaped(&format!("{}. {}", criterion.meaning, criterion.source)),
+        ]
     };
-    let in_volume = &tissue["exceeded_in_volume"];
-    let volume = format!("exceeded in {} mm³", number(in_volume["volume_mm3"].as_f64().unwrap_or_default()));
-    add(format!("principal strain {volume}"), "-", &in_volume["principal_strain"]);
-    add(format!("von Mises stress {volume}"), "Pa", &in_volume["von_mises_pa"]);
-    for of in tissue["percentiles"].as_array().into_iter().flatten() {
-        let part = escaped(of["part"].as_str().unwrap_or_default());
-        add(format!("principal strain of {part}, 95th percentile by volume (MPS95)"), "-", &of["mps95"]);
-    }
-    add("principal strain, largest at a point".into(), "-", &tissue["peak_principal_strain"]);
-    add("von Mises stress, largest at a point".into(), "Pa", &tissue["peak_von_mises_pa"]);
-    table(out, "Strain and stress of the tissue", &["quantity", "unit", "value"], &rows);
-}
-
-fn criteria_table(out: &mut String, summary: &Value) {
-    let of = |criterion: &Value| {
-        let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
-        let unit = if criterion["unit"] == "-" { String::new() } else { format!(" {}", text("unit")) };
-        let value = match criterion["value"].as_f64() {
-            // A value that follows from the scene alone has no error.
-            Some(value) if criterion.get("error").is_none() => format!("{}{unit}", number(value)),
-            Some(_) => format!("{}{unit}", with_error(criterion)),
-            None => "–".into(),
-        };
-        vec![text("title"), value, text("statement"), format!("{}. {}", text("meaning"), text("source"))]
-    };
-    let rows: Vec<Vec<String>> =
-        summary["injury_measures"].as_array().into_iter().flatten().map(of).collect();
+    let rows: Vec<Vec<String>> = criteria.iter().map(row).collect();
     table(
         out,
         "Injury criteria",
@@ -267,16 +204,20 @@ fn provenance(out: &mut String, run: &RecordedRun) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::read::tests::example;
     use super::*;
-    use serde_json::json;
 
     #[test]
-    fn a_number_in_a_table_has_brackets_once_and_a_miss_no_table() {
-        let unknown = json!({"value": 2730.0, "error": "not estimated"});
-        assert_eq!(with_error(&unknown), "(2730), error not estimated");
-        let mut miss = String::new();
-        let summary = json!({"results": {"nothing_touched": true, "impacts": [], "headline": {}}});
-        stress_table(&mut miss, &summary);
-        assert!(miss.is_empty(), "{miss}");
+    fn every_row_of_the_listing_is_in_the_page_and_a_miss_has_none() {
+        let mut run = example();
+        let numbers = page(&run).unwrap();
+        for row in listing(run.results().unwrap()).iter().flat_map(|group| &group.rows) {
+            assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
+        }
+        assert!(numbers.contains("(997.7) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
+        run.summary["results"]["nothing_touched"] = true.into();
+        run.take_numbers().unwrap();
+        let miss = page(&run).unwrap();
+        assert!(miss.contains("Nothing touched") && !miss.contains("997.7"), "{miss}");
     }
 }

@@ -1,28 +1,25 @@
 //! The four numbers of a report, each with its uncertainty in words.
 
-use super::{Shown, is_miss, recorded, title};
+use super::text::{capitalised, escaped};
 use crate::measure::QuantityOfInterest;
-use crate::measure::summary::{number, rounded};
-use serde_json::Value;
+use crate::measure::summary::{Group, Quantity, Row, number, rounded};
 use std::fmt::Write as _;
 
-/// Cards of the four main results.
-pub(super) fn cards(out: &mut String, summary: &Value) {
-    if is_miss(summary) {
-        return;
-    }
-    let results = &summary["results"];
+/// Cards of the four main results of a listing.
+pub(super) fn cards(out: &mut String, listing: &[Group]) {
     out.push_str("<section class=\"cards\">\n");
-    for quantity in QuantityOfInterest::HEADLINE {
-        let (shown, unit) = (recorded(results, quantity).and_then(Shown::of), quantity.unit());
-        let title = title(results, quantity).replace('&', "&amp;").replace('<', "&lt;");
-        let (class, value) = match shown {
-            Some(shown) if shown.is_resolved => ("", number(shown.value)),
-            Some(shown) => (" doubtful", format!("≈ {}", rounded(shown.value))),
+    for of in QuantityOfInterest::HEADLINE {
+        let unit = of.unit();
+        let row = listing.iter().flat_map(|group| &group.rows).find(|row| row.of == Some(of));
+        let quantity = row.and_then(Row::quantity).map(|(quantity, _)| quantity);
+        let title = escaped(&row.map_or_else(|| capitalised(of.title()), |row| capitalised(&row.title)));
+        let (class, value) = match quantity {
+            Some(quantity) if quantity.error.is_resolved() => ("", number(quantity.value)),
+            Some(quantity) => (" doubtful", format!("≈ {}", rounded(quantity.value))),
             None => (" doubtful", "–".into()),
         };
-        let words =
-            shown.map_or_else(|| "This run has no such number.".into(), |shown| in_words(shown, unit));
+        let words = quantity
+            .map_or_else(|| "This run has no such number.".into(), |quantity| in_words(quantity, unit));
         let _ = writeln!(
             out,
             "<div class=\"card{class}\"><h2>{title}</h2><p class=\"value\">{value} <span>{unit}</span></p><p class=\"error\">{words}</p></div>"
@@ -32,12 +29,12 @@ pub(super) fn cards(out: &mut String, summary: &Value) {
 }
 
 /// The uncertainty of a number in a sentence.
-fn in_words(shown: Shown, unit: &str) -> String {
-    let Shown { value, error, is_resolved } = shown;
-    let Some(error) = error else {
+fn in_words(quantity: &Quantity, unit: &str) -> String {
+    let value = quantity.value;
+    let Some(error) = quantity.error.half_width() else {
         return "Its numerical error was not estimated: an indication, not a result.".into();
     };
-    if is_resolved {
+    if quantity.error.is_resolved() {
         let fraction = 100.0 * error / value.abs();
         return format!(
             "± {} {unit}: between {} and {} {unit}, a numerical error of {} %.",
@@ -56,20 +53,25 @@ fn in_words(shown: Shown, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::read::tests::{example, quantity_of};
     use super::*;
-    use serde_json::json;
+    use crate::measure::summary::listing;
+    use serde_json::{Value, json};
 
     fn page_of(force: &Value, patch: &Value) -> String {
-        let impact = json!({"peak_force_n": force, "largest_patch_area_mm2": patch});
+        let mut run = example();
+        let impact = &mut run.summary["results"]["impacts"][0];
+        (impact["peak_force_n"], impact["largest_patch_area_mm2"]) = (force.clone(), patch.clone());
+        run.summary["results"]["headline"] = json!({"impact": 0});
+        run.take_numbers().unwrap();
         let mut page = String::new();
-        cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
+        cards(&mut page, &listing(run.results().unwrap()));
         page
     }
 
     #[test]
     fn each_number_has_its_uncertainty_in_words() {
-        let quantity = |value: f64, error: f64, resolved: bool| json!({"value": value, "error": {"total": error, "resolved": resolved}});
-        let page = page_of(&quantity(2730.0, 5300.0, false), &quantity(482.0, 12.0, true));
+        let page = page_of(&quantity_of(2730.0, 5300.0, false), &quantity_of(482.0, 12.0, true));
         assert!(page.contains("≈ 2700 <span>N</span>") && page.contains("order of magnitude"), "{page}");
         assert!(
             page.contains(">482.0 <span>mm²</span>") && page.contains("between 470.0 and 494.0 mm²"),
@@ -81,13 +83,10 @@ mod tests {
     }
 
     #[test]
-    fn a_number_without_an_error_is_no_plain_one_and_a_miss_has_none() {
-        let unknown = json!({"value": 2730.0, "error": "not estimated"});
+    fn a_number_without_an_error_is_no_plain_one() {
+        let unknown = json!({"value": 2730.0, "error": "not estimated", "gate": "passed"});
         let page = page_of(&unknown, &unknown);
         assert!(page.contains("card doubtful") && page.contains("not estimated"), "{page}");
         assert!(!page.contains(">2730"), "{page}");
-        let mut miss = String::new();
-        cards(&mut miss, &json!({"results": {"nothing_touched": true, "impacts": [], "headline": {}}}));
-        assert!(miss.is_empty(), "{miss}");
     }
 }

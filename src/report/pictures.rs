@@ -1,10 +1,10 @@
 //! The charts of a report, as SVG.
 
-use super::{RecordedRun, Series, headline_impact};
+use super::{RecordedRun, Series};
+use crate::measure::summary::{Impact, Results, SignificantStress};
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use serde_json::Value;
 
 const SIZE: (u32, u32) = (640, 380);
 const FONT: &str = "sans-serif";
@@ -31,8 +31,8 @@ pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
         all.push(Picture { title, svg });
         Ok::<(), String>(())
     };
-    let impact = headline_impact(&run.summary["results"]);
-    let pair = impact.and_then(|impact| run.pairs.get(impact["pair"].as_str()?));
+    let impact = run.results().and_then(Results::headline_impact);
+    let pair = impact.and_then(|impact| run.pairs.get(&impact.pair));
     if let (Some(impact), Some(pair)) = (impact, pair) {
         let force = pair.averaged_force(super::csv::force_average(run));
         add("Impact force", &|area| force_picture(area, &force, impact))?;
@@ -40,22 +40,22 @@ pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
     if run.total.len() > 1 {
         add("Energy", &|area| energy_picture(area, run))?;
     }
-    let stresses = run.summary.pointer("/results/tissue/significant_stress").and_then(Value::as_array);
-    if let Some(stresses) = stresses.filter(|s| s.iter().any(|s| s["layers"].get(0).is_some())) {
+    let tissue = run.results().and_then(|results| results.tissue.as_ref());
+    let stresses = tissue.map_or(&[][..], |tissue| &tissue.significant_stress);
+    if stresses.iter().any(|stress| !stress.layers.is_empty()) {
         add("Depth of stress", &|area| depth_picture(area, stresses))?;
     }
-    if let Some(impact) = impact.filter(|impact| impact["patch_area_mm2"]["value"].as_f64() > Some(0.0)) {
+    if let Some(impact) = impact.filter(|impact| impact.patch_area_mm2.value > 0.0) {
         add("Contact patch", &|area| patch_picture(area, impact))?;
     }
     Ok(all)
 }
 
 /// Force averaged over the window, with the peak and its error bar.
-fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: &Value) -> Drawn {
-    let peak = &impact["peak_force_n"];
-    let value = peak["value"].as_f64().unwrap_or_default();
-    let error = peak.pointer("/error/total").and_then(Value::as_f64).unwrap_or_default();
-    let at = impact.pointer("/peak_force_time_s/value").and_then(Value::as_f64).unwrap_or_default();
+fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: &Impact) -> Drawn {
+    let value = impact.peak_force_n.value;
+    let error = impact.peak_force_n.error.half_width().unwrap_or_default();
+    let at = impact.peak_force_time_s.value;
     let (unit, scale) = if value + error >= 2e3 { ("kN", 1e-3) } else { ("N", 1.0) };
     // Room for the legend above the peak.
     let top = 1.25 * scale * (value + error).max(force.iter().map(|p| p.1).fold(0.0, f64::max));
@@ -116,13 +116,12 @@ fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> D
 }
 
 /// One row per threshold: the depth range in which each part exceeds it.
-fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> Drawn {
+fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[SignificantStress]) -> Drawn {
     let layers = || {
         stresses.iter().enumerate().flat_map(|(row, stress)| {
-            stress["layers"].as_array().into_iter().flatten().filter_map(move |layer| {
-                let [from, to] =
-                    [layer.pointer("/depth_mm/0")?.as_f64()?, layer.pointer("/depth_mm/1")?.as_f64()?];
-                Some((row, layer["part"].as_str()?, from, to))
+            stress.layers.iter().filter_map(move |layer| {
+                let [from, to] = layer.depth_mm?;
+                Some((row, layer.part.as_str(), from, to))
             })
         })
     };
@@ -146,9 +145,10 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
     let name = |y: &f64| {
         let row = y.floor();
         let is_middle = (y - row - 0.5).abs() < 1e-6 && (0.0..rows).contains(y);
-        stresses.get(row as usize).filter(|_| is_middle).map_or_else(String::new, |stress| {
-            format!("> {} kPa", 1e-3 * stress["threshold_pa"].as_f64().unwrap_or_default())
-        })
+        stresses
+            .get(row as usize)
+            .filter(|_| is_middle)
+            .map_or_else(String::new, |stress| format!("> {} kPa", 1e-3 * stress.threshold_pa))
     };
     chart
         .configure_mesh()
@@ -185,9 +185,9 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
 }
 
 /// Ellipse of the patch with its two axes, and a scale bar.
-fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Value) -> Drawn {
-    let of = |name: &str| impact[name]["value"].as_f64().unwrap_or_default();
-    let [long, short, surface] = [of("patch_long_axis_mm"), of("patch_short_axis_mm"), of("patch_area_mm2")];
+fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Impact) -> Drawn {
+    let [long, short, surface] =
+        [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm, &impact.patch_area_mm2].map(|of| of.value);
     let across = 1.5 * long.max(short).max(1e-3);
     let (width, height) = (f64::from(SIZE.0) - 24.0, f64::from(SIZE.1) - 24.0);
     let (half_x, half_y) = if width > height {

@@ -2,6 +2,7 @@
 
 use super::instant::{Instant, instant};
 use crate::measure::channel_class::filtered_force;
+use crate::measure::summary::{InjuryMeasure, Results};
 use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
 use crate::record::reader::for_each_record_of;
@@ -9,6 +10,7 @@ use crate::scene::document::ForceFilter;
 use ::mcap::McapError;
 use ::mcap::records::Record;
 use prost::Message as _;
+use serde::Deserialize;
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
@@ -49,6 +51,14 @@ pub enum ReadError {
         /// Last field time [s].
         last: f64,
     },
+    /// The numbers of its summary are not those of this version.
+    #[error("the numbers of {path} are not those of this version of the program: {source}")]
+    Numbers {
+        /// Path of the file.
+        path: PathBuf,
+        /// What is missing or of another kind.
+        source: serde_json::Error,
+    },
     /// There is no summary: the run did not end, or another program wrote the file.
     #[error("{path} has no summary: the run did not end, or another program wrote the file")]
     NoSummary {
@@ -76,6 +86,10 @@ pub struct RecordedPair {
 pub struct RecordedRun {
     /// Summary written at the end of the run.
     pub summary: Value,
+    /// Its numbers, withheld or not; `None` where a withheld one is not finite.
+    pub values: Option<Results>,
+    /// Its injury criteria.
+    pub criteria: Vec<InjuryMeasure>,
     /// Scene document in the recording.
     pub scene: Value,
     /// Metadata of the run: engine version, commit, scene hash.
@@ -139,15 +153,43 @@ impl RecordedRun {
         if run.summary.is_null() {
             return Err(ReadError::NoSummary { path: name.to_owned() });
         }
+        run.take_numbers().map_err(|source| ReadError::Numbers { path: name.to_owned(), source })?;
         run.instant = instant(&mut input, name, run.worst_time())?;
         run.digest = digest(&mut input, name)?;
         Ok(run)
     }
 
+    /// Takes the numbers from the summary.
+    pub(super) fn take_numbers(&mut self) -> Result<(), serde_json::Error> {
+        self.values = match self.summary.get("results") {
+            Some(results) => Some(Results::deserialize(results)?),
+            // JSON has no number for a value that is not finite.
+            None => Results::deserialize(&self.summary["withheld"]["values"]).ok(),
+        };
+        let criteria = self.summary.get("injury_measures").map(Vec::deserialize).transpose()?;
+        self.criteria = criteria.unwrap_or_default();
+        Ok(())
+    }
+
+    /// The results, unless they are withheld.
+    pub fn results(&self) -> Option<&Results> {
+        self.values.as_ref().filter(|_| self.withheld().is_none())
+    }
+
+    /// Why the results are withheld.
+    pub fn withheld(&self) -> Option<&str> {
+        self.summary.pointer("/withheld/reason")?.as_str()
+    }
+
+    /// Whether nothing touched, so that the numbers describe no impact.
+    pub fn is_miss(&self) -> bool {
+        self.values.as_ref().is_some_and(|values| values.nothing_touched)
+    }
+
     /// Time of the largest force of the headline contact [s]; the end where there is none.
     fn worst_time(&self) -> f64 {
-        let impact = super::headline_impact(super::values(&self.summary));
-        let time = impact.and_then(|impact| impact.pointer("/peak_force_time_s/value")?.as_f64());
+        let impact = self.values.as_ref().and_then(Results::headline_impact);
+        let time = impact.map(|impact| impact.peak_force_time_s.value);
         time.or_else(|| self.summary["time_s"].as_f64()).unwrap_or_default()
     }
 
@@ -264,5 +306,49 @@ impl RecordedPair {
         let (from, to) = (self.time_s[before], self.time_s[after.min(self.time_s.len() - 1)]);
         let fraction = if to > from { (time - from) / (to - from) } else { 0.0 };
         std::array::from_fn(|i| a[i] + fraction * (b[i] - a[i]))
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// The run of the example in the documentation.
+    pub fn example() -> RecordedRun {
+        let summary = include_str!("../../api/examples/summary.response.json");
+        let mut run =
+            RecordedRun { summary: serde_json::from_str(summary).unwrap(), ..RecordedRun::default() };
+        run.take_numbers().unwrap();
+        run
+    }
+
+    pub fn quantity_of(value: f64, error: f64, resolved: bool) -> Value {
+        let error = json!({
+            "total": error, "mesh": error, "step": 0.0, "contact": 0.0, "resolution": 0.0, "resolved": resolved
+        });
+        json!({"value": value, "error": error, "gate": "passed"})
+    }
+
+    #[test]
+    fn numbers_are_read_as_they_were_written() {
+        let run = example();
+        assert_eq!(serde_json::to_value(run.results()).unwrap(), run.summary["results"]);
+        assert_eq!(serde_json::to_value(&run.criteria).unwrap(), run.summary["injury_measures"]);
+    }
+
+    #[test]
+    fn withheld_numbers_are_no_results_and_those_of_another_version_an_error() {
+        let mut run = example();
+        let values = run.summary["results"].take();
+        run.summary = json!({"withheld": {"reason": "a gate failed", "values": values}});
+        run.take_numbers().unwrap();
+        assert!(run.results().is_none() && run.values.is_some() && run.withheld() == Some("a gate failed"));
+        // A value that is not finite.
+        run.summary["withheld"]["values"]["impacts"][0]["impulse_n_s"]["value"] = Value::Null;
+        run.take_numbers().unwrap();
+        assert!(run.values.is_none());
+        run.summary = json!({"results": {"impacts": []}});
+        assert!(run.take_numbers().unwrap_err().to_string().contains("nothing_touched"));
     }
 }

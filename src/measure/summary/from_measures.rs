@@ -8,8 +8,8 @@ use super::super::pair::PairMeasures;
 use super::super::stress_depth::{Exceedance, Layer, Peak, StressDepth};
 use super::quantity::{ErrorEstimate, GateResult, Quantity};
 use super::results::{
-    DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles, Results,
-    SignificantStress, Split, StressedLayer, Tissue,
+    DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
+    Results, SignificantStress, Split, StressedLayer, Tissue,
 };
 use super::run_state::RunState;
 use super::written::seconds;
@@ -95,7 +95,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         force_average: force.words(seconds),
         force_window_s: force.window(),
         force_filter: match force.average() {
-            ForceAverage::Filter(filter) => Some(filter.name()),
+            ForceAverage::Filter(filter) => Some(filter.name().into()),
             ForceAverage::OfContact | ForceAverage::Window(_) => None,
         },
         history: force.history().filter(|_| has_ended).map(|history| Arc::new(history.clone())),
@@ -215,10 +215,10 @@ fn percentiles(stress: &StressDepth, laws: &LawRanges, mint: Mint) -> Vec<Percen
 
 fn dose_volumes(stress: &StressDepth, mint: Mint) -> Vec<DoseVolume> {
     let doses = [
-        ("strain_energy_density_j_per_m3", &stress.energy_doses),
-        ("principal_strain", &stress.strain_doses),
+        (DoseMeasure::StrainEnergyDensity, &stress.energy_doses),
+        (DoseMeasure::PrincipalStrain, &stress.strain_doses),
     ];
-    let of = |(measure, doses): (&'static str, &Vec<Dose>)| {
+    let of = |(measure, doses): (DoseMeasure, &Vec<Dose>)| {
         let of = |dose: &Dose| DoseVolume {
             measure,
             threshold: dose.threshold,

@@ -7,11 +7,12 @@ use super::super::measures::Measures;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Results, Shown};
 use super::run_state::RunState;
-use super::written::rounded;
+use super::written::{number, rounded};
 use crate::measure::presented_area::Onslaught;
 use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Energy densities at 50 % risk of skin penetration, for the weakest and the strongest region [J/cm²].
 const PENETRATION_J_PER_CM2: [f64; 2] = [23.99, 52.74];
@@ -21,12 +22,12 @@ const BLUNT_CRITERION: f64 = 0.37;
 const VISCOUS_CRITERION_M_PER_S: f64 = 1.0;
 
 /// An injury criterion evaluated for a run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InjuryMeasure {
     /// Name of the criterion for programs.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Name of the criterion for display.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// Value of the criterion; absent if the scene does not specify enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
@@ -34,26 +35,34 @@ pub struct InjuryMeasure {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorEstimate>,
     /// Unit of the value.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Reference range; for a single reference value, that value twice.
     pub reference: [f64; 2],
     /// What the reference means.
-    pub meaning: &'static str,
+    pub meaning: Cow<'static, str>,
     /// Whether the criterion applies: its experiments cover this scene, and the run provides what it needs.
     pub applicable: bool,
     /// Result of the comparison, or why there is none.
     pub statement: String,
     /// Fields of the scene that the criterion needs and the scene lacks.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub missing: Vec<&'static str>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<Cow<'static, str>>,
     /// Publication: author, year, journal.
-    pub source: &'static str,
+    pub source: Cow<'static, str>,
 }
 
 /// Why a criterion does not apply, and the fields of the scene that it lacks.
-type Refusal = (&'static str, Vec<&'static str>);
+type Refusal = (&'static str, Vec<Cow<'static, str>>);
 
 impl InjuryMeasure {
+    /// The value with its unit, in brackets unless it is resolved; one that follows from the scene alone has no error.
+    pub fn in_words(&self) -> String {
+        let Some(value) = self.value else { return "-".into() };
+        let unit = if self.unit == "-" { String::new() } else { format!(" {}", self.unit) };
+        let is_plain = self.error.as_ref().is_none_or(ErrorEstimate::is_resolved);
+        if is_plain { format!("{}{unit}", number(value)) } else { format!("({}){unit}", number(value)) }
+    }
+
     fn refused(self, (why, missing): Refusal) -> Self {
         Self { statement: format!("not applicable: {why}"), missing, ..self }
     }
@@ -61,7 +70,8 @@ impl InjuryMeasure {
 
 /// The person, if hit on the chest.
 fn chest(person: Option<&PersonDocument>) -> Result<&PersonDocument, Refusal> {
-    let person = person.ok_or(("the scene does not say where the person is hit", vec!["measures.person"]))?;
+    let person =
+        person.ok_or(("the scene does not say where the person is hit", vec!["measures.person".into()]))?;
     if person.region == Region::Thorax {
         Ok(person)
     } else {
@@ -113,14 +123,14 @@ fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> Injury
         x => format!("{x:.2} J/cm² is above all regions' 50 % risk ({weakest} to {strongest} J/cm²)"),
     };
     InjuryMeasure {
-        name: "skin_penetration_energy_density",
-        title: "energy density (skin penetration)",
+        name: "skin_penetration_energy_density".into(),
+        title: "energy density (skin penetration)".into(),
         value: Some(value),
         error: None,
-        unit: "J/cm²",
+        unit: "J/cm²".into(),
         reference: [weakest, strongest],
         meaning: "50 % risk of skin penetration by a 12-gauge fin-stabilised rubber projectile, weakest and strongest region of trunk \
-                  and legs of cadavers",
+                  and legs of cadavers".into(),
         applicable: !on_head,
         statement: if on_head {
             "not applicable: the experiments were on trunk and legs".into()
@@ -128,25 +138,25 @@ fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> Injury
             format!("{verdict}; projectiles other than the one tested are compared by presented area")
         },
         missing: Vec::new(),
-        source: "C. A. Bir, S. J. Stewart, M. Wilhelm (2005), Journal of Forensic Sciences 50, 1426–1429",
+        source: "C. A. Bir, S. J. Stewart, M. Wilhelm (2005), Journal of Forensic Sciences 50, 1426–1429".into(),
     }
 }
 
 /// BC = ln(E / (W^(1/3) T D)), E [J], W [kg], T [cm], D [cm].
 fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasure {
     let measure = InjuryMeasure {
-        name: "blunt_criterion",
-        title: "blunt criterion",
+        name: "blunt_criterion".into(),
+        title: "blunt criterion".into(),
         value: None,
         error: None,
-        unit: "-",
+        unit: "-".into(),
         reference: [BLUNT_CRITERION; 2],
-        meaning: "50 % risk of an injury of the chest of AIS 2 or 3 by a blunt projectile",
+        meaning: "50 % risk of an injury of the chest of AIS 2 or 3 by a blunt projectile".into(),
         applicable: false,
         statement: String::new(),
         missing: Vec::new(),
         source: "L. M. Sturdivan, D. C. Viano, H. R. Champion (2004), Journal of Trauma 56, 651–663; C. Bir, D. C. Viano (2004), \
-                 Journal of Trauma 57, 1218–1224",
+                 Journal of Trauma 57, 1218–1224".into(),
     };
     let person = match chest(person) {
         Ok(person) => person,
@@ -157,7 +167,7 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
             ("measures.person.body_mass_kg", person.body_mass_kg),
             ("measures.person.wall_thickness_m", person.wall_thickness_m),
         ];
-        let missing = fields.iter().filter(|(_, given)| given.is_none()).map(|(name, _)| *name);
+        let missing = fields.iter().filter(|(_, given)| given.is_none()).map(|(name, _)| (*name).into());
         let why = "it needs the mass of the person and the thickness of the body wall";
         return measure.refused((why, missing.collect()));
     };
@@ -194,24 +204,25 @@ fn viscous(
     person: Option<&PersonDocument>,
 ) -> InjuryMeasure {
     let measure = InjuryMeasure {
-        name: "viscous_criterion",
-        title: "viscous criterion",
+        name: "viscous_criterion".into(),
+        title: "viscous criterion".into(),
         value: None,
         error: None,
-        unit: "m/s",
+        unit: "m/s".into(),
         reference: [VISCOUS_CRITERION_M_PER_S; 2],
-        meaning: "25 % risk of an injury of the chest of AIS 4 or more, frontal impact; the deflection is the largest displacement of a node of the surface",
+        meaning: "25 % risk of an injury of the chest of AIS 4 or more, frontal impact; the deflection is the largest displacement of a node of the surface".into(),
         applicable: false,
         statement: String::new(),
         missing: Vec::new(),
-        source: "I. V. Lau, D. C. Viano (1986), SAE Technical Paper 861882 (30th Stapp Car Crash Conference)",
+        source: "I. V. Lau, D. C. Viano (1986), SAE Technical Paper 861882 (30th Stapp Car Crash Conference)".into(),
     };
     let person = match chest(person) {
         Ok(person) => person,
         Err(refusal) => return measure.refused(refusal),
     };
     let Some(depth) = person.chest_depth_m else {
-        return measure.refused(("it needs the depth of the chest", vec!["measures.person.chest_depth_m"]));
+        return measure
+            .refused(("it needs the depth of the chest", vec!["measures.person.chest_depth_m".into()]));
     };
     let error = response.error.scaled(1.0 / depth);
     let (applicable, statement) = verdict(response.value / depth, &error, unfinished);

@@ -11,6 +11,7 @@ mod gates;
 mod injury;
 mod laws;
 mod listed;
+mod listing;
 mod numerics;
 mod of_interest;
 mod quantity;
@@ -28,12 +29,13 @@ pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulu
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
+pub use listing::{Group, Row, listing};
 pub use numerics::Numerics;
 pub use of_interest::QuantityOfInterest;
 pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
 pub use results::{
-    DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles, Results, Shown,
-    SignificantStress, Split, StressedLayer, Tissue,
+    DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
+    Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use run_state::RunState;
 pub use table::render_table;

@@ -109,7 +109,7 @@ impl QuantityOfInterest {
 
     /// As [`Self::of`], with the error bar.
     pub fn number(self, results: &Results) -> Option<&Quantity> {
-        let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
+        let impact = results.headline_impact();
         let tissue = results.tissue.as_ref();
         match self {
             Self::PeakForceN => impact.map(|i| &i.peak_force_n),

@@ -1,9 +1,9 @@
 //! A number of the summary, with its numerical error.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Whether the run passed its gates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GateResult {
     /// All gates of the run were passed.
@@ -13,7 +13,7 @@ pub enum GateResult {
 }
 
 /// A number of the summary; the suffix of its name is the unit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
     /// The value in that unit.
     pub value: f64,
@@ -24,7 +24,7 @@ pub struct Quantity {
 }
 
 /// Status of a number's numerical error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ErrorEstimate {
     /// No estimate was made.
     #[serde(rename = "not estimated")]
@@ -46,6 +46,13 @@ impl ErrorEstimate {
             other => other.clone(),
         }
     }
+    /// Half width of the estimated error.
+    pub fn half_width(&self) -> Option<f64> {
+        match self {
+            Self::Estimated(estimate) => Some(estimate.total),
+            Self::NotEstimated | Self::NothingTouched => None,
+        }
+    }
     /// Whether the error was estimated and the number exceeds it: only then is it shown as a plain number.
     pub fn is_resolved(&self) -> bool {
         matches!(self, Self::Estimated(estimate) if estimate.resolved)
@@ -57,7 +64,7 @@ impl ErrorEstimate {
 }
 
 /// Numerical error of a number, in the number's own unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Total error, the sum of all contributions.
     pub total: f64,
@@ -68,7 +75,7 @@ pub struct Estimate {
     /// Contribution of the contact solver's tolerance.
     pub contact: f64,
     /// Contribution of lowered bulk moduli.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub bulk_modulus: f64,
     /// Limit of resolution: a time within its steps, a depth within the scatter of its stress, a sum within its rounding.
     pub resolution: f64,

@@ -1,12 +1,14 @@
 //! Numbers of the summary.
 
 use super::quantity::Quantity;
+use super::written::number;
 use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// All numbers of the summary.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// Whether the run has ended without contact: then no number describes an impact, and none has an error.
     pub nothing_touched: bool,
@@ -27,7 +29,7 @@ fn serialize_reported<S: Serializer>(impacts: &Vec<Impact>, serializer: S) -> Re
 }
 
 /// Selects the numbers shown where only some are: the same everywhere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Headline {
     /// Index in `impacts` of the contact with the largest peak force, among those on the tissue, or among all if there
     /// are none.
@@ -56,7 +58,7 @@ pub enum Shown {
 }
 
 /// Results of one contact pair.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Name of the pair.
     pub pair: String,
@@ -75,7 +77,7 @@ pub struct Impact {
     pub force_window_s: Option<f64>,
     /// Channel frequency class of the force filter.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub force_filter: Option<&'static str>,
+    pub force_filter: Option<Cow<'static, str>>,
     /// Impulse history, if the window depends on the run, to evaluate the force over another window.
     #[serde(skip)]
     pub history: Option<Arc<ImpulseHistory>>,
@@ -145,7 +147,7 @@ impl Impact {
 }
 
 /// Response of the tissue.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tissue {
     /// Velocity of the reference frame of the energies: that of the tissue's support, or of the tissue when it was
     /// first touched.
@@ -176,7 +178,7 @@ pub struct Tissue {
     /// Depth and volume of significant stress, one entry for each threshold.
     pub significant_stress: Vec<SignificantStress>,
     /// Volumes in which the measures of the scene exceed its thresholds.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dose_volumes: Vec<DoseVolume>,
     /// Strain and stress exceeded in a volume; absent if the tissue is smaller, or if they would be those of points beyond
     /// the limits of their laws.
@@ -202,7 +204,7 @@ impl Tissue {
 }
 
 /// Components of the absorbed energy.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Split {
     /// Strain energy of the tissue [J].
     pub strain_j: Quantity,
@@ -218,7 +220,7 @@ pub struct Split {
 }
 
 /// A peak with its place and time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Located {
     /// Value of the peak, with its error.
     #[serde(flatten)]
@@ -230,7 +232,7 @@ pub struct Located {
 }
 
 /// Region above a threshold of von Mises stress, evaluated at the field times.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignificantStress {
     /// Threshold of the von Mises stress [Pa].
     pub threshold_pa: f64,
@@ -255,14 +257,14 @@ pub struct SignificantStress {
     /// mesh artefact, excluded from all other numbers.
     pub numerical_volume_mm3: f64,
     /// Ends of the tissue that the region reaches, as text: the model truncates its depth and volume there.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
     /// Parts of the tissue above the threshold.
     pub layers: Vec<StressedLayer>,
 }
 
 /// Region of one part above a threshold of von Mises stress.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StressedLayer {
     /// Name of the part.
     pub part: String,
@@ -274,11 +276,32 @@ pub struct StressedLayer {
     pub volume_mm3: f64,
 }
 
+/// What exceeds a threshold that the scene sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum DoseMeasure {
+    /// Strain energy density [J/m³].
+    #[serde(rename = "strain_energy_density_j_per_m3")]
+    StrainEnergyDensity,
+    /// Principal Green–Lagrange strain [-].
+    #[serde(rename = "principal_strain")]
+    PrincipalStrain,
+}
+
+impl DoseMeasure {
+    /// "energy density above 5.000 kJ/m³", for a threshold in the unit of the measure.
+    pub(super) fn above(self, threshold: f64) -> String {
+        match self {
+            Self::StrainEnergyDensity => format!("energy density above {} kJ/m³", number(1e-3 * threshold)),
+            Self::PrincipalStrain => format!("principal strain above {}", number(threshold)),
+        }
+    }
+}
+
 /// The volume in which a measure exceeds a threshold that the scene sets.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DoseVolume {
-    /// What exceeds the threshold: `strain_energy_density_j_per_m3` or `principal_strain`.
-    pub measure: &'static str,
+    /// What exceeds the threshold.
+    pub measure: DoseMeasure,
     /// The threshold, in the unit of the measure.
     pub threshold: f64,
     /// Largest reference volume above it at any field time [mm³].
@@ -288,7 +311,7 @@ pub struct DoseVolume {
 }
 
 /// Strain and stress that are exceeded in a volume, maxima over the field times. Unlike peaks at points they converge.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExceededInVolume {
     /// The reference volume [mm³].
     pub volume_mm3: f64,
@@ -299,7 +322,7 @@ pub struct ExceededInVolume {
 }
 
 /// A value exceeded in a volume, with its time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Exceeded {
     /// The value, with its error.
     #[serde(flatten)]
@@ -315,7 +338,7 @@ pub struct Exceeded {
 }
 
 /// Percentiles by reference volume in a part of the tissue, maxima over the field times.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     /// Name of the part.
     pub part: String,
@@ -328,7 +351,7 @@ pub struct Percentiles {
 }
 
 /// Largest values of the fields at quadrature points, at the field times. They need not converge.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peaks {
     /// Largest von Mises stress [Pa].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -353,16 +376,13 @@ impl Peaks {
 }
 
 impl Results {
-    /// Whether the headline numbers are finite (NaN poisons sums, so they stand for the others).
-    pub(super) fn is_finite(&self) -> bool {
-        let impacts = self
-            .impacts
-            .iter()
-            .flat_map(|i| [i.peak_force_n.value, i.impulse_n_s.value, i.patch_area_mm2.value]);
-        let tissue = self.tissue.iter().flat_map(|t| {
-            let von_mises = t.peaks.peak_von_mises_pa.as_ref().map_or(0.0, |peak| peak.quantity.value);
-            [t.absorbed_energy_j.value, t.absorbed_energy_by_work_j.value, von_mises]
-        });
-        impacts.chain(tissue).all(f64::is_finite)
+    /// The contact of the headline.
+    pub fn headline_impact(&self) -> Option<&Impact> {
+        self.impacts.get(self.headline.impact?)
+    }
+
+    /// Whether all numbers are finite.
+    pub(super) fn is_finite(&mut self) -> bool {
+        self.list_mut().into_iter().flatten().all(|listed| listed.quantity.value.is_finite())
     }
 }

@@ -1,5 +1,7 @@
 //! Formatting of numbers for display.
 
+use super::quantity::{ErrorEstimate, Quantity};
+
 /// Formats with four significant digits.
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();
@@ -34,6 +36,57 @@ pub fn rounded(error: f64) -> String {
         let unit = 10_f64.powi(-decimals);
         format!("{}", (error / unit).round() * unit)
     }
+}
+
+/// The formatted number, in brackets unless it is resolved.
+pub(super) fn bracketed(quantity: &Quantity, shown: String) -> String {
+    if quantity.error.is_resolved() { shown } else { format!("({shown})") }
+}
+
+/// A time, in brackets unless it is resolved.
+pub(super) fn time(quantity: &Quantity) -> String {
+    bracketed(quantity, seconds(quantity.value))
+}
+
+/// The factor and the unit, after a space, in which a quantity is shown.
+fn shown_in(unit: &str) -> (f64, String) {
+    match unit {
+        "-" => (1.0, String::new()),
+        "Pa" | "J/m³" => (1e-3, format!(" k{unit}")),
+        unit => (1.0, format!(" {unit}")),
+    }
+}
+
+/// A number with its unit; in brackets if its error is unknown or exceeds the value.
+pub(super) fn with_unit(quantity: &Quantity, unit: &str) -> String {
+    if unit == "s" {
+        return time(quantity);
+    }
+    let (scale, unit) = shown_in(unit);
+    format!("{}{unit}", bracketed(quantity, number(scale * quantity.value)))
+}
+
+/// "± 200 N (mesh 150, step 45, contact 5)"; of a time the total.
+pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
+    let error = match &quantity.error {
+        ErrorEstimate::Estimated(error) => error,
+        ErrorEstimate::NotEstimated => return "error not estimated".into(),
+        ErrorEstimate::NothingTouched => return "nothing touched".into(),
+    };
+    if unit == "s" {
+        return format!("± {}", seconds(error.total));
+    }
+    let (scale, unit) = shown_in(unit);
+    let [total, mesh, step, contact] =
+        [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    // Others are shown only where they are more than rounding.
+    let notable = [("bulk modulus", error.bulk_modulus), ("resolution", error.resolution)];
+    let notable = notable.into_iter().filter(|(_, part)| *part > 0.01 * error.total);
+    let others: Vec<String> =
+        notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
+    let others = others.concat();
+    let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
+    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
 }
 
 #[cfg(test)]

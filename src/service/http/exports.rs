@@ -127,7 +127,9 @@ async fn recorded(
     match read {
         Ok(Some(Ok(run))) => Ok((run, row)),
         // From a run that lost its worker, or from another engine.
-        Ok(Some(Err(ReadError::NoSummary { .. }))) => Err(Problem::never(what, row.state)),
+        Ok(Some(Err(ReadError::NoSummary { .. } | ReadError::Numbers { .. }))) => {
+            Err(Problem::never(what, row.state))
+        }
         other => {
             tracing::error!(job = %id, ?other, "a recording cannot be read");
             Err(Problem::recording_lost())

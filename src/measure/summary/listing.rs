@@ -1,0 +1,293 @@
+//! The listing: every number of the results, in one order, that the text, the report and FHIR observations show.
+
+use super::of_interest::QuantityOfInterest as Of;
+use super::quantity::Quantity;
+use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, Tissue};
+use super::written::{bracketed, error_of, number, seconds, time, with_unit};
+
+/// Fraction of the absorbed energy above which work not done through contact gets a row of its own [-].
+const NOTABLE_WORK: f64 = 1e-3;
+
+/// The numbers of one contact, or of the tissue.
+pub struct Group<'a> {
+    /// What they are of.
+    pub title: String,
+    /// Whether nothing touched: then the numbers describe no impact.
+    pub nothing_touched: bool,
+    /// The numbers.
+    pub rows: Vec<Row<'a>>,
+}
+
+/// One number, or one remark.
+pub struct Row<'a> {
+    /// What it is.
+    pub title: String,
+    /// Whether it is a detail of the row before.
+    pub is_part: bool,
+    /// The quantity of interest that it is, of the contact and the threshold of the headline.
+    pub of: Option<Of>,
+    /// Name for other systems; absent for details, and for contacts other than that of the headline.
+    pub code: Option<String>,
+    /// What limits or explains it.
+    pub note: String,
+    entry: Entry<'a>,
+}
+
+/// The value of a row.
+enum Entry<'a> {
+    /// A quantity with its unit.
+    Number(&'a Quantity, &'static str),
+    /// Others, as text.
+    Words(String),
+}
+
+impl<'a> Row<'a> {
+    fn number(title: impl Into<String>, quantity: &'a Quantity, unit: &'static str) -> Self {
+        Self::new(title.into(), Entry::Number(quantity, unit))
+    }
+    fn words(title: impl Into<String>, words: impl Into<String>) -> Self {
+        Self::new(title.into(), Entry::Words(words.into()))
+    }
+    fn new(title: String, entry: Entry<'a>) -> Self {
+        Self { title, is_part: false, of: None, code: None, note: String::new(), entry }
+    }
+    /// A quantity of interest, with what it is exactly.
+    fn of_interest(of: Of, exactly: &str, quantity: &'a Quantity, code: &str) -> Self {
+        let separator = if exactly.is_empty() { "" } else { ", " };
+        let row = Self::number(format!("{}{separator}{exactly}", of.title()), quantity, of.unit());
+        Self { of: Some(of), ..row }.code(code)
+    }
+    /// A value with the time at which it is largest [s].
+    fn at(title: impl Into<String>, quantity: &'a Quantity, time_s: f64, unit: &'static str) -> Self {
+        Self::number(title, quantity, unit).note(format!("at {}", seconds(time_s)))
+    }
+    fn exceeded(title: impl Into<String>, exceeded: &'a Exceeded, unit: &'static str) -> Self {
+        Self::at(title, &exceeded.quantity, exceeded.time_s, unit)
+    }
+    fn peak(title: &str, located: Option<&'a Located>, unit: &'static str) -> Self {
+        match located {
+            Some(located) => Self::at(title, &located.quantity, located.time_s, unit),
+            None => {
+                Self::words(title, "-").note("not evaluated after the start, or beyond the limit of a law")
+            }
+        }
+    }
+
+    fn part(self) -> Self {
+        Self { is_part: true, ..self }
+    }
+    fn note(self, note: impl Into<String>) -> Self {
+        Self { note: note.into(), ..self }
+    }
+    fn code(self, code: impl Into<String>) -> Self {
+        Self { code: Some(code.into()), ..self }
+    }
+
+    /// The quantity with its unit; `None` for words.
+    pub fn quantity(&self) -> Option<(&'a Quantity, &'static str)> {
+        match self.entry {
+            Entry::Number(quantity, unit) => Some((quantity, unit)),
+            Entry::Words(_) => None,
+        }
+    }
+
+    /// The value as text: with its unit, and in brackets unless it is resolved.
+    pub fn value(&self) -> String {
+        match &self.entry {
+            Entry::Number(quantity, unit) => with_unit(quantity, unit),
+            Entry::Words(words) => words.clone(),
+        }
+    }
+
+    /// The note, and the error with its contributions.
+    pub fn remark(&self) -> String {
+        let error = self.quantity().map(|(quantity, unit)| error_of(quantity, unit));
+        let note = Some(self.note.clone()).filter(|note| !note.is_empty());
+        note.into_iter().chain(error).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// All rows of the results, by contact, and of the tissue.
+pub fn listing(results: &Results) -> Vec<Group<'_>> {
+    let headline = results.headline_impact();
+    let reported = results.impacts.iter().filter(|impact| impact.is_reported());
+    let mut groups: Vec<Group> = reported
+        .map(|impact| Group {
+            title: format!("Contact {}", impact.pair),
+            nothing_touched: impact.contact_span_s.is_none(),
+            rows: contact(impact, headline.is_some_and(|headline| std::ptr::eq(headline, impact))),
+        })
+        .collect();
+    groups.extend(results.tissue.as_ref().map(|of| Group {
+        title: "Tissue".into(),
+        nothing_touched: results.nothing_touched,
+        rows: tissue(of, results.headline.significant_stress),
+    }));
+    groups
+}
+
+fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
+    let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
+    let single = with_unit(&impact.peak_step_force_n, "N");
+    let mut rows = vec![
+        Row::of_interest(Of::PeakForceN, &impact.force_average, &impact.peak_force_n, "peak-force"),
+        Row::words("at", time(&impact.peak_force_time_s)).part(),
+        Row::words("peak force of a single step", single).note("not a converged quantity"),
+        Row::of_interest(Of::ImpulseNS, "", &impact.impulse_n_s, "impulse"),
+        Row::number("duration of contact", &impact.contact_duration_s, "s")
+            .note(going_on)
+            .code("contact-duration"),
+    ];
+    if !impact.touches_in_points {
+        let axes =
+            [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(|q| bracketed(q, number(q.value)));
+        let nodes = format!("{} nodes across", impact.nodes_across_patch[0]);
+        let (mean, largest) = (&impact.patch_area_mm2, &impact.largest_patch_area_mm2);
+        rows.push(Row::of_interest(Of::PatchAreaMm2, "mean area", mean, "contact-patch-area-at-peak-force"));
+        rows.push(Row::words("axes", format!("{} mm", axes.join(" × "))).note(nodes).part());
+        rows.push(Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area"));
+    }
+    if !is_headline {
+        rows.iter_mut().for_each(|row| (row.of, row.code) = (None, None));
+    }
+    rows
+}
+
+fn tissue(tissue: &Tissue, headline_stress: Option<usize>) -> Vec<Row<'_>> {
+    let mut rows = energies(tissue);
+    for (index, stress) in tissue.significant_stress.iter().enumerate() {
+        rows.extend(above(stress, headline_stress == Some(index)));
+    }
+    rows.extend(tissue.dose_volumes.iter().map(|dose| {
+        Row::number(format!("volume of {}", dose.measure.above(dose.threshold)), &dose.volume_mm3, "mm³")
+    }));
+    rows.extend(strains(tissue));
+    rows
+}
+
+fn energies(tissue: &Tissue) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    if tissue.has_moving_frame() {
+        let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
+        rows.push(Row::words("energies in the tissue's frame, moving at", format!("({x}, {y}, {z}) m/s")));
+    }
+    let (given, absorbed) = (&tissue.energy_given_j, &tissue.absorbed_energy_j);
+    rows.push(Row::of_interest(Of::EnergyGivenJ, "at the end", given, "energy-given"));
+    rows.push(Row::of_interest(Of::AbsorbedEnergyJ, "at the end", absorbed, "absorbed-energy"));
+    let by_work = with_unit(&tissue.absorbed_energy_by_work_j, "J");
+    rows.push(Row::words("from the work of the reactions", by_work).part());
+    rows.extend(split(&tissue.absorbed_split, absorbed));
+    let peak = &tissue.peak_absorbed_energy_j;
+    rows.push(Row::number("absorbed energy, at its peak", peak, "J"));
+    rows.push(Row::words("at", time(&tissue.peak_absorbed_energy_time_s)).part());
+    rows.extend(split(&tissue.peak_absorbed_split, peak));
+    rows.extend(
+        tissue.projectile_loss_j.as_ref().map(|lost| Row::number("lost by the projectile", lost, "J")),
+    );
+    rows
+}
+
+/// Components of an absorbed energy, which add up to it.
+fn split<'a>(split: &'a Split, absorbed: &Quantity) -> impl Iterator<Item = Row<'a>> + use<'a> {
+    let other = &split.not_from_contact_j;
+    let is_notable = other.value.abs() > NOTABLE_WORK * absorbed.value.abs();
+    let parts =
+        [("strain", &split.strain_j), ("+ kinetic", &split.kinetic_j), ("+ dissipated", &split.dissipated_j)];
+    let other = is_notable.then_some(("- work of loads and position projection", other));
+    parts.into_iter().chain(other).map(|(title, energy)| Row::number(title, energy, "J").part())
+}
+
+/// Depth and volume above a threshold of stress.
+fn above(stress: &SignificantStress, is_headline: bool) -> impl Iterator<Item = Row<'_>> {
+    let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
+    let note = if stress.reaches.is_empty() {
+        String::new()
+    } else {
+        format!("at least: it reaches {}, where the model ends", stress.reaches.join(", "))
+    };
+    let row = move |what: &str, quantity, unit| {
+        Row::number(format!("{what} of von Mises above {threshold}"), quantity, unit)
+            .note(note.clone())
+            .code(format!("{what}-above-{}-pa", stress.threshold_pa))
+    };
+    let depth = stress
+        .depth_mm
+        .as_ref()
+        .map(|depth| Row { of: is_headline.then_some(Of::StressDepthMm), ..row("depth", depth, "mm") });
+    depth.into_iter().chain([row("volume", &stress.volume_mm3, "mm³")])
+}
+
+/// Strain and stress, exceeded in volumes and at points, and the deflection.
+fn strains(tissue: &Tissue) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    match &tissue.exceeded_in_volume {
+        Some(in_volume) => {
+            let volume = format!("exceeded in {} mm³", number(in_volume.volume_mm3));
+            let strain =
+                Row::exceeded(format!("principal strain {volume}"), &in_volume.principal_strain, "-");
+            let stress = Row::exceeded(format!("von Mises {volume}"), &in_volume.von_mises_pa, "Pa");
+            rows.push(strain.code("principal-strain-exceeded-in-volume"));
+            rows.push(stress.code("von-mises-exceeded-in-volume"));
+        }
+        None => rows.push(
+            Row::words(Of::PrincipalStrainInVolume.title(), "-")
+                .note("not evaluated after the start, beyond the limit of a law, or less tissue than that"),
+        ),
+    }
+    for of in &tissue.percentiles {
+        rows.extend(of.mps95.as_ref().map(|mps95| {
+            let row = Row::exceeded(format!("MPS95 of {}", of.part), mps95, "-");
+            let note = format!("principal strain, 95th percentile by volume, {}", row.note);
+            row.note(note).code(format!("mps95-{}", of.part))
+        }));
+    }
+    let peaks = &tissue.peaks;
+    let density = peaks.peak_strain_energy_density_j_per_m3.as_ref();
+    rows.push(
+        Row::peak("peak von Mises stress", peaks.peak_von_mises_pa.as_ref(), "Pa").code("peak-von-mises"),
+    );
+    let strain = Row::peak(Of::PrincipalStrain.title(), peaks.peak_principal_strain.as_ref(), "-");
+    rows.push(strain.code("peak-principal-strain"));
+    rows.push(Row::peak("peak strain energy density", density, "J/m³").code("peak-strain-energy-density"));
+    let deflection = Row::peak(Of::DeflectionMm.title(), Some(&tissue.deflection_mm), "mm");
+    rows.push(deflection.code("skin-deflection"));
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ErrorEstimate, Estimate, GateResult};
+    use super::*;
+
+    #[test]
+    fn the_parts_of_an_absorbed_energy_add_up_and_show_what_is_not_resolved() {
+        let quantity = |value: f64, error: f64| Quantity {
+            value,
+            error: ErrorEstimate::Estimated(Estimate {
+                bulk_modulus: 0.0,
+                total: error,
+                mesh: error,
+                step: 0.0,
+                contact: 0.0,
+                resolution: 0.0,
+                resolved: error < value.abs(),
+            }),
+            gate: GateResult::Passed,
+        };
+        let shown = |not_from_contact: f64| {
+            let parts = Split {
+                strain_j: quantity(2.0, 0.1),
+                kinetic_j: quantity(1.0, 3.0),
+                recoverable_j: quantity(3.0, 0.1),
+                dissipated_j: quantity(0.5, 0.01),
+                not_from_contact_j: quantity(not_from_contact, 0.001),
+            };
+            let rows = split(&parts, &quantity(3.5 - not_from_contact, 0.1));
+            rows.map(|row| [row.title.clone(), row.value(), row.remark()]).collect::<Vec<_>>()
+        };
+        let (plain, loaded) = (shown(1e-4), shown(0.3));
+        assert!(plain.len() == 3 && plain[0][1] == "2.000 J", "{plain:?}");
+        assert!(plain[1][1] == "(1.000) J" && plain[1][2].starts_with("± 3.0 J"), "{plain:?}");
+        assert_eq!(loaded[3][..2], ["- work of loads and position projection", "0.3000 J"]);
+    }
+}
