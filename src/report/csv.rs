@@ -1,7 +1,7 @@
 //! The recorded time series as a table.
 
 use super::RecordedRun;
-use super::read::Average;
+use super::averaged_force::Average;
 use crate::measure::impact_force::FRACTION_OF_CONTACT;
 use crate::measure::summary::Results;
 use crate::scene::document::ForceFilter;

@@ -221,7 +221,7 @@ fn name_based_uuid(parts: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::read::tests::{example, quantity_of};
+    use super::super::tests::{example, quantity_of};
     use super::*;
 
     fn entries(run: &mut RecordedRun) -> Vec<Value> {

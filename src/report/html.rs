@@ -204,7 +204,7 @@ fn provenance(out: &mut String, run: &RecordedRun) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::read::tests::example;
+    use super::super::tests::example;
     use super::*;
 
     #[test]

@@ -3,6 +3,7 @@
 //! Everything comes from the recording alone ([`RecordedRun`]), so the report of a received file states what its run
 //! stated.
 
+mod averaged_force;
 pub mod csv;
 pub mod date;
 pub mod fhir;
@@ -22,3 +23,6 @@ mod surface_file;
 mod text;
 
 pub use read::{ReadError, RecordedRun, Series};
+
+#[cfg(test)]
+mod tests;

@@ -53,7 +53,7 @@ fn in_words(quantity: &Quantity, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::read::tests::{example, quantity_of};
+    use super::super::tests::{example, quantity_of};
     use super::*;
     use crate::measure::summary::listing;
     use serde_json::{Value, json};

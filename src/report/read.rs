@@ -1,12 +1,10 @@
 //! Reads a recording: the summary, and force and energy over time, with one chunk in memory at a time.
 
 use super::instant::{Instant, instant};
-use crate::measure::channel_class::filtered_force;
 use crate::measure::summary::{InjuryMeasure, Results};
 use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
 use crate::record::reader::for_each_record_of;
-use crate::scene::document::ForceFilter;
 use ::mcap::McapError;
 use ::mcap::records::Record;
 use prost::Message as _;
@@ -251,104 +249,4 @@ fn digest(input: &mut (impl Read + Seek), name: &Path) -> Result<String, RecordE
         let _ = write!(text, "{byte:02x}");
         text
     }))
-}
-
-/// Averaging of a force over time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Average {
-    /// Over a window of this length [s].
-    Window(f64),
-    /// Filtered instead of averaged.
-    Filter(ForceFilter),
-}
-
-/// Largest product of duration and filter class of a filtered recording [-]; scenes beyond it are refused.
-const LONGEST_FILTERED: f64 = 1e3;
-
-impl RecordedPair {
-    /// Averaged force at each time [N]; empty where the recording is too long to be filtered.
-    pub fn averaged_force(&self, average: Average) -> Series {
-        let filter = match average {
-            Average::Window(window) => return self.windowed_force(window),
-            Average::Filter(filter) => filter,
-        };
-        let (Some(&first), Some(&last)) = (self.time_s.first(), self.time_s.last()) else {
-            return Series::new();
-        };
-        let is_short = last >= first && (last - first) * filter.class() <= LONGEST_FILTERED;
-        if !is_short {
-            return Series::new();
-        }
-        // Filter, then take the nearest sample for each recorded time.
-        let forces = filtered_force(|time| self.impulse_at(time).into(), [first, last], filter.class());
-        let at = |&time: &f64| {
-            let nearest = forces.partition_point(|(t, _)| *t < time).min(forces.len() - 1);
-            (time, forces[nearest].1.norm())
-        };
-        self.time_s.iter().map(at).collect()
-    }
-
-    /// Mean force over a window that ends at each time, |I(t) − I(t − τ)|/τ [N], assigned to the middle of the window.
-    pub fn windowed_force(&self, window: f64) -> Series {
-        let force = |(&time, impulse): (&f64, &[f64; 3])| {
-            let before = self.impulse_at(time - window);
-            let squares = impulse.iter().zip(before).map(|(now, before)| (now - before).powi(2)).sum::<f64>();
-            ((time - 0.5 * window).max(0.0), squares.sqrt() / window)
-        };
-        self.time_s.iter().zip(&self.impulse_n_s).map(force).collect()
-    }
-
-    /// Linear interpolation; zero before the start.
-    fn impulse_at(&self, time: f64) -> [f64; 3] {
-        let after = self.time_s.partition_point(|t| *t < time);
-        let Some(before) = after.checked_sub(1) else { return [0.0; 3] };
-        let (a, b) = (self.impulse_n_s[before], self.impulse_n_s[after.min(self.impulse_n_s.len() - 1)]);
-        let (from, to) = (self.time_s[before], self.time_s[after.min(self.time_s.len() - 1)]);
-        let fraction = if to > from { (time - from) / (to - from) } else { 0.0 };
-        std::array::from_fn(|i| a[i] + fraction * (b[i] - a[i]))
-    }
-}
-
-#[cfg(test)]
-pub(super) mod tests {
-    use super::*;
-    use serde_json::json;
-
-    /// The run of the example in the documentation.
-    pub fn example() -> RecordedRun {
-        let summary = include_str!("../../api/examples/summary.response.json");
-        let mut run =
-            RecordedRun { summary: serde_json::from_str(summary).unwrap(), ..RecordedRun::default() };
-        run.take_numbers().unwrap();
-        run
-    }
-
-    pub fn quantity_of(value: f64, error: f64, resolved: bool) -> Value {
-        let error = json!({
-            "total": error, "mesh": error, "step": 0.0, "contact": 0.0, "resolution": 0.0, "resolved": resolved
-        });
-        json!({"value": value, "error": error, "gate": "passed"})
-    }
-
-    #[test]
-    fn numbers_are_read_as_they_were_written() {
-        let run = example();
-        assert_eq!(serde_json::to_value(run.results()).unwrap(), run.summary["results"]);
-        assert_eq!(serde_json::to_value(&run.criteria).unwrap(), run.summary["injury_measures"]);
-    }
-
-    #[test]
-    fn withheld_numbers_are_no_results_and_those_of_another_version_an_error() {
-        let mut run = example();
-        let values = run.summary["results"].take();
-        run.summary = json!({"withheld": {"reason": "a gate failed", "values": values}});
-        run.take_numbers().unwrap();
-        assert!(run.results().is_none() && run.values.is_some() && run.withheld() == Some("a gate failed"));
-        // A value that is not finite.
-        run.summary["withheld"]["values"]["impacts"][0]["impulse_n_s"]["value"] = Value::Null;
-        run.take_numbers().unwrap();
-        assert!(run.values.is_none());
-        run.summary = json!({"results": {"impacts": []}});
-        assert!(run.take_numbers().unwrap_err().to_string().contains("nothing_touched"));
-    }
 }

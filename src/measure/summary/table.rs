@@ -11,82 +11,12 @@ use std::fmt::Write as _;
 /// Renders the summary as plain text, one number per line, with its unit and error.
 pub fn render_table(summary: &Summary) -> String {
     let mut table = Table::default();
-    // Outcome of the run.
-    table.line(&format!(
-        "{}: {} at {} of {}, {} steps",
-        summary.scene,
-        ending(&summary.state),
-        seconds(summary.time_s),
-        seconds(summary.end_time_s),
-        summary.steps
-    ));
-    if let RunState::Failed { failure } = &summary.state {
-        table.line(&format!("  {failure}"));
-    }
-    if summary.values().nothing_touched {
-        table.line("  Nothing touched: there are no numbers of an impact.");
-    }
-    // Results, injury criteria and plain words.
-    match &summary.results {
-        Shown::Withheld { reason, remedy, .. } => {
-            table.line(&format!("  The results are withheld: {reason}. {remedy}"));
-        }
-        Shown::Results(results) => {
-            listing(results).iter().for_each(|group| table.group(group));
-        }
-    }
+    table.outcome(summary);
+    table.results(summary);
     table.criteria(&summary.injury_measures);
-    if !summary.plain_words.is_empty() {
-        table.heading("In plain words");
-        summary.plain_words.iter().for_each(|words| table.line(&format!("  {words}")));
-    }
-    // Numerical quality and gates.
-    let n = &summary.numerics;
-    table.heading("Numerics");
-    if let Some(J) = n.smallest_jacobian {
-        table.row("smallest Jacobian J", &format!("{J:.4}"), "");
-    }
-    if let Some(fraction) = n.active_element_fraction {
-        table.row("elements evaluated, mean over the steps", &percent(fraction), "");
-    }
-    table.row("error of the energy balance", &percent(n.balance_error), "");
-    let numerical = format!(
-        "{} J ({})",
-        number(n.numerical_contact_dissipation_j),
-        percent(n.numerical_contact_dissipation_fraction)
-    );
-    table.row("numerical contact dissipation", &numerical, "");
-    if n.rigid_impact_dissipation_j > 0.0 {
-        let lost = format!("{} J", number(n.rigid_impact_dissipation_j));
-        table.row("lost by rigid bodies that stop each other", &lost, "they do not rebound");
-    }
-    table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
-    for branch in &summary.relaxation {
-        table.row(&branch.title(), &branch.in_words(), "");
-    }
-    if n.hourglass_energy_fraction > 0.0 {
-        table.row("strain energy in the stabilisation", &percent(n.hourglass_energy_fraction), "");
-    }
-    let deepest = percent(n.deepest_penetration_fraction);
-    table.row(
-        "deepest penetration",
-        &format!("{} mm ({deepest} of a face)", number(1e3 * n.deepest_penetration_m)),
-        "",
-    );
-    for gate in &summary.gates {
-        let verdict = format!("{:?}", gate.result).to_lowercase();
-        table.row(
-            &format!("gate {}", gate.name),
-            &format!("{verdict} ({:.2e} of {:.0e})", gate.value, gate.limit),
-            "",
-        );
-    }
-    table.line(&format!("  error bars: {}", summary.error_bars));
-    summary.accuracy.iter().for_each(|accuracy| table.line(&format!("  {}", accuracy.words())));
-    if !summary.warnings.is_empty() {
-        table.heading("Warnings");
-        summary.warnings.iter().for_each(|warning| table.line(&format!("  {warning}")));
-    }
+    table.sentences("In plain words", &summary.plain_words);
+    table.numerics(summary);
+    table.sentences("Warnings", &summary.warnings);
     table.line(&format!("\n{}", summary.notice));
     table.0
 }
@@ -105,6 +35,89 @@ impl Table {
     fn row(&mut self, name: &str, value: &str, remark: &str) {
         self.line(format!("  {name:<42} {value:<24} {remark}").trim_end());
     }
+    fn sentences(&mut self, heading: &str, sentences: &[String]) {
+        if !sentences.is_empty() {
+            self.heading(heading);
+            sentences.iter().for_each(|words| self.line(&format!("  {words}")));
+        }
+    }
+
+    /// How the run ended.
+    fn outcome(&mut self, summary: &Summary) {
+        self.line(&format!(
+            "{}: {} at {} of {}, {} steps",
+            summary.scene,
+            ending(&summary.state),
+            seconds(summary.time_s),
+            seconds(summary.end_time_s),
+            summary.steps
+        ));
+        if let RunState::Failed { failure } = &summary.state {
+            self.line(&format!("  {failure}"));
+        }
+        if summary.values().nothing_touched {
+            self.line("  Nothing touched: there are no numbers of an impact.");
+        }
+    }
+
+    /// The numbers, or why they are withheld.
+    fn results(&mut self, summary: &Summary) {
+        match &summary.results {
+            Shown::Withheld { reason, remedy, .. } => {
+                self.line(&format!("  The results are withheld: {reason}. {remedy}"));
+            }
+            Shown::Results(results) => {
+                listing(results).iter().for_each(|group| self.group(group));
+            }
+        }
+    }
+
+    /// Quality of the computation, its checks, and where the error bars come from.
+    fn numerics(&mut self, summary: &Summary) {
+        let n = &summary.numerics;
+        self.heading("Numerics");
+        if let Some(J) = n.smallest_jacobian {
+            self.row("smallest Jacobian J", &format!("{J:.4}"), "");
+        }
+        if let Some(fraction) = n.active_element_fraction {
+            self.row("elements evaluated, mean over the steps", &percent(fraction), "");
+        }
+        self.row("error of the energy balance", &percent(n.balance_error), "");
+        let numerical = format!(
+            "{} J ({})",
+            number(n.numerical_contact_dissipation_j),
+            percent(n.numerical_contact_dissipation_fraction)
+        );
+        self.row("numerical contact dissipation", &numerical, "");
+        if n.rigid_impact_dissipation_j > 0.0 {
+            let lost = format!("{} J", number(n.rigid_impact_dissipation_j));
+            self.row("lost by rigid bodies that stop each other", &lost, "they do not rebound");
+        }
+        self.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
+        for branch in &summary.relaxation {
+            self.row(&branch.title(), &branch.in_words(), "");
+        }
+        if n.hourglass_energy_fraction > 0.0 {
+            self.row("strain energy in the stabilisation", &percent(n.hourglass_energy_fraction), "");
+        }
+        let deepest = percent(n.deepest_penetration_fraction);
+        self.row(
+            "deepest penetration",
+            &format!("{} mm ({deepest} of a face)", number(1e3 * n.deepest_penetration_m)),
+            "",
+        );
+        for gate in &summary.gates {
+            let verdict = format!("{:?}", gate.result).to_lowercase();
+            self.row(
+                &format!("gate {}", gate.name),
+                &format!("{verdict} ({:.2e} of {:.0e})", gate.value, gate.limit),
+                "",
+            );
+        }
+        self.line(&format!("  error bars: {}", summary.error_bars));
+        summary.accuracy.iter().for_each(|accuracy| self.line(&format!("  {}", accuracy.words())));
+    }
+
     fn group(&mut self, group: &Group) {
         self.heading(&group.title);
         if group.nothing_touched {
