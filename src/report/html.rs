@@ -27,8 +27,10 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
         section(&mut body, run);
         cards(&mut body, &listing);
     }
-    list(&mut body, "In plain words", &strings(&summary["plain_words"]));
-    list(&mut body, "To read before the numbers are used", &strings(&summary["warnings"]));
+    let (mut words, warnings) = (strings(&summary["plain_words"]), strings(&summary["warnings"]));
+    words.retain(|sentence| !warnings.contains(sentence));
+    list(&mut body, "In plain words", &words);
+    list(&mut body, "To read before the numbers are used", &warnings);
     list(&mut body, "What the model omits", &omissions(run));
     criteria_table(&mut body, &run.criteria);
     body += "<section><h2>Over time</h2><div class=\"pictures\">";

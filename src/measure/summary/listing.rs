@@ -206,7 +206,7 @@ fn above(stress: &SignificantStress, is_headline: bool) -> impl Iterator<Item = 
         format!("at least: it reaches {}, where the model ends", stress.reaches.join(", "))
     };
     let row = move |what: &str, quantity, unit| {
-        Row::number(format!("{what} of von Mises above {threshold}"), quantity, unit)
+        Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
             .note(note.clone())
             .code(format!("{what}-above-{}-pa", stress.threshold_pa))
     };
@@ -225,7 +225,7 @@ fn strains(tissue: &Tissue) -> Vec<Row<'_>> {
             let volume = format!("exceeded in {} mm³", number(in_volume.volume_mm3));
             let strain =
                 Row::exceeded(format!("principal strain {volume}"), &in_volume.principal_strain, "-");
-            let stress = Row::exceeded(format!("von Mises {volume}"), &in_volume.von_mises_pa, "Pa");
+            let stress = Row::exceeded(format!("von Mises stress {volume}"), &in_volume.von_mises_pa, "Pa");
             rows.push(strain.code("principal-strain-exceeded-in-volume"));
             rows.push(stress.code("von-mises-exceeded-in-volume"));
         }
