@@ -38,7 +38,9 @@ impl Table {
     fn sentences(&mut self, heading: &str, sentences: &[String]) {
         if !sentences.is_empty() {
             self.heading(heading);
-            sentences.iter().for_each(|words| self.line(&format!("  {words}")));
+            for words in sentences {
+                self.line(&format!("  {words}"));
+            }
         }
     }
 
@@ -67,7 +69,9 @@ impl Table {
                 self.line(&format!("  The results are withheld: {reason}. {remedy}"));
             }
             Shown::Results(results) => {
-                listing(results).iter().for_each(|group| self.group(group));
+                for group in listing(results) {
+                    self.group(&group);
+                }
             }
         }
     }
