@@ -15,9 +15,10 @@ use super::writer::{RecordingWriter, TimeScale};
 use super::{
     RecordError, colour, contact, energy, log, point_cloud, pose, reference, scene_update, stress, summary,
 };
+use crate::measure::fields::Fields;
 use crate::measure::{MeasuredEnd, MeasuredFrame, Sink};
 use crate::plan::{Plan, PlanBody};
-use crate::step::{Ending, Outcome, RecorderError};
+use crate::step::{Ending, Frame, Outcome, RecorderError};
 use std::path::{Path, PathBuf};
 
 /// Minimum size at which a chunk is closed at a field time [bytes], so that little is lost in a crash or missing from a
@@ -108,7 +109,7 @@ impl McapRecorder {
                 stress: writer.add_channel(&format!("{}{name}", stress::TOPIC), stress::SCHEMA)?,
                 mesh: writer.add_channel(&format!("{}{name}", scene_update::TOPIC), scene_update::SCHEMA)?,
                 points: writer.add_channel(&format!("{}{name}", point_cloud::TOPIC), point_cloud::SCHEMA)?,
-                boundary: scene_update::Boundary::new(&plan.bodies[body]),
+                boundary: scene_update::Boundary::new(plan, body),
             });
         }
         let start =
@@ -161,18 +162,27 @@ impl McapRecorder {
         if !frame.is_field_time {
             return Ok(());
         }
-        // Fields and the summary at field times only.
-        let fields = measures.fields.as_ref();
-        for channels in &mut open.bodies {
-            let body = channels.body;
-            channels.boundary.follow(frame, body);
-            open.writer.write(channels.stress, time, &stress::message(frame, body, fields))?;
-            let mesh = scene_update::message(frame, body, fields, &channels.boundary, open.colour_top);
-            open.writer.write(channels.mesh, time, &mesh)?;
-            open.writer.write(channels.points, time, &point_cloud::message(frame, body, fields))?;
-        }
+        Self::write_fields(open, frame, measures.fields.as_ref())?;
         open.writer.write(open.summary, time, &summary::message(&measured.summary(), time, frame.step)?)?;
         open.writer.flush_if(FLUSH_BYTES)
+    }
+
+    /// What is recorded of the deformable bodies at a field time. The steps before it, the fields, and what other programs display are
+    /// in chunks of their own if they are large, so that a reader fetches only those that it needs.
+    fn write_fields(open: &mut Open, frame: &Frame, fields: Option<&Fields>) -> Result<(), RecordError> {
+        let Open { writer, bodies, colour_top: top, .. } = open;
+        writer.flush_if(FLUSH_BYTES)?;
+        for channels in &mut *bodies {
+            writer.write(channels.stress, frame.time, &stress::message(frame, channels.body, fields))?;
+        }
+        writer.flush_if(FLUSH_BYTES)?;
+        for BodyChannels { body, mesh, points, boundary, .. } in bodies {
+            boundary.follow(frame, *body);
+            let surface = scene_update::message(frame, *body, fields, boundary, *top);
+            writer.write(*mesh, frame.time, &surface)?;
+            writer.write(*points, frame.time, &point_cloud::message(frame, *body, fields, boundary, *top))?;
+        }
+        Ok(())
     }
 
     /// Writes the final messages and records, and closes the file.

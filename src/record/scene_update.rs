@@ -10,7 +10,7 @@ use crate::measure::fields::Fields;
 use crate::mechanics::contact::Surface;
 use crate::mechanics::rigid::{Shape, triangulated};
 use crate::mechanics::tensor::Vec3;
-use crate::plan::PlanBody;
+use crate::plan::Plan;
 use crate::step::Frame;
 
 /// Topic prefix, followed by the body's name.
@@ -20,7 +20,7 @@ pub const SCHEMA: &str = "foxglove.SceneUpdate";
 /// Name of the only frame of reference.
 pub const FRAME_ID: &str = "world";
 /// Colour if von Mises stress was not requested.
-const PLAIN: Color = Color { r: 0.7, g: 0.7, b: 0.72, a: 1.0 };
+pub(super) const PLAIN: Color = Color { r: 0.7, g: 0.7, b: 0.72, a: 1.0 };
 
 /// Vertex indices of the triangles of a surface, two per quadrilateral; vertex i is node `surface.nodes[i]`.
 pub fn triangles(surface: &Surface) -> Vec<u32> {
@@ -43,12 +43,35 @@ pub struct Boundary {
     triangles: Vec<u32>,
     /// Number of elements of all bodies that had eroded.
     eroded: usize,
+    /// What vertices are rounded to [m].
+    quantum: f64,
 }
 
 impl Boundary {
     /// Of a body of the plan, without erosion.
-    pub fn new(body: &PlanBody) -> Self {
-        Self { nodes: body.boundary.nodes.clone(), triangles: triangles(&body.boundary), eroded: 0 }
+    pub fn new(plan: &Plan, body: usize) -> Self {
+        let body = &plan.bodies[body];
+        Self {
+            nodes: body.boundary.nodes.clone(),
+            triangles: triangles(&body.boundary),
+            eroded: 0,
+            quantum: quantum(&plan.X[body.nodes.start as usize..body.nodes.end as usize]),
+        }
+    }
+
+    /// Its nodes, in ascending order.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// The place of one of its nodes [m], rounded to what can be seen: more digits would not compress.
+    pub fn vertex(&self, frame: &Frame, body: usize, node: u32) -> Vec3 {
+        frame.position_in(body, node).map(|x| (x / self.quantum).round() * self.quantum)
+    }
+
+    /// Von Mises stress at all nodes [Pa], if it was requested.
+    pub fn stress<'a>(&self, fields: Option<&'a Fields>) -> Option<&'a [f64]> {
+        fields.map(|f| &f.von_mises[..]).filter(|values| !values.is_empty())
     }
 
     /// Takes account of the elements that are gone in a frame.
@@ -56,9 +79,19 @@ impl Boundary {
         let (plan_body, eroded) = (&frame.plan.bodies[body], frame.erosion.elements().len());
         if plan_body.erodes && eroded != self.eroded {
             let surface = plan_body.boundary_after(frame.erosion);
-            *self = Self { triangles: triangles(&surface), nodes: surface.into_owned().nodes, eroded };
+            self.triangles = triangles(&surface);
+            self.nodes = surface.into_owned().nodes;
+            self.eroded = eroded;
         }
     }
+}
+
+/// The power of two between 2⁻¹⁶ and 2⁻¹⁵ of the diagonal of the box of a body [m]: half of it, the error, is less than a
+/// hundredth of a pixel where the body fills the screen.
+fn quantum(X: &[Vec3]) -> f64 {
+    let corner = |pick: fn(f64, f64) -> f64| X.iter().copied().reduce(|a, b| a.zip_map(&b, pick));
+    let diagonal = corner(f64::max).zip(corner(f64::min)).map_or(0.0, |(high, low)| (high - low).norm());
+    if diagonal > 0.0 { (diagonal.log2().floor() - 15.0).exp2() } else { f64::MIN_POSITIVE }
 }
 
 /// Triangulated surface of a rigid body, in its axes.
@@ -97,7 +130,7 @@ pub fn message(
     top: f64,
 ) -> SceneUpdate {
     let nodes = &boundary.nodes;
-    let stress = fields.map(|f| &f.von_mises).filter(|values| !values.is_empty());
+    let stress = boundary.stress(fields);
     let mut metadata = vec![pair("time_s", frame.time.to_string())];
     if stress.is_some() {
         metadata.push(pair("colour", "von_mises_pa, viridis".into()));
@@ -105,7 +138,7 @@ pub fn message(
     }
     let mesh = TriangleListPrimitive {
         pose: Some(Pose::identity()),
-        points: nodes.iter().map(|&node| in_single(frame.position_in(body, node))).collect(),
+        points: nodes.iter().map(|&node| boundary.vertex(frame, body, node).into()).collect(),
         color: stress.is_none().then_some(PLAIN),
         colors: stress
             .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())
@@ -113,11 +146,6 @@ pub fn message(
         indices: boundary.triangles.clone(),
     };
     update(frame, body, metadata, mesh)
-}
-
-/// A position in the precision of `/points`: the schema has room for twice the digits, which would not compress.
-fn in_single(x: Vec3) -> Point3 {
-    x.map(|c| f64::from(c as f32)).into()
 }
 
 fn update(
@@ -144,6 +172,14 @@ fn pair(key: &str, value: String) -> KeyValuePair {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    #[allow(clippy::float_cmp)] // powers of two
+    fn vertices_are_rounded_by_the_size_of_their_body() {
+        let box_of = |side: f64| [Vec3::zeros(), Vec3::new(side, 0.0, 0.0), Vec3::new(0.0, 0.1 * side, 0.0)];
+        assert_eq!([1.0, 0.3].map(|side| quantum(&box_of(side))), [0.5_f64.powi(15), 0.5_f64.powi(17)]);
+        assert!(quantum(&[Vec3::zeros()]) > 0.0);
+    }
 
     #[test]
     fn a_quadrilateral_is_two_triangles_and_a_triangle_one() {

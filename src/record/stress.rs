@@ -1,4 +1,4 @@
-//! `/stress/{body}`: nodal and element fields.
+//! `/stress/{body}`: nodal and element fields, each once; positions follow from the displacements.
 
 use super::packed;
 use super::proto::contuse::{PackedArray, Stress};
@@ -6,6 +6,7 @@ use crate::measure::fields::Fields;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
 use crate::step::Frame;
+use std::array;
 
 /// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/stress/";
@@ -15,50 +16,59 @@ pub const SCHEMA: &str = "contuse.v1.Stress";
 /// Name of the array that marks eroded elements.
 pub const ERODED: &str = "eroded";
 
-/// A scalar field of the nodes of one body: name, unit, values.
-pub type NodalScalar<'a> = (&'static str, &'static str, &'a [f64]);
+/// Name of the array of displacements, from which positions follow.
+pub const DISPLACEMENT: &str = "displacement_m";
+/// Name of the array of von Mises stresses.
+pub const VON_MISES: &str = "von_mises_pa";
 
-/// The requested nodal scalars of one body.
-pub fn nodal_scalars<'a>(fields: Option<&'a Fields>, nodes: &std::ops::Range<u32>) -> Vec<NodalScalar<'a>> {
-    let Some(fields) = fields else { return Vec::new() };
-    let range = nodes.start as usize..nodes.end as usize;
-    [
-        ("von_mises_pa", "Pa", &fields.von_mises),
-        ("pressure_pa", "Pa", &fields.pressure),
-        ("principal_strain", "", &fields.principal_strain),
-    ]
-    .into_iter()
-    .filter_map(|(name, unit, values)| Some((name, unit, values.get(range.clone())?)))
-    .collect()
+/// The requested nodal scalars of one body: name, unit, values.
+fn nodal_scalars<'a>(
+    fields: Option<&'a Fields>,
+    nodes: &std::ops::Range<usize>,
+) -> impl Iterator<Item = (&'static str, &'static str, &'a [f64])> {
+    let named = fields.into_iter().flat_map(|fields| {
+        [
+            (VON_MISES, "Pa", &fields.von_mises),
+            ("pressure_pa", "Pa", &fields.pressure),
+            ("principal_strain", "", &fields.principal_strain),
+        ]
+    });
+    named.filter_map(|(name, unit, values)| Some((name, unit, values.get(nodes.clone())?)))
 }
 
-/// The requested nodal vectors of one body: name, unit, values.
-pub fn nodal_vectors(frame: &Frame, body: usize) -> Vec<(&'static str, &'static str, Vec<Vec3>)> {
-    let body = &frame.plan.bodies[body];
-    let range = body.nodes.start as usize..body.nodes.end as usize;
-    let mut vectors = Vec::new();
-    if frame.plan.fields.contains(&FieldName::Displacement) {
-        vectors.push(("displacement_m", "m", frame.u[range.clone()].to_vec()));
-    }
-    if frame.plan.fields.contains(&FieldName::Velocity) {
-        // At t_n: the mean of the adjacent half steps, including the flight velocity.
-        let halves = frame.v[range.clone()].iter().zip(&frame.v_after[range]);
-        let velocity = halves.map(|(before, after)| (before + after) * 0.5 + body.flight_velocity);
-        vectors.push(("velocity_m_per_s", "m/s", velocity.collect()));
-    }
-    vectors
+/// Positions x = X + V t + u [m] of the nodes of a body in a message, from its mesh at rest and its flight velocity;
+/// `None` if the message has no displacement for each of them.
+pub fn positions(message: &Stress, rest: &[[f64; 3]], flight: [f64; 3]) -> Option<Vec<[f64; 3]>> {
+    let u = f32s(message, DISPLACEMENT).filter(|u| u.len() == 3 * rest.len())?;
+    let time = message.time_s.max(0.0);
+    let moved = rest.iter().zip(u.as_chunks::<3>().0);
+    Some(moved.map(|(x, u)| array::from_fn(|k| x[k] + flight[k] * time + f64::from(u[k]))).collect())
+}
+
+/// The numbers of a nodal array of a message, if it is there.
+pub fn f32s(message: &Stress, name: &str) -> Option<Vec<f32>> {
+    let array = message.nodal.iter().find(|array| array.name == name)?;
+    Some(array.data.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
+}
+
+/// The velocities of the nodes of one body at t_n: the means of the adjacent half steps, including the flight velocity.
+fn velocities(frame: &Frame, nodes: std::ops::Range<usize>, flight: Vec3) -> impl Iterator<Item = Vec3> {
+    let halves = frame.v[nodes.clone()].iter().zip(&frame.v_after[nodes]);
+    halves.map(move |(before, after)| (before + after) * 0.5 + flight)
 }
 
 /// The message of one body at a field time.
 pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> Stress {
     let plan_body = &frame.plan.bodies[body];
-    let scalars = nodal_scalars(fields, &plan_body.nodes);
-    let mut nodal: Vec<PackedArray> = scalars
-        .into_iter()
-        .map(|(name, unit, values)| packed::scalars(name, unit, values.iter().copied()))
+    let nodes = plan_body.nodes.start as usize..plan_body.nodes.end as usize;
+    let mut nodal: Vec<PackedArray> = nodal_scalars(fields, &nodes)
+        .map(|(name, unit, values)| packed::scalars(name, unit, values.iter().copied().map(packed::rounded)))
         .collect();
-    nodal
-        .extend(nodal_vectors(frame, body).into_iter().map(|(name, unit, v)| packed::vectors(name, unit, v)));
+    nodal.push(packed::vectors(DISPLACEMENT, "m", frame.u[nodes.clone()].iter().copied()));
+    if frame.plan.fields.contains(&FieldName::Velocity) {
+        let velocities = velocities(frame, nodes, plan_body.flight_velocity);
+        nodal.push(packed::vectors("velocity_m_per_s", "m/s", velocities));
+    }
     let range = plan_body.elements.start as usize..plan_body.elements.end as usize;
     let cauchy = fields.and_then(|f| f.element_cauchy.get(range));
     let cauchy = cauchy.map(|c| packed::f32s("cauchy_pa", "Pa", c.iter().copied()));

@@ -1,10 +1,10 @@
 //! The bodies of a recording at the field time nearest to an instant.
 
 use crate::mesh::{CellKind, Cells};
-use crate::record::RecordError;
-use crate::record::proto::contuse::{PackedArray, ReferenceMesh};
-use crate::record::proto::foxglove::{PointCloud, SceneUpdate};
+use crate::record::proto::contuse::{PackedArray, ReferenceMesh, Stress};
+use crate::record::proto::foxglove::SceneUpdate;
 use crate::record::reader::for_each_record_of;
+use crate::record::{RecordError, reference, scene_update, stress};
 use ::mcap::records::Record;
 use prost::Message as _;
 use std::collections::BTreeMap;
@@ -38,6 +38,8 @@ pub struct Body {
     pub part_of: Vec<u32>,
     /// Positions of the nodes at rest [m].
     pub rest: Vec<[f64; 3]>,
+    /// Velocity of its flight [m/s].
+    pub flight: [f64; 3],
     /// Positions of the nodes [m].
     pub positions: Vec<[f64; 3]>,
     /// Von Mises stress at the nodes [Pa]; empty if it was not recorded.
@@ -74,7 +76,7 @@ pub fn instant(input: impl Read + Seek, name: &Path, time_s: f64) -> Result<Opti
 struct Nearest {
     wanted: f64,
     meshes: BTreeMap<String, Body>,
-    clouds: BTreeMap<String, (f64, Vec<u8>)>,
+    fields: BTreeMap<String, (f64, Vec<u8>)>,
     surfaces: BTreeMap<String, (f64, Vec<u8>)>,
 }
 
@@ -89,26 +91,26 @@ impl Nearest {
                 kept.insert(body.to_owned(), (time, data.to_vec()));
             }
         };
-        if let Some(body) = topic.strip_prefix("/points/") {
-            keep(&mut self.clouds, body);
-        } else if let Some(body) = topic.strip_prefix("/mesh/") {
+        if let Some(body) = topic.strip_prefix(stress::TOPIC) {
+            keep(&mut self.fields, body);
+        } else if let Some(body) = topic.strip_prefix(scene_update::TOPIC) {
             keep(&mut self.surfaces, body);
-        } else if let Some(body) = topic.strip_prefix("/reference/") {
+        } else if let Some(body) = topic.strip_prefix(reference::TOPIC) {
             let mesh = ReferenceMesh::decode(data).ok().and_then(|mesh| at_rest(&mesh));
             self.meshes.extend(mesh.map(|mesh| (body.to_owned(), mesh)));
         }
     }
 
     fn finished(self) -> Option<Instant> {
-        let (time_s, _) = self.clouds.values().next()?;
+        let (time_s, _) = self.fields.values().next()?;
         let mut instant = Instant { time_s: *time_s, ..Instant::default() };
         let rigid = self.surfaces.iter().filter(|(name, _)| !self.meshes.contains_key(*name));
         for (_, (_, data)) in rigid {
             instant.rigid.extend(SceneUpdate::decode(&data[..]).iter().flat_map(triangles));
         }
         for (name, mut body) in self.meshes {
-            let cloud = self.clouds.get(&name).and_then(|(_, data)| PointCloud::decode(&data[..]).ok());
-            if cloud.and_then(|cloud| put_state(&mut body, &cloud)).is_some() {
+            let fields = self.fields.get(&name).and_then(|(_, data)| Stress::decode(&data[..]).ok());
+            if fields.and_then(|fields| put_state(&mut body, &fields)).is_some() {
                 instant.bodies.push(body);
             }
         }
@@ -142,28 +144,26 @@ fn at_rest(mesh: &ReferenceMesh) -> Option<Body> {
     }
     let part_of = u32s(mesh.part_of.as_ref());
     let is_whole = part_of.len() == cells.len() && nodes.iter().all(|&node| (node as usize) < rest.len());
-    let body =
-        Body { role: mesh.role.clone(), parts: mesh.parts.clone(), cells, part_of, rest, ..Body::default() };
+    let flight = mesh.flight_velocity_m_per_s.unwrap_or_default();
+    let body = Body {
+        role: mesh.role.clone(),
+        parts: mesh.parts.clone(),
+        cells,
+        part_of,
+        rest,
+        flight: [flight.x, flight.y, flight.z],
+        ..Body::default()
+    };
     is_whole.then_some(body)
 }
 
-/// Adds positions and stress; `None` if the points are not those of the mesh.
-fn put_state(body: &mut Body, cloud: &PointCloud) -> Option<()> {
-    let stride = cloud.point_stride as usize;
-    if stride < 12 || cloud.data.len() != stride * body.rest.len() {
-        return None;
-    }
-    let number = |point: &[u8], offset: usize| {
-        let bytes = point.get(offset..offset + 4)?.try_into().ok()?;
-        Some(f64::from(f32::from_le_bytes(bytes)))
-    };
-    let points = || cloud.data.chunks(stride);
-    body.positions =
-        points().map(|p| Some([number(p, 0)?, number(p, 4)?, number(p, 8)?])).collect::<Option<_>>()?;
-    if let Some(field) = cloud.fields.iter().find(|field| field.name == "von_mises_pa") {
-        body.stress = points().map(|p| number(p, field.offset as usize)).collect::<Option<_>>()?;
-    }
-    Some(())
+/// Adds positions and stress; `None` if the fields are not those of the mesh.
+fn put_state(body: &mut Body, fields: &Stress) -> Option<()> {
+    body.positions = stress::positions(fields, &body.rest, body.flight)?;
+    let stress = stress::f32s(fields, stress::VON_MISES).unwrap_or_default();
+    let is_whole = stress.is_empty() || stress.len() == body.rest.len();
+    body.stress = stress.into_iter().map(f64::from).collect();
+    is_whole.then_some(())
 }
 
 /// The triangles of a rigid body in space.

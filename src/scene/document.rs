@@ -414,7 +414,7 @@ pub enum FieldName {
     Pressure,
     /// Largest principal Green–Lagrange strain at the nodes [-].
     PrincipalStrain,
-    /// Displacement at the nodes [m].
+    /// Displacement at the nodes [m]; recorded with every other field, too, since positions follow from it.
     Displacement,
     /// Velocity at the nodes [m/s].
     Velocity,

@@ -15,7 +15,7 @@ from compile_schemas import compile_schemas
 from google.protobuf import descriptor_pb2
 from mcap.stream_reader import StreamReader
 from mcap.records import Chunk, DataEnd, Footer
-from recording import Message, Recording, read, unpack
+from recording import Message, Recording, positions, read, unpack
 
 RUN_KEYS = [
     "engine", "engine_version", "engine_commit", "scene", "scene_hash", "units", "time_factor", "end_time_s", "every_steps",
@@ -172,7 +172,7 @@ def check_arrays(recording: Recording) -> str:
         need(len(unpack(mesh.part_of)) == cells, f"{topic}: parts")
         for stress in recording.of(f"/stress/{name}"):
             arrays = {a.name: unpack(a) for a in stress.nodal}
-            need(set(arrays) == {NODAL[f] for f in asked if f in NODAL}, f"{topic}: nodal fields {list(arrays)}")
+            need(set(arrays) == {"displacement_m"} | {NODAL[f] for f in asked if f in NODAL}, f"{topic}: nodal fields {list(arrays)}")
             need(all(len(a) == len(nodes) for a in arrays.values()), f"{topic}: a nodal field is too short")
             for a in stress.element:
                 arrays[a.name] = unpack(a)
@@ -181,29 +181,36 @@ def check_arrays(recording: Recording) -> str:
             need(all(np.isfinite(a).all() for a in arrays.values()), f"{topic}: a field is not finite")
             need(all((arrays[k] >= 0).all() for k in arrays if k == "von_mises_pa"), f"{topic}: negative von Mises")
             count += len(arrays)
-        check_cloud_and_surface(recording, name, len(nodes))
+        check_cloud_and_surface(recording, name, mesh)
     return f"{count} field arrays"
 
 
-def check_cloud_and_surface(recording: Recording, name: str, nodes: int) -> None:
+POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("red", "u1"), ("green", "u1"), ("blue", "u1"), ("alpha", "u1")])
+
+
+def check_cloud_and_surface(recording: Recording, name: str, reference) -> None:
     """The Foxglove messages of one body agree with the fields."""
     surfaces, stresses = recording.of(f"/mesh/{name}"), recording.of(f"/stress/{name}")
-    for cloud, surface, stress in zip(recording.of(f"/points/{name}"), surfaces, stresses):
-        names = [f.name for f in cloud.fields]
-        need(cloud.point_stride == 4 * len(names) and len(cloud.data) == nodes * cloud.point_stride, f"points of {name}")
-        points = np.frombuffer(cloud.data, "<f4").reshape(nodes, len(names))
-        need(np.isfinite(points).all(), f"points of {name} are not finite")
-        for array in stress.nodal:
-            values = unpack(array)
-            values = values if values.ndim == 1 else np.linalg.norm(values.astype(float), axis=1)
-            column = points[:, names.index(array.name)]
-            need(np.allclose(values, column, rtol=1e-5, atol=1e-6 * (1 + abs(values).max())), f"points of {name}: {array.name}")
+    # Vertices are rounded to at most 2⁻¹⁵ of the diagonal of the box of the body.
+    within = float(np.linalg.norm(np.ptp(unpack(reference.positions), axis=0))) / 2**15
+    for cloud, surface, stress in zip(recording.of(f"/points/{name}"), surfaces, stresses, strict=True):
         mesh = surface.entities[0].triangles[0]
         need(len(mesh.indices) % 3 == 0 and max(mesh.indices) < len(mesh.points), f"surface of {name}: indices")
         need(len(mesh.colors) in (0, len(mesh.points)), f"surface of {name}: colours")
-        cloud_points = {tuple(p) for p in points[:, :3]}
-        on_cloud = all(tuple(np.float32([p.x, p.y, p.z])) in cloud_points for p in mesh.points)
-        need(on_cloud, f"surface of {name}: a vertex is no node")
+        layout = [(f.name, f.offset, f.type) for f in cloud.fields]
+        need(layout == [(k, POINT.fields[k][1], 7 if k in "xyz" else 1) for k in POINT.names], f"points of {name}: {layout}")
+        need(cloud.point_stride == POINT.itemsize, f"points of {name}: the stride is {cloud.point_stride}")
+        points = np.frombuffer(cloud.data, POINT)
+        vertices = np.array([[p.x, p.y, p.z] for p in mesh.points])
+        need(np.array_equal(np.stack([points[k] for k in "xyz"], axis=1), vertices.astype("<f4")), f"points of {name} are no vertices")
+        colours = np.array([[c.r, c.g, c.b] for c in mesh.colors or [mesh.color] * len(vertices)])
+        shown = np.stack([points[k] for k in ("red", "green", "blue")], axis=1) / 255
+        need(bool((np.abs(shown - colours) <= 0.5001 / 255).all()), f"points of {name}: colours")
+        # Every vertex is within this of a node: in its cell of a grid of that size, or one beside it.
+        cells = {tuple(cell) for cell in np.floor(positions(reference, stress) / within).astype(int).tolist()}
+        near = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3), axis=-1).reshape(-1, 3)
+        for vertex in np.floor(vertices / within).astype(int):
+            need(not cells.isdisjoint(map(tuple, (vertex + near).tolist())), f"surface of {name}: a vertex is no node")
 
 
 def check_contacts(recording: Recording) -> str:

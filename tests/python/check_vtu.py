@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pyvista
-from recording import Recording, read, unpack
+from recording import Recording, positions, read, unpack
 
 VERTEX, TRIANGLE, HEXAHEDRON = 1, 5, 12
 NODES = {10: 4, 12: 8, 13: 6, 24: 10}
@@ -76,12 +76,11 @@ def check_deformable(recording: Recording, series: dict) -> str:
     count = 0
     for topic in recording.topics("/reference/"):
         name, mesh = topic.removeprefix("/reference/"), recording.of(topic)[0]
-        stresses, clouds = recording.of(f"/stress/{name}"), recording.of(f"/points/{name}")
+        stresses = recording.of(f"/stress/{name}")
         need([s.time_s for s in stresses] == list(series), f"{mesh.body}: the times are not the field times")
-        for stress, cloud in zip(stresses, clouds):
+        for stress in stresses:
             grid, what = series[stress.time_s][mesh.body], f"{mesh.body} at {stress.time_s} s"
-            rows = np.frombuffer(cloud.data, "<f4").reshape(-1, len(cloud.fields))
-            same(grid.points, rows[:, :3], f"{what}: positions")
+            same(grid.points, positions(mesh, stress).astype("<f4"), f"{what}: positions")
             need(set(grid.point_data) == {a.name for a in stress.nodal}, f"{what}: nodal fields")
             for array in stress.nodal:
                 same(grid.point_data[array.name], unpack(array), f"{what}: {array.name}")

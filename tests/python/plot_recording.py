@@ -13,7 +13,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from recording import Recording, read, unpack
+from recording import Recording, positions, read, unpack
 
 # Six tetrahedra that fill a hexahedron, about its diagonal 0-6.
 TETRAHEDRA = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
@@ -23,11 +23,10 @@ STYLES = ["-", "--", "-.", ":", (0, (3, 1, 1, 1)), (0, (5, 2))]
 
 def frames(recording: Recording, body: str) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Times [s], positions [m] and von Mises stresses [Pa] of a body's nodes at the field times."""
-    result = []
-    for cloud, stress in zip(recording.of(f"/points/{body}"), recording.of(f"/stress/{body}")):
-        values = np.frombuffer(cloud.data, "<f4").reshape(-1, len(cloud.fields)).astype(float)
-        column = [f.name for f in cloud.fields].index("von_mises_pa")
-        result.append((stress.time_s, values[:, :3], values[:, column]))
+    (mesh,), result = recording.of(f"/reference/{body}"), []
+    for stress in recording.of(f"/stress/{body}"):
+        values = next(unpack(array) for array in stress.nodal if array.name == "von_mises_pa")
+        result.append((stress.time_s, positions(mesh, stress), values.astype(float)))
     return result
 
 

@@ -19,6 +19,13 @@ def unpack(array) -> np.ndarray:
     return numbers if array.components == 1 else numbers.reshape(array.count, array.components)
 
 
+def positions(mesh, stress) -> np.ndarray:
+    """Positions x = X + V t + u [m] of the nodes of a body at the time of its fields, in double precision."""
+    displacement = next(unpack(array) for array in stress.nodal if array.name == "displacement_m")
+    flight = mesh.flight_velocity_m_per_s
+    return unpack(mesh.positions) + np.array([flight.x, flight.y, flight.z]) * max(stress.time_s, 0.0) + displacement
+
+
 @dataclass
 class Message:
     """One message."""

@@ -16,7 +16,7 @@ import { pageOfQuestion } from "./asked.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { stateBadge } from "./list_page.js";
 import { ProgressPanel } from "./progress.js";
-import { RunPanel } from "./run_panel.js";
+import { RunPanel, worstOf } from "./run_panel.js";
 import { studyResults } from "./study_results.js";
 
 const FINAL = ["succeeded", "failed", "cancelled"];
@@ -169,11 +169,12 @@ class JobPage {
       this.#panel.begin();
       picture.replaceChildren(this.#panel.stage, loading);
     };
+    const first = worstOf(summary) ?? 0;
     const onProgress = (fraction) => {
       bar.value = fraction;
       this.#panel?.grow();
     };
-    const recording = await Recording.open(job.links.recording, { onFirst, onProgress });
+    const recording = await Recording.open(job.links.recording, { first, onFirst, onProgress });
     if (this.#ending.signal.aborted) return null;
     loading.remove();
     this.#panel ??= new RunPanel(job.name, recording, summary);

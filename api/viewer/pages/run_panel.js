@@ -11,6 +11,12 @@ import { mainImpact, resultsOf, significantThresholds } from "../summary/headlin
 import { Stage } from "./stage.js";
 import { forceWindow } from "./view_settings.js";
 
+/** The instant of the largest force by the summary of a run [s]; null where it says none. */
+export function worstOf(summary) {
+  const time = summary && mainImpact(resultsOf(summary))?.peak_force_time_s?.value;
+  return time > 0 ? time : null;
+}
+
 export class RunPanel {
   /** The picture; the plots come below it. */
   stage = html("div", { class: "stage-holder" });
@@ -59,8 +65,8 @@ export class RunPanel {
 
   /** The instant of the largest force [s]: that of the summary, else that of the recorded steps; null without contact. */
   #worst() {
-    const impact = this.#summary && mainImpact(resultsOf(this.#summary));
-    if (impact?.peak_force_time_s?.value > 0) return impact.peak_force_time_s.value;
+    const said = worstOf(this.#summary);
+    if (said != null) return said;
     const forces = this.#recording.frames.map((frame) => Math.max(0, ...(frame.contacts ?? []).map((c) => c.force)));
     const most = Math.max(...forces);
     return most > 0 ? this.#recording.frames[forces.indexOf(most)].time : null;

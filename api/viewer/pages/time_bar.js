@@ -30,10 +30,13 @@ export class TimeBar {
     this.element = html("div", { class: "time-bar" }, this.#play, this.#slider, this.#output);
   }
 
-  /** Takes the times of frames that have come. */
+  /** Takes the times of frames that have come; the shown time stays. */
   setTimes(times) {
+    const shown = this.#times?.[this.index];
     this.#times = times;
     this.#slider.max = Math.max(times.length - 1, 0);
+    this.place = Math.max(times.indexOf(shown), 0);
+    this.#slider.value = this.place;
   }
 
   /** Number of the nearest frame. */

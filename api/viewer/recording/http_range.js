@@ -4,12 +4,14 @@ import { address, authorised, ApiProblem } from "../api.js";
 
 /** Reads of the index are small and near each other: one request fetches at least so much [bytes]. */
 const AT_LEAST = 64 << 10;
+/** So many pieces of the file are held: its beginning, its end, an index, and what it points to. */
+const HELD = 4;
 
 export class HttpRange {
   #path;
   #etag = null;
   #size = null;
-  #held = { from: 0, bytes: new Uint8Array(0) };
+  #held = [];
   /** Bytes that came over the wire. */
   received = 0;
 
@@ -19,22 +21,22 @@ export class HttpRange {
 
   /** Length of the file. The first request also shows which file it is: of a running job, a numbered snapshot. */
   async size() {
-    if (this.#size == null) await this.#fetch(0, AT_LEAST);
+    if (this.#size == null) await this.#fetch(`-${AT_LEAST}`);
     return BigInt(this.#size);
   }
 
   async read(offset, size) {
     const [from, length] = [Number(offset), Number(size)];
-    const inside = () => from >= this.#held.from && from + length <= this.#held.from + this.#held.bytes.length;
-    if (!inside()) await this.#fetch(from, Math.max(length, AT_LEAST));
-    if (!inside()) throw new Error(`The recording has no ${length} bytes at ${from}.`);
-    const start = from - this.#held.from;
-    return this.#held.bytes.subarray(start, start + length);
+    const inside = (piece) => from >= piece.from && from + length <= piece.from + piece.bytes.length;
+    if (!this.#held.some(inside)) await this.#fetch(`${from}-${Math.min(from + Math.max(length, AT_LEAST), this.#size ?? Infinity) - 1}`);
+    const piece = this.#held.find(inside);
+    if (!piece) throw new Error(`The recording has no ${length} bytes at ${from}.`);
+    const start = from - piece.from;
+    return piece.bytes.subarray(start, start + length);
   }
 
-  async #fetch(from, length) {
-    const last = this.#size == null ? from + length - 1 : Math.min(from + length, this.#size) - 1;
-    const headers = authorised({ Range: `bytes=${from}-${last}`, ...(this.#etag && { "If-Range": this.#etag }) });
+  async #fetch(part) {
+    const headers = authorised({ Range: `bytes=${part}`, ...(this.#etag && { "If-Range": this.#etag }) });
     const answer = await fetch(address(this.#path), { headers, cache: "no-store" });
     if (!answer.ok) throw new ApiProblem(answer.status, await answer.json());
     const etag = answer.headers.get("etag");
@@ -44,6 +46,7 @@ export class HttpRange {
     this.received += bytes.length;
     this.#size ??= range ? Number(range.split("/")[1]) : bytes.length;
     this.#etag = etag;
-    this.#held = { from: answer.status === 206 ? from : 0, bytes };
+    const from = range ? Number(range.match(/\d+/)[0]) : 0;
+    this.#held = [...this.#held, { from, bytes }].slice(-HELD);
   }
 }

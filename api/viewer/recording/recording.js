@@ -1,4 +1,4 @@
-// A recording, read once from the beginning to the end through its index: what the page shows of it.
+// A recording, read through its index: first the frame that is shown first, then everything from the beginning to the end.
 
 import { McapIndexedReader } from "../vendor/mcap/McapIndexedReader.js";
 import { boneOf } from "../mesh/bone.js";
@@ -17,6 +17,12 @@ const ARRAYS = { f32: Float32Array, f64: Float64Array, u32: Uint32Array, u8: Uin
 function unpacked(packed) {
   return new ARRAYS[packed.dtype](packed.data.slice().buffer);
 }
+
+/** Log times of the messages of one step follow each other by nanoseconds, fewer than this. */
+const NANOSECONDS_OF_STEP = 100_000n;
+
+/** What is said of recordings whose positions are elsewhere. */
+const TOO_OLD = "An earlier version of Contuse made this recording: its fields have no displacements. Run its scene again to see them.";
 
 /** The elements of a reference mesh: hexahedra alone, or cells with their types. */
 function cellsOf(message) {
@@ -42,10 +48,10 @@ export class Recording {
   scenery = new Map();
 
   /**
-   * Opens the recording at an address and reads all of it. On the way `onProgress(fraction)`, and once `onFirst(recording)`, as soon as
-   * its first frame is complete.
+   * Opens the recording at an address and reads all of it. Of its frames the one nearest to the time `first` [s] is fetched before the
+   * others: as soon as it is there `onFirst(recording)` is called, then, while the others come, `onProgress(fraction)`.
    */
-  static async open(path, { onProgress = () => {}, onFirst = () => {} } = {}) {
+  static async open(path, { first = 0, onProgress = () => {}, onFirst = () => {} } = {}) {
     const source = new HttpRange(path);
     const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
     const reader = await McapIndexedReader.Initialize({ readable: source, decompressHandlers });
@@ -61,7 +67,10 @@ export class Recording {
     }
     const bone = boneOf(recording.scene);
     if (bone) recording.scenery.set(bone.name, bone);
-    await recording.#readMessages(reader, onProgress, onFirst);
+    const channels = recording.#channelsOf(reader);
+    await recording.#readFirst(reader, channels, first);
+    if (recording.frames.length) onFirst(recording);
+    await recording.#readAll(reader, channels, onProgress);
     return recording;
   }
 
@@ -74,26 +83,43 @@ export class Recording {
     throw new Error("The recording carries no scene.");
   }
 
-  async #readMessages(reader, onProgress, onFirst) {
+  /** Topics with the decoders of their messages, by number: those of which something is shown. */
+  #channelsOf(reader) {
     const decoders = new Map();
+    this.topics = [...reader.channelsById.values()].map((channel) => channel.topic);
+    const deforms = (name) => this.topics.includes(`/reference/${name}`);
     const channels = new Map();
-    for (const [id, channel] of reader.channelsById) {
-      const schema = reader.schemasById.get(channel.schemaId);
+    for (const [id, { topic, schemaId }] of reader.channelsById) {
+      const [, kind, name] = topic.split("/");
+      if (kind === "points" || kind === "log" || (kind === "mesh" && deforms(name))) continue;
+      const schema = reader.schemasById.get(schemaId);
       if (!decoders.has(schema.name)) decoders.set(schema.name, decoderOf(schema.name, schema.data));
-      channels.set(id, { topic: channel.topic, decode: decoders.get(schema.name) });
+      channels.set(id, { topic, kind, name, decode: decoders.get(schema.name) });
     }
-    const erodes = this.scene?.bodies?.some((body) => body.parts?.some((part) => part.erosion));
-    const topics = [...channels.values()].map((c) => c.topic).filter((t) => erodes || !t.startsWith("/stress/"));
-    this.topics = [...channels.values()].map((c) => c.topic);
-    const count = Number(reader.statistics?.messageCount ?? 0n);
-    let [seen, isSeen] = [0, false];
+    return channels;
+  }
+
+  /** Reads the meshes, and the fields, contacts and poses of the frame nearest to a time. */
+  async #readFirst(reader, channels, time) {
+    const topicsOf = (...kinds) => [...channels.values()].filter(({ kind }) => kinds.includes(kind)).map(({ topic }) => topic);
+    for await (const message of reader.readMessages({ topics: topicsOf("reference") })) this.#take(channels, message);
+    const times = JSON.parse(this.run.field_times_s ?? "[]").filter((t) => t <= Number(this.ending.time_s ?? Infinity));
+    const [nearest] = times.sort((a, b) => Math.abs(a - time) - Math.abs(b - time));
+    if (nearest == null) return;
+    const startTime = BigInt(Math.max(0, Math.floor(nearest * Number(this.run.time_factor) * 1e9) - 1));
+    const range = { startTime, endTime: startTime + NANOSECONDS_OF_STEP };
+    for await (const message of reader.readMessages({ topics: topicsOf("contact", "pose", "mesh", "stress"), ...range })) {
+      this.#take(channels, message, { isAlone: true });
+    }
+  }
+
+  async #readAll(reader, channels, onProgress) {
+    const topics = [...channels.values()].filter(({ kind }) => kind !== "reference").map(({ topic }) => topic);
+    const counts = reader.statistics?.channelMessageCounts ?? new Map();
+    const count = [...channels.keys()].reduce((sum, id) => sum + Number(counts.get(id) ?? 0n), 0);
+    let seen = 0;
     for await (const message of reader.readMessages({ topics })) {
-      const { topic, decode } = channels.get(message.channelId);
-      this.#take(topic, () => decode(message.data), message.publishTime);
-      if (!isSeen && this.frames.length > 1) {
-        isSeen = true;
-        onFirst(this);
-      }
+      this.#take(channels, message);
       if (++seen % 200 === 0) {
         onProgress(count ? Math.min(seen / count, 1) : 0);
         // The page goes on answering.
@@ -104,21 +130,19 @@ export class Recording {
     onProgress(1);
   }
 
-  /** Takes in one message; decodes it only if it is of use. */
-  #take(topic, decoded, at) {
-    const [, kind] = topic.split("/");
-    if (topic === "/energy") this.series.takeEnergy(decoded());
-    else if (topic === "/contact/forces") {
-      const message = decoded();
-      this.series.takeForces(message);
+  /** Takes in one message; one that `isAlone` is no part of the curves. */
+  #take(channels, { channelId, data, publishTime: at }, { isAlone = false } = {}) {
+    const { kind, name, decode } = channels.get(channelId);
+    const message = decode(data);
+    if (kind === "energy") this.series.takeEnergy(message);
+    else if (kind === "contact") {
+      if (!isAlone) this.series.takeForces(message);
       this.#latestContacts = { at, message };
-    } else if (kind === "reference") this.#takeReference(topic.slice("/reference/".length), decoded());
-    else if (kind === "pose") this.#latestPoses.set(topic.slice("/pose/".length), { at, message: decoded() });
-    else if (kind === "stress") this.#takeEroded(topic.slice("/stress/".length), decoded());
-    else if (kind === "points") this.#takePoints(topic.slice("/points/".length), decoded(), at);
-    else if (kind === "mesh" && !this.#names.has(topic.slice("/mesh/".length))) {
-      this.#takeRigidMesh(topic.slice("/mesh/".length), decoded(), at);
-    } else if (topic === "/summary") this.latestSummary = JSON.parse(decoded().json);
+    } else if (kind === "reference") this.#takeReference(name, message);
+    else if (kind === "pose") this.#latestPoses.set(name, { at, message });
+    else if (kind === "stress") this.#takeFields(name, message, at);
+    else if (kind === "mesh") this.#takeRigidMesh(name, message, at);
+    else if (kind === "summary") this.latestSummary = JSON.parse(message.json);
   }
 
   /** Names of bodies by their part of the topic. */
@@ -139,15 +163,14 @@ export class Recording {
     this.#names.set(topicName, body.name);
   }
 
-  /** The frame of this moment, made when it is the first message of it. */
+  /** The frame of this moment, made when it is the first message of it; frames are in the order of time. */
   #frameAt(at, time) {
-    let frame = this.frames.at(-1);
-    if (frame?.at !== at) {
-      frame = { at, time, bodies: new Map(), contacts: null };
-      if (this.#latestContacts?.at === at) frame.contacts = contactsOf(this.#latestContacts.message);
-      this.frames.push(frame);
-      this.#keepWithinBudget();
-    }
+    const next = this.frames.findLastIndex((frame) => frame.at < at) + 1;
+    if (this.frames[next]?.at === at) return this.frames[next];
+    const frame = { at, time, bodies: new Map(), contacts: null };
+    if (this.#latestContacts?.at === at) frame.contacts = contactsOf(this.#latestContacts.message);
+    this.frames.splice(next, 0, frame);
+    this.#keepWithinBudget();
     return frame;
   }
 
@@ -159,29 +182,23 @@ export class Recording {
     this.#bytesOfFrames /= 2;
   }
 
-  #takeEroded(topicName, { element }) {
+  #takeFields(topicName, { nodal, element, time_s }, at) {
+    const { name, X, V } = this.bodies.get(this.#names.get(topicName));
+    const arrays = new Map(nodal.map((array) => [array.name, unpacked(array)]));
+    const u = arrays.get("displacement_m");
+    if (!u) throw new Error(TOO_OLD);
+    const positions = u.map((value, i) => X[i] + V[i % 3] * Math.max(time_s, 0) + value);
+    const fields = Object.fromEntries(nodal.map((array) => [array.name, array.components === 3 ? norms(arrays.get(array.name)) : arrays.get(array.name)]));
+    this.#frameAt(at, time_s).bodies.set(name, { positions, fields, eroded: this.#erodedOf(topicName, element) });
+    this.#bytesOfFrames += (positions.length / 3) * 4 * (3 + nodal.length);
+  }
+
+  #erodedOf(topicName, element) {
     const found = element.find((array) => array.name === "eroded");
     const eroded = found && unpacked(found);
     const known = this.#eroded.get(topicName);
     if (eroded?.some((gone, e) => gone !== (known?.[e] ?? 0))) this.#eroded.set(topicName, eroded);
-  }
-
-  #takePoints(topicName, cloud, at) {
-    const name = this.#names.get(topicName);
-    const frame = this.#frameAt(at, Number(at) * 1e-9);
-    const stride = cloud.point_stride / 4;
-    const rows = new Float32Array(cloud.data.slice().buffer);
-    const count = rows.length / stride;
-    const fields = {};
-    const positions = new Float32Array(3 * count);
-    for (let i = 0; i < count; i++) positions.set(rows.subarray(i * stride, i * stride + 3), 3 * i);
-    cloud.fields.slice(3).forEach((field) => {
-      const column = field.offset / 4;
-      fields[field.name] = Float32Array.from({ length: count }, (_, i) => rows[i * stride + column]);
-    });
-    fields.displacement_m ??= displacement(this.bodies.get(name), positions, frame.time);
-    frame.bodies.set(name, { positions, fields, eroded: this.#eroded.get(topicName) ?? null });
-    this.#bytesOfFrames += 4 * count * (3 + Object.keys(fields).length);
+    return this.#eroded.get(topicName) ?? null;
   }
 
   #takeRigidMesh(topicName, update, at) {
@@ -224,11 +241,9 @@ export class Recording {
   }
 }
 
-/** Norm of u = x − X − V t at the nodes [m]. */
-function displacement({ X, V }, x, time) {
-  return Float32Array.from({ length: x.length / 3 }, (_, i) =>
-    Math.hypot(...V.map((v, k) => x[3 * i + k] - X[3 * i + k] - v * time)),
-  );
+/** Norms of vectors. */
+function norms(vectors) {
+  return Float32Array.from({ length: vectors.length / 3 }, (_, i) => Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
 }
 
 /** Contacts of a message by pair, as arrays by name. */

@@ -9,8 +9,8 @@ use super::grid::{FieldValue, Grid};
 use super::packed_data::Reason;
 use super::rigid::RigidSurface;
 use crate::record::proto::contuse::{ContactForces, ReferenceMesh, Stress};
-use crate::record::proto::foxglove::{PointCloud, SceneUpdate};
-use crate::record::{RecordError, contact, point_cloud, reference, scene_update, stress};
+use crate::record::proto::foxglove::SceneUpdate;
+use crate::record::{RecordError, contact, reference, scene_update, stress};
 use prost::Message;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -20,8 +20,6 @@ use std::collections::BTreeMap;
 pub struct Assembler {
     /// Deformable bodies by their names in topics.
     bodies: BTreeMap<String, Body>,
-    /// Fields of a body that wait for its points.
-    stress: BTreeMap<String, Stress>,
     /// Contacts that wait to follow the bodies of their time, if that is a field time.
     contact: Option<ContactForces>,
     /// Latest field time [s].
@@ -43,10 +41,9 @@ impl Assembler {
             return self.reference(name, &decoded(topic, data)?);
         }
         if let Some(name) = topic.strip_prefix(stress::TOPIC) {
-            self.stress(name, decoded(topic, data)?);
-        } else if let Some(name) = topic.strip_prefix(point_cloud::TOPIC) {
-            return self.points(name, &decoded(topic, data)?, to);
-        } else if let Some(name) =
+            return self.stress(name, &decoded(topic, data)?, to);
+        }
+        if let Some(name) =
             topic.strip_prefix(scene_update::TOPIC).filter(|name| !self.bodies.contains_key(*name))
         {
             return self.rigid(name, &decoded(topic, data)?, to);
@@ -75,24 +72,18 @@ impl Assembler {
     }
 
     /// Takes the fields of a body.
-    pub fn stress(&mut self, name: &str, stress: Stress) {
-        self.stress.insert(name.to_owned(), stress);
-    }
-
-    /// Takes the points of a body, which follow its fields.
     ///
     /// # Errors
-    /// If the messages contradict themselves or the reference mesh, or the block cannot be written.
-    pub fn points(&mut self, name: &str, cloud: &PointCloud, to: &mut dyn Blocks) -> Result<(), RecordError> {
-        let wrong = |reason: Reason| unusable(point_cloud::TOPIC, name, reason);
-        let stress = self.stress.remove(name).ok_or_else(|| wrong("no fields come before it".into()))?;
+    /// If the message contradicts itself or the reference mesh, or the block cannot be written.
+    pub fn stress(&mut self, name: &str, stress: &Stress, to: &mut dyn Blocks) -> Result<(), RecordError> {
+        let wrong = |reason: Reason| unusable(stress::TOPIC, name, reason);
         self.time_s = Some(stress.time_s);
         let part = part(&mut self.parts, (true, name));
         if !to.wants(stress.time_s) {
             return Ok(());
         }
         let body = self.bodies.get(name).ok_or_else(|| wrong("the body has no reference mesh".into()))?;
-        let state = body.state(&stress, cloud).map_err(wrong)?;
+        let state = body.state(stress).map_err(wrong)?;
         let grid = Grid {
             point_count: state.positions.len(),
             points: &state.points,

@@ -2,13 +2,11 @@
 
 use super::array::{Array, NumberType};
 use super::grid::{CellArrays, FieldValue};
-use super::packed_data::{Reason, array_of, arrays, checked, rows, triples, u32s};
+use super::packed_data::{Reason, array_of, arrays, checked, rows, u32s};
 use crate::mesh::cell::MOST_NODES;
 use crate::mesh::{Cell, CellKind, Cells};
 use crate::record::proto::contuse::{ReferenceMesh, Stress};
-use crate::record::proto::foxglove::PointCloud;
-use crate::record::proto::foxglove::packed_element_field::NumericType;
-use crate::record::stress::ERODED;
+use crate::record::stress::{self, ERODED};
 use std::sync::Arc;
 
 /// VTK's type of a hexahedron.
@@ -27,7 +25,9 @@ pub(super) struct Body {
     part_of: Vec<u8>,
     /// Values of the whole that do not change.
     fields: Vec<(&'static str, FieldValue)>,
-    node_count: usize,
+    /// Positions of its nodes at rest [m], and the velocity of its flight [m/s].
+    rest: Vec<[f64; 3]>,
+    flight: [f64; 3],
 }
 
 /// Cells for VTK, with what does not depend on the deformation.
@@ -58,7 +58,8 @@ pub(super) struct BodyState {
 impl Body {
     /// From its reference mesh.
     pub fn of(mesh: &ReferenceMesh) -> Result<Self, Reason> {
-        let node_count = checked(mesh.positions.as_ref(), "position_m", ("f64", 3))?.len() / 24;
+        let rest = rest_of(checked(mesh.positions.as_ref(), "position_m", ("f64", 3))?);
+        let flight = mesh.flight_velocity_m_per_s.unwrap_or_default();
         let (types, nodes) = match &mesh.hexes {
             Some(hexes) => {
                 let nodes = checked(Some(hexes), "hexes", ("u32", 8))?;
@@ -69,7 +70,7 @@ impl Body {
                 checked(mesh.cell_nodes.as_ref(), "cell_nodes", ("u32", 1))?,
             ),
         };
-        let cells = cells_of(&types, nodes, node_count)?;
+        let cells = cells_of(&types, nodes, rest.len())?;
         let part_of = checked(mesh.part_of.as_ref(), "part_of", ("u32", 1))?;
         if part_of.len() != 4 * cells.len() {
             return Err(format!("part_of has {} entries for {} cells", part_of.len() / 4, cells.len()));
@@ -84,7 +85,8 @@ impl Body {
                 ("parts", FieldValue::Texts(mesh.parts.clone())),
             ],
             cells,
-            node_count,
+            rest,
+            flight: [flight.x, flight.y, flight.z],
         })
     }
 
@@ -94,12 +96,13 @@ impl Body {
         std::iter::once(time).chain(self.fields.iter().cloned()).collect()
     }
 
-    /// Its state, from the two messages of a field time.
-    pub fn state(&self, stress: &Stress, cloud: &PointCloud) -> Result<BodyState, Reason> {
-        let positions = positions_of(cloud)?;
-        if positions.len() != self.node_count {
-            return Err(format!("{} points for {} nodes", positions.len(), self.node_count));
-        }
+    /// Its state, from the message of a field time.
+    pub fn state(&self, stress: &Stress) -> Result<BodyState, Reason> {
+        let nodal = arrays(&stress.nodal, self.rest.len())?;
+        let positions = stress::positions(stress, &self.rest, self.flight).ok_or_else(|| {
+            format!("{} of the nodes is missing: an earlier version recorded it", stress::DISPLACEMENT)
+        })?;
+        let positions: Vec<_> = positions.iter().map(|x| x.map(|x| x as f32)).collect();
         // Eroded cells are omitted: of cells marked as hidden ParaView 5.11 leaves a hole without the faces behind.
         let count = self.cells.len();
         let eroded = stress.element.iter().find(|array| array.name == ERODED);
@@ -115,7 +118,7 @@ impl Body {
         Ok(BodyState {
             points: points_array(&positions),
             positions,
-            nodal: arrays(&stress.nodal, self.node_count)?,
+            nodal,
             cells: match kept {
                 None => Arc::clone(&self.whole),
                 Some(_) => Arc::new(cells_for_vtk(&self.cells, &self.part_of, kept)),
@@ -124,6 +127,12 @@ impl Body {
             eroded: eroded.to_vec(),
         })
     }
+}
+
+/// Positions of packed little-endian f64.
+fn rest_of(data: &[u8]) -> Vec<[f64; 3]> {
+    let numbers: Vec<f64> = data.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+    numbers.as_chunks().0.to_vec()
 }
 
 /// The kept cells for VTK, or all of them.
@@ -171,22 +180,4 @@ fn cells_of(types: &[u8], nodes: &[u8], node_count: usize) -> Result<Cells, Reas
         rest = after;
     }
     if rest.is_empty() { Ok(cells) } else { Err("the cells have more nodes than their types say".into()) }
-}
-
-/// Positions of the points of a cloud, whose first three fields are x, y, z.
-fn positions_of(cloud: &PointCloud) -> Result<Vec<[f32; 3]>, Reason> {
-    let stride = cloud.point_stride as usize;
-    let is_place = |(i, name): (usize, &str)| {
-        cloud.fields.get(i).is_some_and(|field| {
-            let is_number = field.r#type == i32::from(NumericType::Float32);
-            field.name == name && field.offset as usize == 4 * i && is_number
-        })
-    };
-    if stride < 12
-        || !cloud.data.len().is_multiple_of(stride)
-        || !["x", "y", "z"].into_iter().enumerate().all(is_place)
-    {
-        return Err("the points do not begin with x, y, z".into());
-    }
-    Ok(cloud.data.chunks(stride).flat_map(|point| triples(&point[..12])).collect())
 }

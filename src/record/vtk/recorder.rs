@@ -7,7 +7,7 @@ use crate::measure::{MeasuredEnd, MeasuredFrame, Sink};
 use crate::plan::Plan;
 use crate::record::mcap::topic_names;
 use crate::record::scene_update::{RigidSurface, rigid_message};
-use crate::record::{RecordError, contact, point_cloud, reference, stress};
+use crate::record::{RecordError, contact, reference, stress};
 use crate::step::RecorderError;
 use std::path::{Path, PathBuf};
 
@@ -68,8 +68,7 @@ impl Open {
         let fields = measures.fields.as_ref();
         for (body, (name, _)) in self.bodies.iter().enumerate().filter(|(_, (_, surface))| surface.is_none())
         {
-            assembler.stress(name, stress::message(frame, body, fields));
-            assembler.points(name, &point_cloud::message(frame, body, fields), series)?;
+            assembler.stress(name, &stress::message(frame, body, fields), series)?;
         }
         Ok(())
     }

@@ -1,9 +1,8 @@
 use super::*;
+use crate::mechanics::tensor::Vec3;
 use crate::record::proto::contuse::{ContactForces, PackedArray, PairForces, ReferenceMesh, Stress};
-use crate::record::proto::foxglove::packed_element_field::NumericType;
 use crate::record::proto::foxglove::{
-    KeyValuePair, PackedElementField, Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneUpdate,
-    TriangleListPrimitive, Vector3,
+    KeyValuePair, Point3, Pose, Quaternion, SceneEntity, SceneUpdate, TriangleListPrimitive, Vector3,
 };
 use crate::record::{RecordError, packed};
 use miniz_oxide::inflate::decompress_to_vec_zlib;
@@ -89,32 +88,17 @@ fn tower() -> ReferenceMesh {
     }
 }
 
+/// The fields of the tower, which is a centimetre higher.
 fn stress(time_s: f64, eroded: Option<[u8; 2]>) -> Stress {
     let cauchy = packed::f32s("cauchy_pa", "Pa", [[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [7.0; 6]]);
     Stress {
         time_s,
-        nodal: vec![packed::scalars("von_mises_pa", "Pa", (0..11).map(|i| 100.0 * f64::from(i)))],
+        nodal: vec![
+            packed::scalars("von_mises_pa", "Pa", (0..11).map(|i| 100.0 * f64::from(i))),
+            packed::vectors("displacement_m", "m", [Vec3::new(0.0, 0.0, 0.01); 11]),
+        ],
         element: std::iter::once(cauchy).chain(eroded.map(|gone| packed::u8s("eroded", gone))).collect(),
         ..Stress::default()
-    }
-}
-
-/// The nodes of the tower, a centimetre higher.
-fn cloud() -> PointCloud {
-    let field = |(i, name): (u32, &str)| PackedElementField {
-        name: name.into(),
-        offset: 4 * i,
-        r#type: NumericType::Float32.into(),
-    };
-    let of_node = |i: u16| {
-        let (x, y) = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)][usize::from(i % 4)];
-        [x, y, f32::from(i / 4) + 0.01, 99.0]
-    };
-    PointCloud {
-        point_stride: 16,
-        fields: (0..).zip(["x", "y", "z", "von_mises_pa"]).map(field).collect(),
-        data: (0..11).flat_map(of_node).flat_map(f32::to_le_bytes).collect(),
-        ..PointCloud::default()
     }
 }
 
@@ -166,8 +150,7 @@ fn series() -> Memory {
     for (time, contacts, eroded) in [(0.0, 0, [0, 0]), (2.5e-4, 2, [0, 1])] {
         assembler.contact(forces(time, contacts), &mut series).unwrap();
         assembler.rigid("ball", &rigid(time), &mut series).unwrap();
-        assembler.stress("tower", stress(time, Some(eroded)));
-        assembler.points("tower", &cloud(), &mut series).unwrap();
+        assembler.stress("tower", &stress(time, Some(eroded)), &mut series).unwrap();
         assembler.contact(forces(time + 1e-6, 1), &mut series).unwrap();
     }
     assembler.finish(&mut series).unwrap();
@@ -271,18 +254,17 @@ fn contacts_are_points_of_field_times() {
 }
 
 /// A change to the messages of a body.
-type Change = Box<dyn Fn(&mut ReferenceMesh, &mut Stress, &mut PointCloud)>;
+type Change = Box<dyn Fn(&mut ReferenceMesh, &mut Stress)>;
 
 #[test]
 fn messages_that_contradict_themselves_are_refused() {
-    let refused = |change: &dyn Fn(&mut ReferenceMesh, &mut Stress, &mut PointCloud)| {
-        let (mut mesh, mut fields, mut points) = (tower(), stress(0.0, Some([0, 1])), cloud());
-        change(&mut mesh, &mut fields, &mut points);
+    let refused = |change: &dyn Fn(&mut ReferenceMesh, &mut Stress)| {
+        let (mut mesh, mut fields) = (tower(), stress(0.0, Some([0, 1])));
+        change(&mut mesh, &mut fields);
         let (mut memory, mut assembler) = (Memory::default(), Assembler::default());
-        let done = assembler.reference("tower", &mesh).and_then(|()| {
-            assembler.stress("tower", fields);
-            assembler.points("tower", &points, &mut Series::new(&mut memory))
-        });
+        let done = assembler
+            .reference("tower", &mesh)
+            .and_then(|()| assembler.stress("tower", &fields, &mut Series::new(&mut memory)));
         assert!(memory.files.is_empty());
         match done {
             Err(RecordError::Unusable { topic, reason }) => format!("{topic}: {reason}"),
@@ -291,31 +273,28 @@ fn messages_that_contradict_themselves_are_refused() {
     };
     let shorter = |array: &mut PackedArray| array.data.truncate(array.data.len() - 1);
     let cases: [(&str, Change); 10] = [
-        ("position_m is missing", Box::new(|mesh, _, _| mesh.positions = None)),
+        ("position_m is missing", Box::new(|mesh, _| mesh.positions = None)),
         (
             "position_m has 11 entries in 263 bytes",
-            Box::new(move |mesh, _, _| shorter(mesh.positions.as_mut().unwrap())),
+            Box::new(move |mesh, _| shorter(mesh.positions.as_mut().unwrap())),
         ),
         (
             "a cell has node 8 of 8",
-            Box::new(|mesh, _, _| mesh.positions = Some(packed::f64s("", "", [[0.0; 3]; 8]))),
+            Box::new(|mesh, _| mesh.positions = Some(packed::f64s("", "", [[0.0; 3]; 8]))),
         ),
-        ("unknown type 14", Box::new(|mesh, _, _| mesh.cell_types = Some(packed::u8s("", [12, 14])))),
-        ("fewer nodes", Box::new(|mesh, _, _| mesh.cell_types = Some(packed::u8s("", [12, 12])))),
-        ("more nodes", Box::new(|mesh, _, _| mesh.cell_types = Some(packed::u8s("", [12])))),
+        ("unknown type 14", Box::new(|mesh, _| mesh.cell_types = Some(packed::u8s("", [12, 14])))),
+        ("fewer nodes", Box::new(|mesh, _| mesh.cell_types = Some(packed::u8s("", [12, 12])))),
+        ("more nodes", Box::new(|mesh, _| mesh.cell_types = Some(packed::u8s("", [12])))),
         (
             "part_of has 1 entries for 2 cells",
-            Box::new(|mesh, _, _| mesh.part_of = Some(packed::u32s("", [[0]]))),
+            Box::new(|mesh, _| mesh.part_of = Some(packed::u32s("", [[0]]))),
         ),
-        (
-            "von_mises_pa has 11 entries in 43 bytes",
-            Box::new(move |_, fields, _| shorter(&mut fields.nodal[0])),
-        ),
+        ("von_mises_pa has 11 entries in 43 bytes", Box::new(move |_, fields| shorter(&mut fields.nodal[0]))),
         (
             "eroded has 3 entries for 2 cells",
-            Box::new(|_, fields, _| fields.element[1] = packed::u8s("eroded", [0; 3])),
+            Box::new(|_, fields| fields.element[1] = packed::u8s("eroded", [0; 3])),
         ),
-        ("do not begin with x, y, z", Box::new(|_, _, points| points.point_stride = 0)),
+        ("displacement_m of the nodes is missing", Box::new(|_, fields| fields.nodal.truncate(1))),
     ];
     for (reason, change) in cases {
         let said = refused(&change);

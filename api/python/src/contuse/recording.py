@@ -49,7 +49,7 @@ def vtk_cells(reference: Any) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Frame:
-    """The nodes of a body at a field time: positions [m], n × 3, and fields by name (units are the ends of the names)."""
+    """The nodes of a body at a field time: positions [m], n × 3, and fields by name (units are the ends of the names), vectors n × 3."""
 
     time_s: float
     positions_m: Array
@@ -136,12 +136,14 @@ class Recording:
 
     def frames(self, body: str) -> Iterator[Frame]:
         """The states of a body at the field times."""
-        name, _ = self._reference(body)
-        for _, cloud in self.messages(f"/points/{name}"):
-            rows = np.frombuffer(cloud.data, "<f4").reshape(-1, len(cloud.fields))
-            columns = {f.name: rows[:, i] for i, f in enumerate(cloud.fields)}
-            time_s = cloud.timestamp.seconds + 1e-9 * cloud.timestamp.nanos
-            yield Frame(time_s, rows[:, :3], {k: v for k, v in columns.items() if k not in "xyz"})
+        name, reference = self._reference(body)
+        rest, flight = unpacked(reference.positions), reference.flight_velocity_m_per_s
+        for _, message in self.messages(f"/stress/{name}"):
+            fields = {array.name: unpacked(array) for array in message.nodal}
+            if "displacement_m" not in fields:
+                raise RecordingError(f"{self.path} has no displacements: an earlier version of Contuse recorded it")
+            flown = np.array([flight.x, flight.y, flight.z]) * max(message.time_s, 0.0)
+            yield Frame(message.time_s, rest + flown + fields["displacement_m"], fields)
 
     def frame(self, body: str, time_s: float) -> Frame:
         """The state of a body at the field time that is nearest. Raises `RecordingError` for times outside of what was recorded."""
@@ -159,7 +161,7 @@ class Recording:
 
         _, reference = self._reference(body)
         frame = self.frame(body, time_s)
-        grid = pyvista.UnstructuredGrid(*vtk_cells(reference), frame.positions_m.astype(float))
+        grid = pyvista.UnstructuredGrid(*vtk_cells(reference), frame.positions_m)
         for name, values in frame.fields.items():
             grid.point_data[name] = values
         grid.cell_data["part"] = unpacked(reference.part_of)
