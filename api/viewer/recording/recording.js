@@ -29,6 +29,12 @@ function cellsOf(message) {
   return message.cell_types ? new Cells(unpacked(message.cell_nodes), unpacked(message.cell_types)) : new Cells(unpacked(message.hexes));
 }
 
+/** Waits until the browser has shown what was drawn; a hidden page shows nothing. */
+function pictureShown() {
+  if (document.hidden) return Promise.resolve();
+  return new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+}
+
 const xyz = (vector) => (vector ? [vector.x, vector.y, vector.z] : [0, 0, 0]);
 
 export class Recording {
@@ -69,7 +75,10 @@ export class Recording {
     if (bone) recording.scenery.set(bone.name, bone);
     const channels = recording.#channelsOf(reader);
     await recording.#readFirst(reader, channels, first);
-    if (recording.frames.length) onFirst(recording);
+    if (recording.frames.length) {
+      onFirst(recording);
+      await pictureShown();
+    }
     await recording.#readAll(reader, channels, onProgress);
     return recording;
   }

@@ -9,7 +9,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use rust_embed::{Embed, EmbeddedFile};
+use rust_embed::Embed;
 use sha2::{Digest, Sha256};
 
 /// Embedded files of the viewer.
@@ -38,19 +38,30 @@ const PRESETS: [(&str, &str); 8] = [
 
 /// `/`: the page of the viewer.
 pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
-    send_page("index.html", &headers)
+    let file = ViewerFiles::get("index.html").ok_or_else(Problem::no_such_address)?;
+    send_page(&with_preloads(&String::from_utf8_lossy(&file.data)), &headers)
 }
 
 /// `/docs/`: the API documentation as a page.
 pub async fn docs(headers: HeaderMap) -> Result<Response, Problem> {
-    send_page("docs.html", &headers)
+    let file = ViewerFiles::get("docs.html").ok_or_else(Problem::no_such_address)?;
+    send_page(&String::from_utf8_lossy(&file.data), &headers)
+}
+
+/// The page with links to all of its modules, so that the browser fetches them at once, not each where it finds the import.
+fn with_preloads(page: &str) -> String {
+    let is_module = |name: &str| name != "docs.js" && (name.ends_with(".js") || name.ends_with(".mjs"));
+    let links: String = ViewerFiles::iter()
+        .filter(|name| is_module(name))
+        .map(|name| format!("<link rel=\"modulepreload\" href=\"viewer/{name}\">\n"))
+        .collect();
+    page.replacen("<script type=\"module\"", &format!("{links}<script type=\"module\""), 1)
 }
 
 /// Sends a page with its content security policy.
-fn send_page(name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
-    let file = ViewerFiles::get(name).ok_or_else(Problem::no_such_address)?;
-    let policy = content_security_policy(&String::from_utf8_lossy(&file.data));
-    let mut response = send(name, file, headers);
+fn send_page(page: &str, headers: &HeaderMap) -> Result<Response, Problem> {
+    let policy = content_security_policy(page);
+    let mut response = send("page.html", page.as_bytes().to_vec(), &Sha256::digest(page), headers);
     let policy = policy.try_into().map_err(|e| Problem::internal(&e))?;
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
     Ok(response)
@@ -59,7 +70,7 @@ fn send_page(name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
 /// A module, style sheet or licence of the viewer.
 pub async fn file(Path(path): Path<String>, headers: HeaderMap) -> Result<Response, Problem> {
     let file = ViewerFiles::get(&path).ok_or_else(Problem::no_such_address)?;
-    Ok(send(&path, file, &headers))
+    Ok(send(&path, file.data.into_owned(), &file.metadata.sha256_hash(), &headers))
 }
 
 /// The example scenes: `[{"file": …, "scene": …}]`, each document with its original order of members.
@@ -68,9 +79,9 @@ pub async fn presets() -> Response {
     ([(header::CONTENT_TYPE, "application/json")], format!("[{}]", presets.join(","))).into_response()
 }
 
-/// Sends a file with its media type, or 304 if the browser has it already.
-fn send(path: &str, file: EmbeddedFile, headers: &HeaderMap) -> Response {
-    let etag = format!("\"{}\"", BASE64_STANDARD.encode(file.metadata.sha256_hash()));
+/// Sends a file, which has this SHA-256, with its media type, or 304 if the browser has it already.
+fn send(path: &str, data: Vec<u8>, hash: &[u8], headers: &HeaderMap) -> Response {
+    let etag = format!("\"{}\"", BASE64_STANDARD.encode(hash));
     let described = [
         (header::CONTENT_TYPE, media_type(path)),
         // It may change with the binary: revalidate every time.
@@ -80,7 +91,7 @@ fn send(path: &str, file: EmbeddedFile, headers: &HeaderMap) -> Response {
     if headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == etag.as_bytes()) {
         return (StatusCode::NOT_MODIFIED, described).into_response();
     }
-    (described, file.data.into_owned()).into_response()
+    (described, data).into_response()
 }
 
 /// Media type by the file extension. Browsers run modules of the proper type only.
