@@ -50,11 +50,9 @@ pub async fn docs(headers: HeaderMap) -> Result<Response, Problem> {
 
 /// The page with links to all of its modules, so that the browser fetches them at once, not each where it finds the import.
 fn with_preloads(page: &str) -> String {
-    let is_module = |name: &str| name != "docs.js" && (name.ends_with(".js") || name.ends_with(".mjs"));
-    let links: String = ViewerFiles::iter()
-        .filter(|name| is_module(name))
-        .map(|name| format!("<link rel=\"modulepreload\" href=\"viewer/{name}\">\n"))
-        .collect();
+    let modules = ViewerFiles::iter().filter(|name| name != "docs.js" && media_type(name) == SCRIPT);
+    let link = |name| format!("<link rel=\"modulepreload\" href=\"viewer/{name}\">\n");
+    let links = modules.map(link).collect::<Vec<_>>().concat();
     page.replacen("<script type=\"module\"", &format!("{links}<script type=\"module\""), 1)
 }
 
@@ -94,12 +92,15 @@ fn send(path: &str, data: Vec<u8>, hash: &[u8], headers: &HeaderMap) -> Response
     (described, data).into_response()
 }
 
+/// Media type of modules.
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+
 /// Media type by the file extension. Browsers run modules of the proper type only.
 fn media_type(path: &str) -> &'static str {
     match path.rsplit_once('.').map_or("", |(_, end)| end) {
         "html" => "text/html; charset=utf-8",
         "css" => "text/css; charset=utf-8",
-        "js" | "mjs" => "text/javascript; charset=utf-8",
+        "js" | "mjs" => SCRIPT,
         "svg" => "image/svg+xml",
         _ => "text/plain; charset=utf-8",
     }
