@@ -36,7 +36,7 @@ export class TimeBar {
     this.#times = times;
     this.#slider.max = Math.max(times.length - 1, 0);
     this.place = Math.max(times.indexOf(shown), 0);
-    this.#tell();
+    this.#reportTime();
   }
 
   /** Number of the nearest frame. */
@@ -54,12 +54,12 @@ export class TimeBar {
   /** Goes to a place between frames. */
   go(place) {
     this.place = Math.min(Math.max(place, 0), this.#times.length - 1);
-    this.#tell();
+    this.#reportTime();
     this.#onChange(this.place);
   }
 
   /** Says the time, in words and by the slider. */
-  #tell() {
+  #reportTime() {
     this.#slider.value = this.place;
     const { factor, name } = this.#unit;
     const words = withUnit(this.time * factor, name);
