@@ -110,6 +110,7 @@ fn mesh_of_scan(args: &ConvertArgs) -> Result<Mesh, CliError> {
     let (volume, name) = read_scan_file(&args.input)?;
     let options = Options {
         labels: Vec::new(),
+        volumes_m3: Vec::new(),
         size_m,
         near: Vec::new(),
         thin_size_m: None,

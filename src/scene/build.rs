@@ -188,21 +188,21 @@ impl<'a> Builder<'a> {
             return None;
         }
         let limit = self.budget.mesh_bytes;
-        let volume = if let Some(name) = &scan.name {
+        let (volume, volumes_m3) = if let Some(name) = &scan.name {
             let read = read_scan(self.source, name, limit, &here.key("name"));
             let (volume, file) = read.map_err(|problem| out.push(problem)).ok()?;
             self.keep(name, file);
-            volume
+            (volume, Vec::new())
         } else {
-            let read = read_surfaces(self.source, scan, limit, &here.key("surfaces"), out);
-            let (volume, files) = read.map_err(|problem| out.push(problem)).ok()?;
+            let read = read_surfaces(self.source, scan, limit, &here.key("surfaces"));
+            let (filled, files) = read.map_err(|problem| out.push(problem)).ok()?;
             for (name, file) in files {
                 self.keep(&name, file);
             }
-            volume
+            (filled.volume, filled.volumes_m3)
         };
         check_scan(scan, &volume, here, out);
-        let made = segmentation::mesh(&volume, &scan.options(self.elements_left));
+        let made = segmentation::mesh(&volume, &scan.options(self.elements_left, volumes_m3));
         let mesh = made.map_err(|error| out.push(scan_problem(&error, here))).ok()?;
         check_label_volumes(&mesh, here, out);
         check_noise(&mesh, here, out);

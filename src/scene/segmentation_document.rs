@@ -107,8 +107,9 @@ pub struct CropDocument {
 }
 
 impl SegmentationDocument {
-    /// What is requested of the mesh, of at most `elements` elements.
-    pub fn options(&self, elements: u64) -> Options {
+    /// What is requested of the mesh, of at most `elements` elements, with the volumes of its labels where these are not those of
+    /// the voxels.
+    pub fn options(&self, elements: u64, volumes_m3: Vec<(i64, f64)>) -> Options {
         let usage = |part: &Option<String>, hole: &Option<String>| match (part, hole) {
             (Some(part), _) => LabelUse::Part(part.clone()),
             (None, Some(hole)) => LabelUse::Hole(hole.clone()),
@@ -123,6 +124,7 @@ impl SegmentationDocument {
         };
         Options {
             labels: of_labels.chain(of_surfaces).collect(),
+            volumes_m3,
             size_m: self.size_m,
             near: self.near.iter().map(near).collect(),
             thin_size_m: self.thin_size_m,

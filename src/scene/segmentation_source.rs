@@ -4,12 +4,10 @@ use super::file_problem::{mesh_problem, scan_problem, source_problem};
 use super::problem::{Pointer, Problem};
 use super::segmentation_document::SegmentationDocument;
 use super::source::{MeshBytes, MeshSource};
-use super::validate::Findings;
-use super::validate::segmentation::check_voxels;
 use crate::mesh::read::MeshFormat;
 use crate::mesh::read::stl::{ClosedSurface, read_stl};
 use crate::mesh::segmentation::read::read_labels;
-use crate::mesh::segmentation::{Filling, LabelVolume, Unfilled};
+use crate::mesh::segmentation::{Filled, Filling, LabelVolume, Unfilled};
 
 /// The labels of a file of a source, of at most `limit` bytes after decompression, and the file.
 ///
@@ -52,7 +50,7 @@ pub fn read_surface(
 }
 
 /// The labels of the surfaces of a document, n of the n-th from 1, and their files by name. Files have together at most `limit` bytes, and there
-/// are at most as many voxels. Warns of surfaces that the voxels do not resolve.
+/// are at most as many voxels.
 ///
 /// # Errors
 /// Why one cannot be read, or filled with voxels, as a problem at its place in `here`.
@@ -61,8 +59,7 @@ pub fn read_surfaces(
     scan: &SegmentationDocument,
     limit: u64,
     here: &Pointer,
-    out: &mut Findings,
-) -> Result<(LabelVolume, Vec<(String, MeshBytes)>), Problem> {
+) -> Result<(Filled, Vec<(String, MeshBytes)>), Problem> {
     let (mut surfaces, mut files, mut left) = (Vec::new(), Vec::new(), limit);
     for (i, document) in scan.surfaces.iter().enumerate() {
         let (surface, file) = read_surface(source, &document.name, left, &here.index(i).key("name"))?;
@@ -81,6 +78,5 @@ pub fn read_surfaces(
             None => problem.value(scan.voxel_m()),
         }
     })?;
-    check_voxels(&filled.ratios, here, out);
-    Ok((filled.volume, files))
+    Ok((filled, files))
 }

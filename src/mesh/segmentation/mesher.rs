@@ -25,7 +25,7 @@ const PASSES: [f64; 20] = [
 /// Largest number of passes, the last of which are with the last limit.
 const MOST_PASSES: usize = 40;
 
-/// Deviation of the volumes of all labels from those of their voxels at which the passes end [-].
+/// Deviation of the volumes of all labels from their aims at which the passes end [-].
 const VOLUME_REACHED: f64 = 0.003;
 
 /// Pass from which volumes are corrected.
@@ -40,7 +40,7 @@ const NOISE: f64 = 0.3;
 /// Largest number of elements of noise, which its surfaces make several times slower than those of regions.
 const MOST_OF_NOISE: u64 = 20_000;
 
-/// Largest deviation of the volume of a label from that of its voxels without a remark [-].
+/// Largest deviation of the volume of a label from its aim without a remark [-].
 const VOLUME_TOLERANCE: f64 = 0.01;
 /// How the note on the volume of a label ends where it deviates by more.
 pub const POORLY_RESOLVED: &str = ": smaller elements resolve it better";
@@ -72,10 +72,11 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     labelling::repair(&tree, &mut leaves, &classes.is_part);
     let mut elements = Elements::new(&tree, &leaves);
     within(elements.hexes.len() as u64, options).map_err(|error| limits.reason(error))?;
-    let aims = grid.volumes_m3();
+    let aims = aims(&grid, volume, &classes, options);
     place_nodes(&mut elements, &grid, &classes, &aims, options);
     notes.extend(volume.notes.iter().cloned());
-    notes.extend(volume_notes(&elements, &classes, &aims)?);
+    let source = if options.volumes_m3.is_empty() { "its voxels" } else { "its surface" };
+    notes.extend(volume_notes(&elements, &classes, &aims, source)?);
     let mut mesh = assembled(&elements, &classes, options);
     let corner = Vec3::from_fn(|k, _| grid.first[k] as f64 * grid.spacing[k]);
     mesh.nodes.iter_mut().for_each(|x| *x = frame.world(&(*x + corner)));
@@ -178,7 +179,7 @@ fn cropped(frame: &Frame, options: &Options) -> Result<[[usize; 3]; 2], MeshErro
     Ok([low, high])
 }
 
-/// Moves the nodes onto the surfaces of the labels, and these until the volumes are those of the voxels.
+/// Moves the nodes onto the surfaces of the labels, and these until the volumes are the aims.
 fn place_nodes(
     elements: &mut Elements,
     grid: &ClassGrid,
@@ -217,8 +218,26 @@ fn place_nodes(
     }
 }
 
-/// What became of the volume of each label.
-fn volume_notes(elements: &Elements, classes: &Classes, aims: &[f64]) -> Result<Vec<String>, MeshError> {
+/// Volume that each class gets [m³].
+fn aims(grid: &ClassGrid, volume: &LabelVolume, classes: &Classes, options: &Options) -> Vec<f64> {
+    if options.volumes_m3.is_empty() {
+        return grid.volumes_m3();
+    }
+    let mut aims = vec![0.0; grid.count];
+    for (label, class) in volume.values.iter().zip(&classes.of_label) {
+        let of_label = options.volumes_m3.iter().find(|(known, _)| known == label);
+        aims[usize::from(*class)] += of_label.map_or(0.0, |(_, volume)| *volume);
+    }
+    aims
+}
+
+/// What became of the volume of each label, against that of a `source`.
+fn volume_notes(
+    elements: &Elements,
+    classes: &Classes,
+    aims: &[f64],
+    source: &str,
+) -> Result<Vec<String>, MeshError> {
     let volumes = volumes::volumes_m3(elements, aims.len());
     let mut notes = Vec::new();
     for (class, name) in classes.names.iter().enumerate().skip(1) {
@@ -236,7 +255,7 @@ fn volume_notes(elements: &Elements, classes: &Classes, aims: &[f64]) -> Result<
         }
         let deviation = found / aim - 1.0;
         let remark = if deviation.abs() > VOLUME_TOLERANCE { POORLY_RESOLVED } else { "" };
-        notes.push(format!("{name}: {found:.4e} m³, {:+.2} % of its voxels{remark}", 100.0 * deviation));
+        notes.push(format!("{name}: {found:.4e} m³, {:+.2} % of {source}{remark}", 100.0 * deviation));
     }
     Ok(notes)
 }

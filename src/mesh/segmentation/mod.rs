@@ -2,7 +2,7 @@
 //!
 //! `read` reads a [`LabelVolume`], [`Filling`] makes one of closed surfaces (`rasterise`). [`mesh`] crops it, removes noise (`islands`), fills its box with a balanced `octree`, gives each
 //! leaf the label of most of its volume (`labelling`), and moves the nodes between labels onto their surfaces (`surfaces`,
-//! `smoothing`) while every label keeps the volume of its voxels (`volumes`). Hanging nodes are as those of local refinement.
+//! `smoothing`) while every label keeps the volume of its voxels, or of what its surface encloses (`volumes`, `enclosed`). Hanging nodes are as those of local refinement.
 //!
 //! The octree lies along the axes of the scan: its ends, and those of a crop, are then flat faces of elements, at whatever angle the
 //! scan was taken.
@@ -10,6 +10,7 @@
 
 mod classes;
 mod elements;
+mod enclosed;
 mod erosion;
 mod grid;
 mod indicator;

@@ -47,6 +47,8 @@ pub struct SkinLayer {
 pub struct Options {
     /// Use of each label but 0; labels of the scan that are not listed are refused. Empty: all are parts `label_<n>`.
     pub labels: Vec<(i64, LabelUse)>,
+    /// Volume that each label but 0 gets [m³]; empty: that of its voxels.
+    pub volumes_m3: Vec<(i64, f64)>,
     /// Largest edge of the elements [m].
     pub size_m: f64,
     /// Where they are smaller.

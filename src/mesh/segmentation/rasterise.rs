@@ -6,6 +6,7 @@
 //! same point: no ray slips through, whatever it meets exactly.
 
 use super::classes::refused;
+use super::enclosed::enclosed_m3;
 use super::options::Crop;
 use super::volume::LabelVolume;
 use crate::mechanics::tensor::Vec3;
@@ -40,8 +41,8 @@ pub struct Filling<'a> {
 pub struct Filled {
     /// Label n is the n-th surface, from 1; 0 is outside of all.
     pub volume: LabelVolume,
-    /// Volume of the voxels in each surface over the volume that it encloses [-]; `None` where the crop cuts it.
-    pub ratios: Vec<Option<f64>>,
+    /// Volume of each label that the surfaces enclose in the box [m³]: what is in a surface, without what later ones take of it.
+    pub volumes_m3: Vec<(i64, f64)>,
 }
 
 /// Why surfaces are not filled, and the number of the one that is the reason.
@@ -63,25 +64,16 @@ impl Filling<'_> {
         let of_all = |error| Unfilled { surface: None, error };
         let grid = self.grid().map_err(of_all)?;
         let mut labels = vec![0_u16; grid.voxels()];
-        let mut counts = Vec::with_capacity(self.surfaces.len());
+        let mut fills = Vec::with_capacity(self.surfaces.len());
         for (i, surface) in self.surfaces.iter().enumerate() {
-            let count = grid.fill(surface, i as u16 + 1, &mut labels);
-            counts.push(count.map_err(|error| Unfilled { surface: Some(i), error })?);
+            let fill = grid.fill(surface, i as u16 + 1, &mut labels);
+            fills.push(fill.map_err(|error| Unfilled { surface: Some(i), error })?);
         }
-        self.check(&counts, &labels)?;
-        let voxel_m3 = grid.spacing.product();
-        let ratio = |(surface, count): (&ClosedSurface, &u64)| {
-            grid.holds(surface).then(|| *count as f64 * voxel_m3 / surface.volume())
-        };
-        let ratios: Vec<Option<f64>> = self.surfaces.iter().zip(&counts).map(ratio).collect();
-        let of_surface = |(i, ratio): (usize, &Option<f64>)| {
-            ratio.map(|ratio| format!("surface {i}: {:+.2} % of its volume in voxels", 100.0 * (ratio - 1.0)))
-        };
+        self.check(&fills, &labels)?;
         let [a, b, c] = grid.dims;
         let millimetres = grid.spacing.map(|x| format!("{:.3}", 1e3 * x));
         let of_grid =
             format!("{a} × {b} × {c} voxels of {} mm in the surfaces", millimetres.as_slice().join(" × "));
-        let notes = ratios.iter().enumerate().filter_map(of_surface);
         let volume = LabelVolume {
             dims: grid.dims,
             labels,
@@ -89,9 +81,29 @@ impl Filling<'_> {
             names: BTreeMap::new(),
             origin: grid.low + grid.spacing * 0.5,
             steps: [0, 1, 2].map(|k| Vec3::ith(k, grid.spacing[k])),
-            notes: std::iter::once(of_grid).chain(notes).collect(),
+            notes: vec![of_grid],
         };
-        Ok(Filled { volume, ratios })
+        Ok(Filled { volume, volumes_m3: self.volumes_m3(&grid, &fills) })
+    }
+
+    /// Volumes of the labels: of each surface its own, less that of later ones in the proportion of the voxels that they take of it,
+    /// which is all or nothing where surfaces do not cross each other.
+    fn volumes_m3(&self, grid: &Grid, fills: &[Fill]) -> Vec<(i64, f64)> {
+        let voxel_m3 = grid.spacing.product();
+        let mut volumes = vec![0.0; 1 + fills.len()];
+        for (i, (fill, surface)) in fills.iter().zip(self.surfaces).enumerate() {
+            if fill.count == 0 {
+                continue;
+            }
+            // Of one voxel. Shells that overlap count twice in what is enclosed, and in the winding numbers, but not here.
+            let enclosed = enclosed_m3(surface, &grid.bounds());
+            let of_voxel = if fill.winding > 0 { enclosed / fill.winding as f64 } else { voxel_m3 };
+            volumes[i + 1] += fill.count as f64 * of_voxel;
+            for (volume, taken) in volumes.iter_mut().zip(&fill.taken) {
+                *volume -= *taken as f64 * of_voxel;
+            }
+        }
+        (0..).zip(volumes).skip(1).collect()
     }
 
     /// The voxels of the box of all surfaces with a layer around it, or of the crop, rounded outwards.
@@ -143,14 +155,14 @@ impl Filling<'_> {
         })
     }
 
-    /// Refuses surfaces without voxels: `counts` are those in each, `labels` what later ones left of them.
-    fn check(&self, counts: &[u64], labels: &[u16]) -> Result<(), Unfilled> {
-        let mut left = vec![0_u64; 1 + counts.len()];
+    /// Refuses surfaces without voxels: `fills` are those in each, `labels` what later ones left of them.
+    fn check(&self, fills: &[Fill], labels: &[u16]) -> Result<(), Unfilled> {
+        let mut left = vec![0_u64; 1 + fills.len()];
         for label in labels {
             left[usize::from(*label)] += 1;
         }
-        for (i, (count, left)) in counts.iter().zip(&left[1..]).enumerate() {
-            let error = match (count, left) {
+        for (i, (fill, left)) in fills.iter().zip(&left[1..]).enumerate() {
+            let error = match (fill.count, left) {
                 (0, _) if self.crop.is_none() => refused(
                     format!("a surface of {:.3e} m³ with no voxel in it", self.surfaces[i].volume()),
                     "give a smaller voxel_size_m, or omit the surface",
@@ -165,6 +177,16 @@ impl Filling<'_> {
         }
         Ok(())
     }
+}
+
+/// The voxels in a surface.
+struct Fill {
+    /// Their number.
+    count: u64,
+    /// The sum of their winding numbers: `count`, where no shells of the surface overlap.
+    winding: i64,
+    /// Number of them that had each of the earlier labels, from 0.
+    taken: Vec<u64>,
 }
 
 /// Voxels along x, y, z.
@@ -187,14 +209,13 @@ impl Grid {
         (x - self.low).component_div(&self.spacing).add_scalar(-0.5)
     }
 
-    /// Whether a surface lies in the grid as a whole.
-    fn holds(&self, surface: &ClosedSurface) -> bool {
-        let is_in = |x: &Vec3| (0..3).all(|k| x[k] >= -0.5 && x[k] <= self.dims[k] as f64 - 0.5);
-        surface.points.iter().all(|x| is_in(&self.local(x)))
+    /// Lower and upper corner [m].
+    fn bounds(&self) -> [Vec3; 2] {
+        [self.low, self.low + self.spacing.component_mul(&Vec3::from(self.dims.map(|n| n as f64)))]
     }
 
-    /// Gives a label to the voxels in a surface, and returns their number.
-    fn fill(&self, surface: &ClosedSurface, label: u16, labels: &mut [u16]) -> Result<u64, MeshError> {
+    /// Gives a label to the voxels in a surface, all labels of which are smaller.
+    fn fill(&self, surface: &ClosedSurface, label: u16, labels: &mut [u16]) -> Result<Fill, MeshError> {
         if !(surface.volume() > 0.0) {
             return Err(refused("a surface that encloses no volume", "export it again, as a closed surface"));
         }
@@ -211,7 +232,8 @@ impl Grid {
         }
         let mut active: Vec<u32> = Vec::new();
         let mut changes = vec![0_i32; nx * ny];
-        let (mut cuts, mut count) = (0_u64, 0);
+        let mut cuts = 0_u64;
+        let mut fill = Fill { count: 0, winding: 0, taken: vec![0; usize::from(label)] };
         for (k, (slice, beginning)) in labels.chunks_exact_mut(nx * ny).zip(&beginning).enumerate() {
             active.retain(|triangle| range(corners(*triangle).map(|x| x.z), nz)[1] > k);
             active.extend(beginning);
@@ -231,13 +253,15 @@ impl Grid {
                 for (voxel, change) in row.iter_mut().zip(changes) {
                     winding += std::mem::take(change);
                     if winding != 0 {
+                        fill.taken[usize::from(*voxel)] += 1;
+                        fill.winding += i64::from(winding);
+                        fill.count += 1;
                         *voxel = label;
-                        count += 1;
                     }
                 }
             }
         }
-        Ok(count)
+        Ok(fill)
     }
 }
 

@@ -145,6 +145,7 @@ fn options() -> Options {
             (4, LabelUse::Hole("radius".into())),
             (5, LabelUse::Hole("ulna".into())),
         ],
+        volumes_m3: Vec::new(),
         size_m: 0.004,
         near: Vec::new(),
         thin_size_m: None,

@@ -1,4 +1,4 @@
-//! Volumes of the classes, and how much each has to grow for that of its voxels.
+//! Volumes of the classes, and how much each has to grow for the one that it is to have.
 
 use super::elements::Elements;
 use super::grid::OUTSIDE;

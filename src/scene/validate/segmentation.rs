@@ -10,9 +10,6 @@ use crate::scene::problem::{Pointer, Problem};
 use crate::scene::segmentation_document::{ClosedSurfaceDocument, LabelDocument, SegmentationDocument};
 use serde_json::Value;
 
-/// Deviation of the volume of voxels from that of their surface without a warning [-].
-const VOXEL_TOLERANCE: f64 = 0.01;
-
 /// Checks all scans of the document.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
     for (i, body) in document.bodies.iter().enumerate() {
@@ -63,7 +60,7 @@ pub fn check_scan(scan: &SegmentationDocument, volume: &LabelVolume, here: &Poin
                 .remedy("correct the label, or omit the entry"),
         );
     }
-    // A grid with shear is refused where it is meshed.
+    // A grid with shear is refused where it is read.
     let Ok(frame) = volume.frame() else { return };
     let lengths = frame.lengths();
     for (i, near) in scan.near.iter().enumerate() {
@@ -91,7 +88,7 @@ pub fn check_label_volumes(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
                 here,
                 format!("the mesh does not have the volume of a label: {note}"),
             )
-            .limit("within 1 % of its voxels")
+            .limit("within 1 % of its voxels, or of what its surface encloses")
             .remedy("give smaller elements by thin_size_m, near or size_m, or skin_thickness_m for a skin"),
         );
     }
@@ -108,22 +105,6 @@ pub fn check_noise(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
             )
             .limit("noise of at most 5 % of the voxels")
             .remedy("smooth the labels; noise_m3 is the largest volume that counts as noise"),
-        );
-    }
-}
-
-/// Warns of surfaces whose volume their voxels do not have: `ratios` of these volumes, where a surface is not cut.
-pub fn check_voxels(ratios: &[Option<f64>], here: &Pointer, out: &mut Findings) {
-    let beyond = |ratio: &f64| !((ratio - 1.0).abs() <= VOXEL_TOLERANCE);
-    for (i, ratio) in ratios.iter().enumerate() {
-        let Some(ratio) = ratio.filter(beyond) else { continue };
-        let percent = 100.0 * (ratio - 1.0);
-        let message = format!("the volume of the voxels in the surface is {percent:+.1} % off its own");
-        out.push(
-            Problem::warning("surface_volume", &here.index(i), message)
-                .value(ratio)
-                .limit("within 1 % of the volume that it encloses")
-                .remedy("give a smaller voxel_size_m; shells that overlap in one file are counted twice in its volume"),
         );
     }
 }

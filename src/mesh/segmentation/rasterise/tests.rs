@@ -35,14 +35,13 @@ fn voxels_have_the_volume_of_nested_surfaces_at_any_angle() {
     let balls = [ball(0.03, Vec3::zeros()), ball(0.012, Vec3::new(0.005, 0.003, -0.002))];
     for surfaces in [nest, balls] {
         let found = filled(&surfaces, 0.001).unwrap();
-        for ratio in &found.ratios {
-            assert!((ratio.unwrap() - 1.0).abs() < 0.005, "{ratio:?}");
-        }
         let [outer, inner] = [0, 1].map(|i| surfaces[i].volume());
         let counts = found.volume.counts();
         let volumes: Vec<f64> = counts.iter().map(|count| count.volume_m3).collect();
         assert!((volumes[1] / (outer - inner) - 1.0).abs() < 0.01, "{volumes:?}");
-        assert!((volumes[2] / inner - 1.0).abs() < 0.01, "{volumes:?}");
+        assert!((volumes[2] / inner - 1.0).abs() < 0.005, "{volumes:?}");
+        let exact = found.volumes_m3.iter().zip([outer - inner, inner]);
+        assert!(exact.clone().all(|((_, volume), exact)| (volume / exact - 1.0).abs() < 1e-9), "{found:?}");
     }
 }
 
@@ -77,9 +76,33 @@ fn several_shells_and_a_cavity_in_one_surface_are_filled_as_they_are_turned() {
     let mut inwards = ball(0.005, Vec3::zeros());
     inwards.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
     let hollow = join(ball(0.01, Vec3::zeros()), inwards);
-    for surface in [apart, hollow] {
-        let ratio = filled(&[surface], 0.0005).unwrap().ratios[0].unwrap();
-        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    // Overlapping halfway: one body, of less than what both enclose.
+    let lens = join(brick(Vec3::repeat(0.01), Vec3::zeros()), brick(Vec3::repeat(0.01), Vec3::repeat(0.01)));
+    let union = lens.volume() * 15.0 / 16.0;
+    for (surface, volume) in
+        [(apart.clone(), apart.volume()), (hollow.clone(), hollow.volume()), (lens, union)]
+    {
+        let found = filled(&[surface], 0.0005).unwrap();
+        let voxels = found.volume.counts()[1].volume_m3;
+        assert!((voxels / volume - 1.0).abs() < 0.01, "{voxels} of {volume}");
+        assert!((found.volumes_m3[0].1 / volume - 1.0).abs() < 1e-9, "{:?} of {volume}", found.volumes_m3);
+    }
+}
+
+#[test]
+fn a_surface_takes_its_volume_from_those_that_it_lies_in() {
+    // Boxes that end between voxels of 1 m: a body with two organs, the second of which reaches out of it by a third.
+    let at = |low: [f64; 3], high: [f64; 3]| {
+        let [low, high] = [low, high].map(Vec3::from);
+        brick((high - low) * 0.5, (low + high) * 0.5)
+    };
+    let body = at([0.0; 3], [10.0; 3]);
+    let organs = [at([1.3; 3], [3.6; 3]), at([5.0, 5.0, 6.0], [8.0, 8.0, 12.0])];
+    let found = filled(&[body, organs[0].clone(), organs[1].clone()], 1.0).unwrap();
+    let [first, second] = [organs[0].volume(), organs[1].volume()];
+    let expected = [1000.0 - first - second * 2.0 / 3.0, first, second];
+    for ((_, volume), expected) in found.volumes_m3.iter().zip(expected) {
+        assert!((volume / expected - 1.0).abs() < 1e-9, "{volume} of {expected}");
     }
 }
 
@@ -90,9 +113,11 @@ fn a_crop_is_filled_alone_and_cuts_the_body() {
     let filling = Filling { surfaces: &surfaces, voxel_m: 0.001, crop: Some(&crop), most_voxels: 1_000_000 };
     let found = filling.labels().unwrap();
     assert_eq!(found.volume.dims, [62, 62, 31]);
-    assert_eq!(found.ratios, [None, None]);
     let half = found.volume.counts()[1].volume_m3;
-    assert!((half / (0.5 * surfaces[0].volume()) - 1.0).abs() < 0.01, "{half}");
+    let exact = 0.5 * surfaces[0].volume();
+    assert!((half / exact - 1.0).abs() < 0.01, "{half}");
+    assert!((found.volumes_m3[0].1 / exact - 1.0).abs() < 1e-3, "{:?} of {exact}", found.volumes_m3);
+    assert_eq!(found.volumes_m3[1], (2, 0.0), "below the crop");
     let aside = Crop { center: Vec3::new(1.0, 0.0, 0.0), ..crop };
     let outside = words(Filling { crop: Some(&aside), ..filling }.labels());
     assert!(outside.1.contains("a crop outside of the surfaces"), "{outside:?}");
