@@ -7,7 +7,8 @@ use super::output_file::write_file;
 use super::{CliError, Exit};
 use crate::mesh::read::febio::NOT_READ;
 use crate::scene::febio::UnitSystem;
-use crate::scene::first_scene::{first_scene, first_scene_of_scan, first_scene_of_surfaces};
+use crate::scene::first_scene::{first_scene, first_scene_of_scan};
+use crate::scene::first_surfaces::{Nest, SurfaceFile};
 use clap::{Args, Subcommand};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -70,9 +71,12 @@ pub fn scene(command: &SceneCommand, out: &mut dyn Write) -> Result<Exit, CliErr
         let (volume, name) = read_scan_file(mesh)?;
         (first_scene_of_scan(&volume, &name), volume.notes)
     } else if is_surface(mesh) {
-        let surfaces =
-            args.meshes.iter().map(|file| read_surface_file(file)).collect::<Result<Vec<_>, _>>()?;
-        (first_scene_of_surfaces(&surfaces), Vec::new())
+        let read = |file: &PathBuf| {
+            let (surface, name) = read_surface_file(file)?;
+            Ok::<_, CliError>(SurfaceFile { file: name.clone(), name, surface })
+        };
+        let surfaces = args.meshes.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        (Nest::of(&surfaces).first_scene(), Vec::new())
     } else {
         let (mesh, name) = read_mesh_file(mesh)?;
         (first_scene(&mesh, &name), mesh.notes)

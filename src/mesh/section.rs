@@ -1,6 +1,7 @@
 //! Section of a mesh or of a scan by a plane across x, y or z: the outlines of its parts, to draw them.
 
 use super::cell::CellKind;
+use super::read::stl::ClosedSurface;
 use super::segmentation::{LabelCount, LabelVolume};
 use super::{Mesh, MeshError};
 use crate::mechanics::tensor::Vec3;
@@ -61,6 +62,18 @@ impl Section {
             cut.take(mesh.part_of[element] as usize, &corners, table.edges);
         }
         cut.section(mesh.parts.iter().map(|part| (part.clone(), None)))
+    }
+
+    /// Of a closed surface, as one part.
+    ///
+    /// # Errors
+    /// `Unsupported` for outlines of too many points.
+    pub fn of_surface(surface: &ClosedSurface, plane: Plane) -> Result<Self, MeshError> {
+        let mut cut = Cut::new(plane, surface.bounding_box(), 1);
+        for triangle in &surface.triangles {
+            cut.take_triangle(0, &triangle.map(|node| surface.points[node as usize]));
+        }
+        cut.section(std::iter::once(("surface".to_owned(), None)))
     }
 
     /// Of a scan.
@@ -125,17 +138,8 @@ impl Cut {
 
     /// Cuts a convex cell of a part.
     fn take(&mut self, part: usize, corners: &[Vec3], edges: &[[usize; 2]]) {
-        let height = |corner: usize| corners[corner][self.axis] - self.at;
         let mut points: Vec<Point> = Vec::new();
-        for &[a, b] in edges {
-            // From below to above, so that an edge gives one point in all of its cells.
-            let [below, above] = if height(a) < height(b) { [a, b] } else { [b, a] };
-            if height(below) < 0.0 && height(above) >= 0.0 {
-                let along = height(below) / (height(below) - height(above));
-                let point = corners[below] + (corners[above] - corners[below]) * along;
-                points.push(self.rounded(&point));
-            }
-        }
+        points.extend(edges.iter().filter_map(|[a, b]| self.crossing(&corners[*a], &corners[*b])));
         points.sort_unstable();
         points.dedup();
         if points.len() < 3 {
@@ -149,11 +153,39 @@ impl Cut {
             angle(a).total_cmp(&angle(b))
         });
         for (i, &start) in points.iter().enumerate() {
-            let end = points[(i + 1) % points.len()];
-            if !self.edges[part].remove(&[end, start]) {
-                self.edges[part].insert([start, end]);
-            }
+            self.add(part, [start, points[(i + 1) % points.len()]]);
         }
+    }
+
+    /// Cuts a triangle of the surface of a part, counter-clockwise seen from outside.
+    fn take_triangle(&mut self, part: usize, corners: &[Vec3; 3]) {
+        let is_below = |i: usize| corners[i % 3][self.axis] < self.at;
+        let edge = |from: bool| (0..3).find(|i| is_below(*i) == from && is_below(i + 1) != from);
+        let crossing = |i: usize| self.crossing(&corners[i], &corners[(i + 1) % 3]);
+        let ends = [true, false].map(|from| edge(from).and_then(crossing));
+        let [Some(upwards), Some(downwards)] = ends else { return };
+        // What is inside lies to the left of the way from the edge that is passed downwards to the other, seen from above; x and z are
+        // seen from below.
+        let edge = if self.axis == 1 { [upwards, downwards] } else { [downwards, upwards] };
+        if upwards != downwards {
+            self.add(part, edge);
+        }
+    }
+
+    /// Adds an edge of the outline of a part, or removes the one the other way round.
+    fn add(&mut self, part: usize, [start, end]: [Point; 2]) {
+        if !self.edges[part].remove(&[end, start]) {
+            self.edges[part].insert([start, end]);
+        }
+    }
+
+    /// Where the line between two points crosses the plane; the same point either way.
+    fn crossing(&self, a: &Vec3, b: &Vec3) -> Option<Point> {
+        let height = |x: &Vec3| x[self.axis] - self.at;
+        let [below, above] = if height(a) < height(b) { [a, b] } else { [b, a] };
+        let is_crossed = height(below) < 0.0 && height(above) >= 0.0;
+        let along = height(below) / (height(below) - height(above));
+        is_crossed.then(|| self.rounded(&(below + (above - below) * along)))
     }
 
     #[allow(clippy::cast_possible_truncation)] // saturates
@@ -241,6 +273,23 @@ mod tests {
         let ring = std::f64::consts::PI * (4e-4 - 1e-4);
         assert!((area(&ball.outlines) / ring - 1.0).abs() < 0.05, "{} of {ring}", area(&ball.outlines));
         let beside = Section::of_mesh(&mesh, Plane { axis: 1, at: Some(0.03) }).unwrap();
+        assert_eq!(beside.parts, []);
+    }
+
+    #[test]
+    fn a_surface_is_cut_as_the_body_in_it_is() {
+        use crate::mechanics::rigid::{Shape, triangulated};
+        let (points, triangles) = triangulated(&Shape::Box { half: Vec3::new(3.0, 2.0, 1.0) });
+        let brick = ClosedSurface { points, triangles };
+        let sides = [3.0, 2.0, 1.0];
+        for axis in 0..3 {
+            let section = Section::of_surface(&brick, Plane { axis, at: Some(0.3) }).unwrap();
+            let [part] = &section.parts[..] else { panic!("{:?}", section.parts) };
+            let expected = 4.0 * sides.iter().product::<f64>() / sides[axis];
+            assert_eq!((part.outlines.len(), part.outlines[0].len()), (1, 4));
+            assert!((area(&part.outlines) - expected).abs() < 1e-6, "{axis}: {:?}", part.outlines);
+        }
+        let beside = Section::of_surface(&brick, Plane { axis: 2, at: Some(1.5) }).unwrap();
         assert_eq!(beside.parts, []);
     }
 

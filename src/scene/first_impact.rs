@@ -1,14 +1,13 @@
 //! What a user needs beside a first scene to let something hit it: the parts and sets of the mesh, and where a ball touches it.
 
 use super::first_scene::{first_scene, first_scene_of_scan};
+use super::first_surfaces::{Nest, SurfaceFile};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::segmentation::{LabelCount, LabelVolume, body_of};
 use crate::mesh::{Mesh, MeshError, surface};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Points along an edge of a face that are compared with the ball, less one.
-const INTERVALS: u32 = 4;
 /// Names of the ends of a scan, where it cuts the body.
 const ENDS: [[&str; 2]; 3] = [["x_min", "x_max"], ["y_min", "y_max"], ["z_min", "z_max"]];
 
@@ -27,14 +26,14 @@ impl Default for Approach {
     }
 }
 
-/// A first scene of an uploaded mesh or scan.
+/// A first scene of an uploaded mesh or scan, or of uploaded closed surfaces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct FirstScene {
     /// The scene, with `null` and `to be chosen` where only the user knows.
     #[cfg_attr(feature = "service", schema(value_type = Object))]
     pub scene: Value,
-    /// The parts of the mesh, or the labels of the scan.
+    /// The parts of the mesh, the labels of the scan, or the surfaces in the order of the scene.
     pub parts: Vec<FirstPart>,
     /// Node sets that can hold a body; of a scan, those where it is cut.
     pub sets: Vec<String>,
@@ -51,7 +50,7 @@ pub struct FirstPart {
     /// Label of the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<i64>,
-    /// Volume [m³].
+    /// Volume [m³]; of a surface, with what lies in it.
     pub volume_m3: f64,
     /// Lower and upper corner of its bounding box [m].
     pub bounding_box_m: [[f64; 3]; 2],
@@ -95,10 +94,9 @@ impl FirstScene {
         let bounds = Bounds::of(faces.iter().flatten());
         let mut paths = Path::all(approach, &bounds);
         for [a, b, c, d] in faces {
-            let at = |n: u32| f64::from(n) / f64::from(INTERVALS);
-            for (s, t) in (0..=INTERVALS).flat_map(|i| (0..=INTERVALS).map(move |j| (at(i), at(j)))) {
-                let point = (a * (1.0 - s) + b * s) * (1.0 - t) + (d * (1.0 - s) + c * s) * t;
-                meet(&mut paths, &point);
+            for path in &mut paths {
+                path.meet_triangle(&[a, b, c]);
+                path.meet_triangle(&[a, c, d]);
             }
         }
         let mut of_part = vec![(Bounds::default(), 0.0); mesh.parts.len()];
@@ -118,6 +116,35 @@ impl FirstScene {
             sets: mesh.node_sets.keys().cloned().collect(),
             touches: paths.iter().filter_map(Path::touch).collect(),
             scene,
+        }
+    }
+
+    /// Of closed surfaces, in any order.
+    pub fn of_surfaces(files: &[SurfaceFile], approach: &Approach) -> Self {
+        let nest = Nest::of(files);
+        let corners = |file: &SurfaceFile| file.surface.bounding_box().map(|x| x * nest.scale);
+        let all: Vec<Vec3> = nest.files.iter().flat_map(|file| corners(file)).collect();
+        let mut paths = Path::all(approach, &Bounds::of(&all));
+        for file in &nest.files {
+            let points: Vec<Vec3> = file.surface.points.iter().map(|x| x * nest.scale).collect();
+            for triangle in &file.surface.triangles {
+                let triangle = triangle.map(|node| points[node as usize]);
+                for path in &mut paths {
+                    path.meet_triangle(&triangle);
+                }
+            }
+        }
+        let part = |file: &&SurfaceFile| FirstPart {
+            part: file.part().to_owned(),
+            label: None,
+            volume_m3: nest.volume_m3(file),
+            bounding_box_m: corners(file).map(Into::into),
+        };
+        Self {
+            parts: nest.files.iter().map(part).collect(),
+            sets: Vec::new(),
+            touches: paths.iter().filter_map(Path::touch).collect(),
+            scene: nest.first_scene(),
         }
     }
 
@@ -241,7 +268,53 @@ impl Path {
         if half_chord < 0.0 {
             return;
         }
-        let centre = along - half_chord.sqrt();
+        self.note(along - half_chord.sqrt(), point);
+    }
+
+    /// Compares with a triangle: its corners, its edges and its inside.
+    fn meet_triangle(&mut self, corners: &[Vec3; 3]) {
+        for (i, a) in corners.iter().enumerate() {
+            self.meet(a);
+            self.meet_edge(a, &corners[(i + 1) % 3]);
+        }
+        let [a, b, c] = corners;
+        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return };
+        let approaching = normal.dot(&self.direction);
+        if approaching == 0.0 {
+            return;
+        }
+        // The side that the ball comes from.
+        let normal = normal * -approaching.signum();
+        let along = (normal.dot(&(self.through - a)) - self.radius) / approaching.abs();
+        let point = self.through + self.direction * along - normal * self.radius;
+        let is_inside = |i: usize| {
+            let (from, to) = (corners[i], corners[(i + 1) % 3]);
+            (to - from).cross(&(point - from)).dot(&normal) * -approaching.signum() >= 0.0
+        };
+        if (0..3).all(is_inside) {
+            self.note(along, &point);
+        }
+    }
+
+    /// Compares with the line between two points: the ball touches it where |(centre − a) × edge| = r |edge|.
+    fn meet_edge(&mut self, a: &Vec3, b: &Vec3) {
+        let edge = b - a;
+        let (start, way) = ((self.through - a).cross(&edge), self.direction.cross(&edge));
+        let (speed, half_slope) = (way.norm_squared(), start.dot(&way));
+        let discriminant =
+            half_slope.powi(2) - speed * (start.norm_squared() - self.radius.powi(2) * edge.norm_squared());
+        if speed == 0.0 || discriminant < 0.0 {
+            return;
+        }
+        let along = (-half_slope - discriminant.sqrt()) / speed;
+        let part = edge.dot(&(self.through + self.direction * along - a)) / edge.norm_squared();
+        if (0.0..=1.0).contains(&part) {
+            self.note(along, &(a + edge * part));
+        }
+    }
+
+    /// The first of all touches is kept.
+    fn note(&mut self, centre: f64, point: &Vec3) {
         if self.first.is_none_or(|(least, _)| centre < least) {
             self.first = Some((centre, *point));
         }
@@ -290,6 +363,39 @@ mod tests {
         let ways: Vec<[f64; 3]> =
             FirstScene::of_mesh(&mesh, "id", &far).touches.iter().map(|touch| touch.direction).collect();
         assert_eq!(ways, [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+    }
+
+    #[test]
+    fn a_ball_touches_surfaces_inside_their_triangles_at_edges_and_at_corners() {
+        use crate::mechanics::rigid::{Shape, triangulated};
+        let file = |half: Vec3, name: &str| {
+            let (points, triangles) = triangulated(&Shape::Box { half });
+            SurfaceFile {
+                file: format!("id of {name}"),
+                name: name.to_owned(),
+                surface: crate::mesh::read::stl::ClosedSurface { points, triangles },
+            }
+        };
+        // In millimetres.
+        let files = [file(Vec3::repeat(5.0), "femur.stl"), file(Vec3::new(50.0, 40.0, 30.0), "muscle.stl")];
+        let at = |x: f64, y: f64| Approach { radius_m: 0.02, through_m: Some([x, y, 0.0]) };
+        for ((x, y), above) in [
+            ((0.013, 0.007), 0.02),
+            ((0.062, 0.007), 0.016),
+            ((0.013, -0.052), 0.016),
+            ((0.058, 0.048), (4e-4_f64 - 2.0 * 64e-6).sqrt()),
+        ] {
+            let first = FirstScene::of_surfaces(&files, &at(x, y));
+            let touch = coming(&first, [0.0, 0.0, -1.0]);
+            close(touch.center_m, [x, y, 0.03 + above]);
+            close(touch.point_m, [x.min(0.05), y.clamp(-0.04, 0.04), 0.03]);
+        }
+        let first = FirstScene::of_surfaces(&files, &Approach::default());
+        assert_eq!(first.touches.len(), 6);
+        let parts: Vec<&str> = first.parts.iter().map(|part| part.part.as_str()).collect();
+        assert_eq!(parts, ["muscle", "femur"]);
+        assert!((first.parts[0].volume_m3 - 4.8e-4).abs() < 1e-12);
+        assert_eq!(first.scene["bodies"][0]["mesh"]["segmentation"]["surfaces"][1]["hole"], "femur");
     }
 
     #[test]

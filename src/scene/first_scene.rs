@@ -4,8 +4,6 @@
 use super::materials::library::{MaterialSet, sets};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::names::fault;
-use crate::mesh::read::stl::ClosedSurface;
 use crate::mesh::segmentation::{LabelCount, LabelVolume};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -31,7 +29,7 @@ const TISSUES: [(&str, &[&str]); 3] = [
 ];
 
 /// Words in the names of bones.
-const BONES: [&str; 9] =
+pub(super) const BONES: [&str; 9] =
     ["bone", "femur", "tibia", "fibula", "humerus", "skull", "sternum", "pelvis", "vertebra"];
 
 /// Number of elements that the size of those of a scan is chosen for.
@@ -41,7 +39,7 @@ const ELEMENTS_OF_SCAN: f64 = 6000.0;
 pub(super) const MILLIMETRE: f64 = 0.001;
 
 /// Extent of a mesh above which it is not in metres, as bodies of people are smaller.
-const LARGEST_M: f64 = 5.0;
+pub(super) const LARGEST_M: f64 = 5.0;
 
 /// Parts that are connected by nodes.
 struct Group {
@@ -127,78 +125,18 @@ pub fn first_scene_of_scan(volume: &LabelVolume, file_name: &str) -> Value {
     })
 }
 
-/// A scene with closed surfaces, each read from a file of that name in the folder of the scene, as a part of one body, or as a hole that
-/// is held where it is named as a bone. Larger ones are taken to be around smaller ones.
-pub fn first_scene_of_surfaces(surfaces: &[(ClosedSurface, String)]) -> Value {
-    let stem = |name: &str| {
-        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-        if fault(stem).is_none() { stem.to_owned() } else { "tissue".to_owned() }
-    };
-    // Each file has a unit of its own.
-    let scale = |surface: &ClosedSurface| {
-        let [low, high] = surface.bounding_box();
-        if (high - low).max() > LARGEST_M { MILLIMETRE } else { 1.0 }
-    };
-    let volume_m3 = |surface: &ClosedSurface| surface.volume() * scale(surface).powi(3);
-    let mut nest: Vec<&(ClosedSurface, String)> = surfaces.iter().collect();
-    nest.sort_by(|(a, _), (b, _)| volume_m3(b).total_cmp(&volume_m3(a)));
-    // A bone all around would leave no tissue.
-    let is_hole = |i: usize, name: &str| i > 0 && names_any(name, &BONES);
-    let uses: Vec<(bool, String)> =
-        nest.iter().enumerate().map(|(i, (_, name))| (is_hole(i, name), stem(name))).collect();
-    let listed = nest.iter().zip(&uses).map(|((surface, name), (is_hole, own))| {
-        let mut listed = json!({"name": name, if *is_hole { "hole" } else { "part" }: own});
-        if scale(surface) < 1.0 {
-            listed["scale"] = json!(scale(surface));
-        }
-        listed
-    });
-    let size_m = element_size(nest.first().map_or(0.0, |(surface, _)| volume_m3(surface)), 0.0);
-    let mut segmentation = json!({"surfaces": listed.collect::<Vec<_>>(), "size_m": size_m});
-    // Thickness of the layer below each surface, by its volume and area: it takes two voxels at least.
-    let thickness = nest.windows(2).map(|pair| {
-        let area_m2 = pair[0].0.area() * scale(&pair[0].0).powi(2);
-        (volume_m3(&pair[0].0) - volume_m3(&pair[1].0)) / area_m2
-    });
-    let thinnest = thickness.filter(|thickness| *thickness > 0.0).fold(f64::INFINITY, f64::min);
-    if size_m.as_f64().is_some_and(|size| thinnest < size) {
-        segmentation["thin_size_m"] = two_digits(thinnest);
-        segmentation["voxel_size_m"] = two_digits(0.5 * thinnest);
-    }
-    let named = |holes: bool| -> BTreeSet<&String> {
-        uses.iter().filter(|(is_hole, _)| *is_hole == holes).map(|(_, name)| name).collect()
-    };
-    let parts: Vec<Value> = named(false).into_iter().map(|name| part(name)).collect();
-    let mut body =
-        json!({"name": "tissue", "role": "tissue", "mesh": {"segmentation": segmentation}, "parts": parts});
-    let held: Vec<Value> = named(true).into_iter().map(|set| json!({"set": set})).collect();
-    if !held.is_empty() {
-        body["fixed"] = json!(held);
-    }
-    let files = nest.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", ");
-    json!({
-        "name": nest.first().map(|(_, name)| stem(name)),
-        "description": format!(
-            "From the closed surfaces {files}: their order, scale, the size of the elements, materials by names and bones, which do \
-             not move, are guessed; other materials, a projectile and the end time are to be given."
-        ),
-        "end_time_s": null,
-        "bodies": [body],
-    })
-}
-
 /// Size of elements with which a volume has about [`ELEMENTS_OF_SCAN`], at least two voxels [m], to two digits.
-fn element_size(volume_m3: f64, voxel_m: f64) -> Value {
+pub(super) fn element_size(volume_m3: f64, voxel_m: f64) -> Value {
     two_digits((volume_m3 / ELEMENTS_OF_SCAN).cbrt().max(2.0 * voxel_m))
 }
 
 /// A size > 0 to two digits; `null` for any other.
-fn two_digits(size: f64) -> Value {
+pub(super) fn two_digits(size: f64) -> Value {
     format!("{size:.1e}").parse::<f64>().ok().filter(|size| *size > 0.0).map_or(Value::Null, Value::from)
 }
 
 /// A part with a material of the library, where its name says of which family.
-fn part(name: &str) -> Value {
+pub(super) fn part(name: &str) -> Value {
     let family = TISSUES.iter().find(|(_, words)| names_any(name, words)).map(|(family, _)| *family);
     let is_of = |set: &&MaterialSet| set.name.split('/').next() == family;
     let material = sets().iter().find(is_of).map_or(TO_BE_CHOSEN, |set| set.name.as_str());
@@ -229,7 +167,7 @@ fn body(group: &Group, role: &str, (file_name, is_part): (&str, bool), in_millim
 }
 
 /// Whether a name has one of these words in it.
-fn names_any(name: &str, words: &[&str]) -> bool {
+pub(super) fn names_any(name: &str, words: &[&str]) -> bool {
     let name = name.to_lowercase();
     words.iter().any(|word| name.contains(word))
 }
@@ -351,27 +289,6 @@ mod tests {
         assert_eq!(body["fixed"], json!([{"set": "Femur left"}]));
         let material = |part: usize| body["parts"][part]["material"]["library"].as_str().unwrap();
         assert!(material(0).starts_with("fat/") && material(1) == TO_BE_CHOSEN, "{body}");
-    }
-
-    #[test]
-    fn surfaces_are_nested_by_their_volumes() {
-        let tetrahedron = |size: f64| ClosedSurface {
-            points: [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].map(|x| x * size).to_vec(),
-            triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
-        };
-        let named = [(10.0, "Left femur.stl"), (60.0, "muscle.stl"), (80.0, "subcutaneous.stl")];
-        let surfaces = named.map(|(size, name)| (tetrahedron(size), name.to_owned()));
-        let scene = first_scene_of_surfaces(&surfaces);
-        let body = &scene["bodies"][0];
-        let listed = json!([
-            {"name": "subcutaneous.stl", "part": "subcutaneous", "scale": 0.001},
-            {"name": "muscle.stl", "part": "muscle", "scale": 0.001},
-            {"name": "Left femur.stl", "hole": "Left femur", "scale": 0.001},
-        ]);
-        assert_eq!(body["mesh"]["segmentation"]["surfaces"], listed);
-        assert_eq!(body["mesh"]["segmentation"]["size_m"], 2.4e-3);
-        assert_eq!(body["fixed"], json!([{"set": "Left femur"}]));
-        assert_eq!(body["parts"].as_array().map(Vec::len), Some(2));
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub mod febio;
 mod file_problem;
 pub mod first_impact;
 pub mod first_scene;
+pub mod first_surfaces;
 pub mod frames;
 mod implied_accuracy;
 pub mod integrator_choice;

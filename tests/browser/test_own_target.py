@@ -226,3 +226,54 @@ def test_the_unit_of_a_mesh_scales_it_and_where_it_is_hit(page, panel):
     # Cut along the path, which is that of y.
     expect(page.locator(".geometry svg")).to_contain_text("section at x = 40 mm")
     expect(page.locator(".geometry svg")).to_have_attribute("aria-label", re.compile("muscle 80 mm"))
+
+
+def brick(name, *half):
+    """A box around the origin in millimetres, as a program writes a segment: ASCII STL, named after its file."""
+    at = lambda n: " ".join(str(h if n >> k & 1 else -h) for k, h in enumerate(half))
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    triangles = [nodes for a, b, c, d in faces for nodes in ((a, b, c), (a, c, d))]
+    lines = [["facet normal 0 0 0", "outer loop", *(f"vertex {at(n)}" for n in nodes), "endloop", "endfacet"] for nodes in triangles]
+    return {"name": name, "mimeType": "model/stl", "buffer": "\n".join(["solid", *sum(lines, []), "endsolid", ""]).encode()}
+
+
+def test_closed_surfaces_in_each_other_become_the_target(page, panel, pictures):
+    files = panel.locator("input[type=file]")
+    nest = [brick("femur.stl", 7, 20, 7), brick("subcutaneous fat.stl", 35, 35, 24), brick("muscle.stl", 31, 31, 20)]
+    files.set_input_files([nest[0], {"name": "block.inp", "mimeType": "text/plain", "buffer": block()}])
+    expect(panel.locator(".alert")).to_contain_text("choose one file, or several closed surfaces")
+    opened = {**nest[2], "buffer": nest[2]["buffer"].replace(b"vertex 31 31 20", b"vertex 31 31 21", 1)}
+    files.set_input_files([nest[1], opened])
+    expect(panel.locator(".alert")).to_contain_text("muscle.stl cannot be used")
+    files.set_input_files(nest)
+    expect(panel).to_contain_text("36 triangles")
+    expect(panel).to_contain_text("box 70 × 70 × 48 mm")
+    for name, use in (("subcutaneous fat", "^fat/"), ("muscle", "^muscle/"), ("femur", "^fixed$")):
+        expect(panel.get_by_label(f"What is {name}?")).to_have_value(re.compile(use))
+    # One unit for all, with sizes of elements that follow it.
+    unit, top, size = panel.get_by_label("Unit of the file"), panel.get_by_label("Point of impact, z [mm]"), panel.get_by_label("Size of the elements [mm]")
+    expect(unit).to_have_value("0.001")
+    expect(top).to_have_value("24")
+    millimetres = float(size.input_value())
+    unit.select_option("cm")
+    expect(top).to_have_value("240")
+    assert abs(float(size.input_value()) / millimetres - 10) < 0.6
+    unit.select_option("mm")
+    expect(top).to_have_value("24")
+    size.fill("12")
+    panel.get_by_label("Size at the impact [mm]").fill("6")
+    panel.get_by_label("Time to simulate [ms]").fill("1")
+    panel.get_by_role("button", name="Use it as the target").click()
+    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"hole": "femur"'))
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    tissue = tissue_of(scene_of(page))
+    surfaces = tissue["mesh"]["segmentation"]["surfaces"]
+    assert [surface.get("part") for surface in surfaces] == ["subcutaneous fat", "muscle", None]
+    assert all(surface["scale"] == 0.001 for surface in surfaces) and tissue["fixed"] == [{"set": "femur"}]
+    # Their sections are drawn in each other.
+    picture = page.locator(".geometry svg")
+    expect(picture).to_have_attribute("aria-label", re.compile("subcutaneou… 70 mm, muscle 62 mm, femur 14 mm"))
+    at_every_size(page, pictures, "own-surfaces")
+    page.get_by_role("button", name="Run this impact").click()
+    page.wait_for_url(re.compile("#/job/"))
+    expect(page.get_by_label("The four numbers")).to_be_visible()

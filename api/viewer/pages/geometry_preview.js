@@ -61,9 +61,9 @@ function ofRigid({ shape = {}, center_m: centre }, name, across) {
   return null;
 }
 
-/** The parts of an uploaded mesh in its section. */
-function ofSection(body, section, across) {
-  return outlinesOf(body, section, across).map(({ name, isHole, lines }) => {
+/** The parts of an uploaded mesh in its sections. */
+function ofSections(body, sections, across) {
+  return outlinesOf(body, sections, across).map(({ name, isHole, lines }) => {
     const points = lines.flat();
     const end = (of, k) => points.reduce((extreme, point) => of(extreme, point[k]), points[0][k]);
     const material = body.parts?.find(({ part }) => part === name || part === "*")?.material?.library ?? "";
@@ -73,18 +73,19 @@ function ofSection(body, section, across) {
 }
 
 /** The shapes of a body; null if they cannot be drawn. */
-function shapesOf(body, section, across) {
+function shapesOf(body, sections, across) {
   const { translation_m: moved, ...turned } = body?.placement ?? {};
   const generator = Object.keys(turned).length ? null : body?.mesh?.generator;
-  const found = section ? ofSection(body, section, across) : body?.rigid ? ofRigid(body.rigid, body.name, across) : generator ? ofGenerator(generator, at(moved), body.name, across) : null;
+  const found = sections ? ofSections(body, sections, across) : body?.rigid ? ofRigid(body.rigid, body.name, across) : generator ? ofGenerator(generator, at(moved), body.name, across) : null;
   return found?.every(({ x, z, a, c }) => [x, z, a, c].every(number) && a > 0 && c > 0) ? found : null;
 }
 
 /** Why the section of an uploaded body has nothing to draw; empty if it has. */
-function lack({ name }, section, plane) {
-  if (!section) return `The section of ${name} is on its way …`;
-  if (section.refused) return `${name} is not drawn: ${section.refused}`;
-  return section.parts.length ? "" : `The plane through the projectile, ${plane}, does not meet ${name}.`;
+function lack({ name }, sections, plane) {
+  if (!sections.every(Boolean)) return `The section of ${name} is on its way …`;
+  const { refused } = sections.find((section) => section.refused) ?? {};
+  if (refused) return `${name} is not drawn: ${refused}`;
+  return sections.some(({ parts }) => parts.length) ? "" : `The plane through the projectile, ${plane}, does not meet ${name}.`;
 }
 
 /** Where a body begins: the centre of what has one. */
@@ -94,7 +95,7 @@ const startOf = (body) => sum(at(body?.rigid?.center_m ?? body?.mesh?.generator?
 function drawing(scene, sections) {
   const bodies = Array.isArray(scene?.bodies) ? scene.bodies : [];
   const projectile = bodies.find((body) => body?.role === "projectile");
-  const uploaded = bodies.filter(uploadedIn);
+  const uploaded = bodies.filter((body) => uploadedIn(body).length);
   const [vx, vy, vz] = at(projectile?.velocity_m_per_s);
   // The plane has the path in it.
   const across = uploaded.length && Math.abs(vy) > Math.max(Math.abs(vx), Math.abs(vz)) ? 1 : 0;
@@ -103,13 +104,13 @@ function drawing(scene, sections) {
   const plane = uploaded.length ? `${"yx"[across]} = ${setting(1e3 * place)} mm` : "";
   const [shapes, arrows, crops, hidden, notes] = [[], [], [], [], []];
   for (const body of bodies) {
-    const section = cuts[uploaded.indexOf(body)];
-    const missing = uploaded.includes(body) && lack(body, section, plane);
-    const found = missing ? [] : shapesOf(body, section, across);
+    const cut = cuts[uploaded.indexOf(body)];
+    const missing = cut && lack(body, cut, plane);
+    const found = missing ? [] : shapesOf(body, cut, across);
     if (missing) notes.push(missing);
     if (!found) hidden.push(body?.name ?? "a body");
     if (!found?.length) continue;
-    const crop = section && cropOf(body, across);
+    const crop = cut && cropOf(body, across);
     const clip = crop ? `crop-${crops.push(crop)}` : null;
     const fillOf = ({ name, fill }) => fill ?? (name === "hollow" ? "#fff" : body.role === "projectile" ? COLOURS.projectile : COLOURS[name] ?? COLOURS.other);
     shapes.push(...found.map((shape) => ({ ...shape, fill: fillOf(shape), clip })));

@@ -1,4 +1,4 @@
-// A scene of an uploaded mesh or scan: the first scene of the service, with what the reader has chosen in the places that it leaves open.
+// A scene of an uploaded mesh or scan, or of closed surfaces: the first scene of the service, with what the reader has chosen in the places that it leaves open.
 
 /** Uses of a part beside the materials of the library. */
 export const [FIXED, STIFF, OMITTED, GIVEN] = ["fixed", "stiff", "omitted", "given"];
@@ -23,12 +23,28 @@ const THRESHOLD = 1e4;
 /** The body of a first scene that is hit. */
 export const tissueOf = (scene) => scene.bodies.find(({ role }) => role === "tissue");
 
-/** Whether a body is made of the labels of a scan. */
-export const isScan = (body) => Boolean(body.mesh.segmentation);
+/** Whether a body is filled with elements: made of the labels of a scan, or of closed surfaces. */
+export const isFilled = (body) => Boolean(body.mesh.segmentation);
+
+/** What the service found, in another unit: all lengths times a factor. */
+export function scaledBy(first, factor) {
+  if (factor === 1) return first;
+  const times = (x) => Number((x * factor).toPrecision(12));
+  const parts = first.parts.map((part) => ({ ...part, volume_m3: part.volume_m3 * factor ** 3, bounding_box_m: part.bounding_box_m.map((corner) => corner.map(times)) }));
+  const scaled = (value, keys) => ({ ...value, ...Object.fromEntries(keys.filter((key) => value[key]).map((key) => [key, times(value[key])])) });
+  const bodies = first.scene.bodies.map((body) => {
+    if (!isFilled(body)) return { ...body, placement: { ...body.placement, scale: times(body.placement?.scale ?? 1) } };
+    const { surfaces, ...sizes } = body.mesh.segmentation;
+    const files = surfaces.map((surface) => ({ ...surface, scale: times(surface.scale ?? 1) }));
+    return { ...body, mesh: { segmentation: { ...scaled(sizes, ["size_m", "thin_size_m", "voxel_size_m"]), surfaces: files } } };
+  });
+  return { ...first, parts, scene: { ...first.scene, bodies } };
+}
 
 /** The use of a part in the first scene: what the service has guessed, or nothing. */
 export function guessOf(scene, name) {
-  if (tissueOf(scene).mesh.segmentation?.labels.some(({ hole }) => hole === name)) return FIXED;
+  const { labels, surfaces } = tissueOf(scene).mesh.segmentation ?? {};
+  if ((labels ?? surfaces)?.some(({ hole }) => hole === name)) return FIXED;
   const part = scene.bodies.flatMap(({ parts = [] }) => parts).find(({ part }) => part === name);
   if (part?.material.law) return GIVEN;
   const set = part?.material.library;
@@ -47,7 +63,7 @@ export function cropFor({ diameter_mm }, { size_m: size }) {
   return { size_m: [length, length, length], isNeeded: size > diameter_mm * 1e-3 / ELEMENTS_ACROSS };
 }
 
-/** The ends at which a scan is cut: those of its own, and those of a crop inside of it. */
+/** The ends at which a body is cut: those of a scan itself, and those of a crop inside of it. */
 export function cutEnds({ parts, sets }, crop) {
   const box = boxAround(parts);
   const isCut = (axis, side) => {
@@ -77,24 +93,28 @@ export function sizeWithin({ scene, parts }, crop) {
 }
 
 /** The body with the uses of its parts; null if nothing of it is left. */
-function used(body, parts, { uses, size, near, touch, held, crop, skin, scale }) {
+function used(body, parts, { uses, size, near, touch, held, crop, skin }) {
   const kept = [...new Set(parts.map(({ part }) => part))].filter((name) => uses.get(name) !== OMITTED && uses.get(name) !== FIXED);
-  const own = isScan(body) ? kept.filter((name) => isWithin(name, parts, crop)) : kept.filter((name) => body.parts.some(({ part }) => part === name));
+  const own = isFilled(body) ? kept.filter((name) => isWithin(name, parts, crop)) : kept.filter((name) => body.parts.some(({ part }) => part === name));
   if (!own.length) return null;
   const made = own.map((part) => {
     if (uses.get(part) === GIVEN) return body.parts.find((given) => given.part === part);
     return { part, ...(uses.get(part) === STIFF ? STIFF_PART : { material: { library: uses.get(part) } }) };
   });
   const { fixed: _, ...rest } = body;
-  if (!isScan(body)) {
+  if (!isFilled(body)) {
     const mesh = own.length === body.parts.length ? body.mesh : { file: { ...body.mesh.file, parts: own } };
-    const placement = { ...rest.placement, scale };
-    return { ...rest, ...(rest.placement || scale !== 1 ? { placement } : {}), mesh, parts: made, ...(body.role === "tissue" ? fixedAt(held) : {}) };
+    return { ...rest, mesh, parts: made, ...(body.role === "tissue" ? fixedAt(held) : {}) };
   }
-  const labels = parts.map(({ label, part }) => ({ label, ...(uses.get(part) === FIXED ? { hole: part } : uses.get(part) === OMITTED ? {} : { part }) }));
+  const usage = ({ part }) => (uses.get(part) === FIXED ? { hole: part } : uses.get(part) === OMITTED ? {} : { part });
+  // Parts are listed as the surfaces are.
+  const { surfaces, thin_size_m: thin, ...given } = body.mesh.segmentation;
+  const listed = surfaces
+    ? { surfaces: surfaces.map(({ name, scale }, n) => ({ name, ...(scale ? { scale } : {}), ...usage(parts[n]) })), ...(thin < size ? { thin_size_m: thin } : {}) }
+    : { labels: parts.map((part) => ({ label: part.label, ...usage(part) })) };
   const finer = near.size < size ? { near: [{ point_m: touch.point_m, size_m: near.size, within_m: near.within }] } : {};
-  const holes = [...new Set(labels.flatMap(({ hole }) => hole ?? []))].filter((hole) => isWithin(hole, parts, crop));
-  const segmentation = { ...body.mesh.segmentation, labels, size_m: size, ...finer, ...(crop ? { crop } : {}), ...(skin ? { skin_thickness_m: skin.thickness } : {}) };
+  const holes = [...new Set((listed.surfaces ?? listed.labels).flatMap(({ hole }) => hole ?? []))].filter((hole) => isWithin(hole, parts, crop));
+  const segmentation = { ...given, ...listed, size_m: size, ...finer, ...(crop ? { crop } : {}), ...(skin ? { skin_thickness_m: skin.thickness } : {}) };
   if (skin && !own.includes(SKIN)) made.push({ part: SKIN, material: { library: skin.material } });
   return { ...rest, mesh: { segmentation }, parts: made, ...fixedAt([...holes, ...held]) };
 }
@@ -112,19 +132,19 @@ function projectileAt({ projectile, touch, speed }, gap) {
 /**
  * The scene of what was chosen: `first` the answer of the service, `uses` by part, `held` sets, `projectile`, `touch`, `speed` [m/s],
  * `end` [s], `accuracy` or none; of a scan `size` of its elements and `near`, {size, within}, at the impact [m], `crop` or none, `skin`,
- * {thickness, material}, or none; of a mesh `scale`, metres in its unit.
+ * {thickness, material}, or none.
  */
 export function ownScene(chosen) {
   const { first, name, file, end, accuracy } = chosen;
   const targets = first.scene.bodies.filter(({ role }) => role !== "projectile").map((body) => used(body, first.parts, chosen));
-  const scan = isScan(tissueOf(first.scene));
-  const gap = GAP + (scan ? GAP_OF_ELEMENT * Math.min(chosen.near.size, chosen.size) : 0);
+  const isOfElements = isFilled(tissueOf(first.scene));
+  const gap = GAP + (isOfElements ? GAP_OF_ELEMENT * Math.min(chosen.near.size, chosen.size) : 0);
   return {
     name, description: `${chosen.projectile.name} on ${file}`, end_time_s: end,
     bodies: [projectileAt(chosen, gap), ...targets.filter(Boolean)],
     contact: { friction: 0.3 },
     record: { field_interval_s: Number((end / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
-    measures: { ...(scan ? { skin_set: "outer" } : {}), stress_thresholds_pa: [THRESHOLD] },
+    measures: { ...(isOfElements ? { skin_set: "outer" } : {}), stress_thresholds_pa: [THRESHOLD] },
     ...(accuracy ? { accuracy } : {}),
   };
 }

@@ -9,11 +9,19 @@ const REST = 350;
 /** Sections that are kept. */
 const MOST_KEPT = 30;
 
-/** The uploaded mesh of a body: its id, and its placement if that keeps its axes; null for other bodies. */
+/** The files that the mesh of a body is made of, with the scale of each. */
+export function filesOf(body) {
+  const { file, segmentation } = body?.mesh ?? {};
+  const surfaces = Array.isArray(segmentation?.surfaces) ? segmentation.surfaces : [];
+  const whole = file?.name ?? segmentation?.name;
+  return [...(whole ? [{ name: whole, scale: 1 }] : []), ...surfaces.map((surface) => ({ name: surface?.name, scale: surface?.scale ?? 1 }))];
+}
+
+/** The uploads that a body is made of: their ids, and their placement if that keeps its axes; none for other bodies. */
 export function uploadedIn(body) {
-  const id = body?.mesh?.file?.name ?? body?.mesh?.segmentation?.name;
   const { scale = 1, translation_m: translation = [0, 0, 0], ...turned } = body?.placement ?? {};
-  return ID.test(id ?? "") && scale > 0 && !Object.keys(turned).length ? { id, scale, translation } : null;
+  const uploads = filesOf(body).map(({ name, scale: own }) => ({ id: name, scale: scale * own, translation }));
+  return uploads.every((upload) => ID.test(upload.id ?? "") && upload.scale > 0) && !Object.keys(turned).length ? uploads : [];
 }
 
 /** Sections as the service cuts them, asked for once each. */
@@ -31,13 +39,13 @@ export class Sections {
     clearTimeout(this.#timer);
   }
 
-  /** The sections of meshes, [{id, scale, translation}], across an axis at a place [m]; undefined for those that are still asked for. */
-  at(meshes, axis, place) {
-    const addresses = meshes.map(({ id, scale, translation }) => `/v1/meshes/${id}/section?normal=${AXES[axis]}&at=${Number(((place - translation[axis]) / scale).toPrecision(6))}`);
-    const missing = [...new Set(addresses)].filter((address) => !this.#known.has(address));
+  /** The sections of the uploads of each body, [{id, scale, translation}], across an axis at a place [m]; undefined for those that are still asked for. */
+  at(bodies, axis, place) {
+    const addressOf = ({ id, scale, translation }) => `/v1/meshes/${id}/section?normal=${AXES[axis]}&at=${Number(((place - translation[axis]) / scale).toPrecision(6))}`;
+    const missing = [...new Set(bodies.flat().map(addressOf))].filter((address) => !this.#known.has(address));
     clearTimeout(this.#timer);
     if (missing.length) this.#timer = setTimeout(() => this.#ask(missing), REST);
-    return addresses.map((address) => this.#known.get(address));
+    return bodies.map((uploads) => uploads.map((upload) => this.#known.get(addressOf(upload))));
   }
 
   async #ask(addresses) {
@@ -51,16 +59,17 @@ export class Sections {
   }
 }
 
-/** The outlines of the parts of a body in its section, by the name that they have in the scene: [{name, isHole, lines}], lines in metres. */
-export function outlinesOf(body, section, across) {
-  const { scale, translation } = uploadedIn(body);
+/** The outlines of the parts of a body in its sections, by the name that they have in the scene: [{name, isHole, lines}], lines in metres. */
+export function outlinesOf(body, sections, across) {
   const { segmentation, file } = body.mesh;
   const listed = segmentation?.labels && new Map(segmentation.labels.map((entry) => [entry.label, entry]));
-  const usage = ({ part, label }) => (listed ? listed.get(label) ?? {} : file?.parts && !file.parts.includes(part) ? {} : { part });
-  const placed = (line) => line.map(([u, v]) => [u * scale + translation[across], v * scale + translation[2]]);
-  return section.parts.flatMap((cut) => {
-    const { part, hole } = usage(cut);
-    return part || hole ? [{ name: part ?? hole, isHole: !part, lines: cut.outlines.map(placed) }] : [];
+  const usage = ({ part, label }, n) => segmentation?.surfaces?.[n] ?? (listed ? listed.get(label) ?? {} : file?.parts && !file.parts.includes(part) ? {} : { part });
+  return uploadedIn(body).flatMap(({ scale, translation }, n) => {
+    const placed = (line) => line.map(([u, v]) => [u * scale + translation[across], v * scale + translation[2]]);
+    return sections[n].parts.flatMap((cut) => {
+      const { part, hole } = usage(cut, n);
+      return part || hole ? [{ name: part ?? hole, isHole: !part, lines: cut.outlines.map(placed) }] : [];
+    });
   });
 }
 
@@ -68,6 +77,6 @@ export function outlinesOf(body, section, across) {
 export function cropOf(body, across) {
   const { crop } = body.mesh.segmentation ?? {};
   if (!crop) return null;
-  const { scale, translation } = uploadedIn(body);
+  const { scale = 1, translation_m: translation = [0, 0, 0] } = body.placement ?? {};
   return [-0.5, 0.5].map((side) => [across, 2].map((k) => (crop.center_m[k] + side * crop.size_m[k]) * scale + translation[k]));
 }

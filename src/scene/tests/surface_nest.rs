@@ -5,7 +5,7 @@ use super::*;
 use crate::mechanics::rigid::{Rotation, Shape};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::read::stl::read_stl;
-use crate::scene::first_scene::first_scene_of_surfaces;
+use crate::scene::first_surfaces::{Nest, SurfaceFile};
 
 /// A thigh with a layer of fat and a bone, along an axis at an angle, in millimetres.
 fn limb() -> [(&'static str, Vec<u8>); 3] {
@@ -72,8 +72,12 @@ fn closed_surfaces_in_each_other_become_parts_and_holes_of_their_volumes() {
 
 #[test]
 fn a_first_scene_of_surfaces_is_completed_by_what_is_missing() {
-    let surfaces = limb().map(|(name, bytes)| (read_stl(&bytes).unwrap(), name.to_owned()));
-    let document = first_scene_of_surfaces(&surfaces);
+    let surfaces = limb().map(|(name, bytes)| SurfaceFile {
+        file: name.to_owned(),
+        name: name.to_owned(),
+        surface: read_stl(&bytes).unwrap(),
+    });
+    let document = Nest::of(&surfaces).first_scene();
     let found = load_nest(&document).unwrap_err().0;
     let mut codes: Vec<&str> = found.iter().filter(|p| p.is_error()).map(|p| p.pointer.as_str()).collect();
     codes.dedup();

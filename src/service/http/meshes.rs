@@ -8,7 +8,7 @@ use crate::mesh::read::MeshFormat;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobsError;
-use crate::service::jobs::engine::{Engine, MeshFile};
+use crate::service::jobs::engine::{Engine, MeshFile, NamedUpload};
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::store::MeshDeletion;
 use crate::service::meshes::{MeshRefusal, StoredMesh, is_id};
@@ -20,6 +20,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures::StreamExt;
 use serde::{Deserialize, Serialize};
+use std::io::Read;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use utoipa::{IntoParams, ToSchema};
@@ -29,6 +30,9 @@ const SMALL_MESH: u64 = 2 << 20;
 
 /// Largest coordinate and radius of a ball that comes to a target [m].
 const FARTHEST: f64 = 1000.0;
+
+/// Largest number of surfaces of which a scene is begun.
+const MOST_SURFACES: usize = 100;
 
 /// Options of an upload.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -123,19 +127,39 @@ pub async fn get(
     Ok(Json(mesh))
 }
 
-/// How a ball comes to a mesh.
+/// Of what a scene is begun, and how a ball comes to it.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-pub struct ApproachParameters {
+pub struct FirstSceneParameters {
+    /// Name of the file of a closed surface, after which its part is called; its id by default.
+    name: Option<String>,
+    /// Further closed surfaces of the body, inside or around this one: `<id>:<name of the file>`, separated by slashes.
+    with: Option<String>,
     /// Radius of the ball [m]; 0.02 by default.
     radius_m: Option<f64>,
     /// A point that its path leads through [m], as `x,y,z`; by default the centre of the bounding box of the target.
     through_m: Option<String>,
 }
 
-impl ApproachParameters {
-    fn read(&self) -> Result<Approach, Problem> {
+impl FirstSceneParameters {
+    /// Ids and names of the files, from this one on.
+    fn files(&self, id: &str) -> Result<Vec<(String, String)>, Problem> {
+        let others = self.with.as_deref().unwrap_or_default().split('/').filter(|word| !word.is_empty());
+        let other = |word: &str| {
+            let (id, name) = word.split_once(':').unwrap_or((word, word));
+            is_id(id).then(|| (id.to_owned(), name.to_owned()))
+        };
+        let own = (id.to_owned(), self.name.clone().unwrap_or_else(|| id.to_owned()));
+        let files: Option<Vec<_>> = std::iter::once(Some(own)).chain(others.map(other)).collect();
+        files.filter(|files| files.len() <= MOST_SURFACES).ok_or_else(|| {
+            Problem::bad_parameter(format!(
+                "`with` has to be ids of uploaded surfaces with their names, `<id>:<name>/<id>:<name>`, fewer than {MOST_SURFACES}."
+            ))
+        })
+    }
+
+    fn approach(&self) -> Result<Approach, Problem> {
         let default = Approach::default();
         let through_m = self.through_m.as_ref().map(|text| {
             let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
@@ -154,18 +178,18 @@ impl ApproachParameters {
     }
 }
 
-/// Begin a scene of an uploaded mesh or scan, as `contuse scene from` does.
+/// Begin a scene of an uploaded mesh or scan, or of closed surfaces in each other, as `contuse scene from` does.
 ///
 /// Bodies, parts and sets have guessed roles; what only you know is `null` or `to be chosen`, and `POST /v1/jobs/validate` names
 /// it. Beside it, where a ball that comes along x, y or z touches the target.
 #[utoipa::path(
     get, path = "/v1/meshes/{id}/first-scene", tag = "meshes", operation_id = "first_scene",
-    params(("id" = String, Path, description = "SHA-256 of the file"), ApproachParameters),
+    params(("id" = String, Path, description = "SHA-256 of the file"), FirstSceneParameters),
     responses(
         (status = 200, description = "The scene, the parts and sets of the mesh, and where a ball touches it", body = FirstScene),
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "A closed surface alone", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "No scene can be begun of it, or of several files that are not surfaces or are too large together", body = ProblemBody, content_type = "application/problem+json"),
         (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
         (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
     )
@@ -174,28 +198,63 @@ pub async fn first_scene(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     path: Result<Path<String>, axum::extract::rejection::PathRejection>,
-    Parameters(parameters): Parameters<ApproachParameters>,
+    Parameters(parameters): Parameters<FirstSceneParameters>,
 ) -> Result<Json<FirstScene>, Problem> {
-    let approach = parameters.read()?;
+    let approach = parameters.approach()?;
     let Json(mesh) = get(State(Arc::clone(&app)), Owner(owner.clone()), path).await?;
-    let id = mesh.id.clone();
-    reading(&app, &owner, mesh, move |engine, file| engine.first_scene(file, &id, &approach)).await
+    let (mut meshes, mut uploads) = (Vec::new(), Vec::new());
+    for (id, name) in parameters.files(&mesh.id)? {
+        let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
+        uploads.push(NamedUpload { id, name, bytes: mesh.bytes });
+        meshes.push(mesh);
+    }
+    if meshes.len() > 1 {
+        check_surfaces(&meshes, app.config.budget.mesh_bytes)?;
+    }
+    reading(&app, &owner, meshes, move |engine, file| engine.first_scene(file, &uploads, &approach)).await
 }
 
-/// Has the engine read an uploaded mesh for an answer, as soon as a slot is free.
+/// Only surfaces are begun together, within the limit on the size of one mesh.
+fn check_surfaces(meshes: &[StoredMesh], limit: u64) -> Result<(), Problem> {
+    let refusal = |message: String| Problem::from(MeshRefusal { message });
+    if let Some(other) = meshes.iter().find(|mesh| mesh.format != MeshFormat::Stl) {
+        let id = &other.id;
+        return Err(refusal(format!(
+            "{id} is no surface: a scene is begun of one file, or of several surfaces"
+        )));
+    }
+    let bytes: u64 = meshes.iter().map(|mesh| mesh.bytes).sum();
+    if bytes > limit {
+        return Err(refusal(format!(
+            "the surfaces have {bytes} bytes together, of which at most {limit} are read"
+        )));
+    }
+    Ok(())
+}
+
+/// Has the engine read uploaded meshes, one after the other, for an answer, as soon as a slot is free.
 pub(super) async fn reading<T: Send + 'static>(
     app: &App,
     owner: &str,
-    mesh: StoredMesh,
+    meshes: Vec<StoredMesh>,
     answer: impl FnOnce(&dyn Engine, MeshFile<'_>) -> Result<T, MeshRefusal> + Send + 'static,
 ) -> Result<Json<T>, Problem> {
-    let blob = mesh_name(&mesh.id, mesh.format);
-    let opened = app.queue.with_files(move |queue: &Queue| Ok(queue.blobs.open(&blob)?)).await?;
+    let blobs: Vec<String> = meshes.iter().map(|mesh| mesh_name(&mesh.id, mesh.format)).collect();
+    let open = move |queue: &Queue| {
+        let mut content: Box<dyn Read + Send> = Box::new(std::io::empty());
+        for blob in &blobs {
+            let Some(next) = queue.blobs.open(blob)? else { return Ok(None) };
+            content = Box::new(content.chain(next));
+        }
+        Ok(Some(content))
+    };
+    let opened = app.queue.with_files(open).await?;
     let mut content = opened.ok_or_else(Problem::no_such_mesh)?;
     let engine = Arc::clone(&app.queue.engine);
-    let lane = if mesh.bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
+    let bytes: u64 = meshes.iter().map(|mesh| mesh.bytes).sum();
+    let format = meshes.first().map(|mesh| mesh.format);
+    let lane = if bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
     let read = move |is_wanted: &dyn Fn() -> bool| {
-        let (bytes, format) = (mesh.bytes, Some(mesh.format));
         answer(&*engine, MeshFile { content: &mut content, bytes, format, is_wanted })
     };
     Ok(Json(app.validation_slots.call_while_wanted(owner, lane, read).await??))

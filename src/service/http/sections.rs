@@ -25,7 +25,7 @@ pub struct SectionParameters {
     at: Option<f64>,
 }
 
-/// Cut an uploaded mesh or scan by a plane.
+/// Cut an uploaded mesh, scan or closed surface by a plane.
 ///
 /// The outlines of its parts or labels, to draw them; of large scans, those of groups of voxels.
 #[utoipa::path(
@@ -35,7 +35,7 @@ pub struct SectionParameters {
         (status = 200, description = "The outlines of the parts in the plane", body = Section),
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "The surface of a rigid body, or too many points", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "It cannot be cut, or outlines have too many points", body = ProblemBody, content_type = "application/problem+json"),
         (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
         (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
     )
@@ -51,5 +51,5 @@ pub async fn section(
     }
     let Json(mesh) = get(State(Arc::clone(&app)), Owner(owner.clone()), path).await?;
     let plane = Plane { axis: normal as usize, at };
-    reading(&app, &owner, mesh, move |engine, file| engine.section(file, plane)).await
+    reading(&app, &owner, vec![mesh], move |engine, file| engine.section(file, plane)).await
 }

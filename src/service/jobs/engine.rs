@@ -151,6 +151,17 @@ pub struct RunReport {
     pub progress: Progress,
 }
 
+/// An upload of which a scene is begun.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedUpload {
+    /// Its id, which is its name in the scene.
+    pub id: String,
+    /// Name of the file, which says what is in it; the id if it is not known.
+    pub name: String,
+    /// Its length [bytes].
+    pub bytes: u64,
+}
+
 /// Interface of a simulator.
 pub trait Engine: Send + Sync + 'static {
     /// Approximate number of elements that the validation of a document makes or reads, without making any; 0 where the
@@ -199,14 +210,15 @@ pub trait Engine: Send + Sync + 'static {
     /// Why it is not a mesh.
     fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal>;
 
-    /// A first scene of an uploaded mesh or scan that scenes call `name`, and where a ball touches it.
+    /// A first scene of an uploaded mesh or scan, or of several closed surfaces, whose contents follow each other in `file`; and
+    /// where a ball touches it.
     ///
     /// # Errors
     /// Why there is none.
     fn first_scene(
         &self,
         file: MeshFile<'_>,
-        name: &str,
+        uploads: &[NamedUpload],
         approach: &Approach,
     ) -> Result<FirstScene, MeshRefusal>;
 

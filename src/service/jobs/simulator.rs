@@ -1,7 +1,7 @@
 //! The production engine: loads, compiles and runs scenes as the command line does.
 
 use super::engine::{
-    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, RunOrder, RunReport, ScenePreview,
+    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NamedUpload, RunOrder, RunReport, ScenePreview,
 };
 use super::failures::{internal, invalid_scene, without_paths};
 use super::scene_loader::{SceneLoader, checked};
@@ -22,6 +22,7 @@ use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
 use crate::scene::febio::scene_of_febio;
 use crate::scene::first_impact::{Approach, FirstScene};
+use crate::scene::first_surfaces::SurfaceFile;
 use crate::scene::json;
 use crate::scene::problem::Pointer;
 use crate::scene::{Loaded, Problem, Problems};
@@ -70,24 +71,18 @@ impl Simulator {
     }
 
     /// Reads a mesh, a scan or a surface, in the given or the detected format.
-    fn read_mesh_file(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshContent, Vec<u8>), MeshRefusal> {
-        let MeshFile { content, bytes, format, .. } = file;
-        let mut read = Vec::new();
-        if let Err(error) = content.take(bytes).read_to_end(&mut read) {
-            tracing::error!(%error, "an upload cannot be read");
-            return Err(refusal("the storage of the service failed: send it again".into()));
-        }
-        let bytes = read.as_slice();
-        let format = format.or_else(|| MeshFormat::sniff(bytes));
-        let format = format.ok_or_else(|| refusal("the format of the file is unknown".into()))?;
+    fn read_mesh_file(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshContent), MeshRefusal> {
+        let (format, bytes) = received(file)?;
+        Ok((format, self.read_content(format, &bytes)?))
+    }
+
+    fn read_content(&self, format: MeshFormat, bytes: &[u8]) -> Result<MeshContent, MeshRefusal> {
         let invalid = |error: MeshError| refusal(error.to_string());
-        let content = if let Some(volume) = format.volume() {
+        if let Some(volume) = format.volume() {
             let labels = read_labels(bytes, volume, self.scenes.budget().mesh_bytes).map_err(invalid)?;
-            // A grid that cannot be meshed is no use.
-            labels.frame().map_err(invalid)?;
-            MeshContent::Scan(labels)
+            Ok(MeshContent::Scan(labels))
         } else if format == MeshFormat::Stl {
-            MeshContent::Surface(read_stl(bytes).map_err(invalid)?)
+            Ok(MeshContent::Surface(read_stl(bytes).map_err(invalid)?))
         } else {
             let mesh = read_mesh(bytes, format).map_err(invalid)?;
             if let Some(element) = first_beyond_range(&mesh) {
@@ -95,9 +90,8 @@ impl Simulator {
                     "element {element} has no size that can be computed: scale its coordinates"
                 )));
             }
-            MeshContent::Mesh(mesh)
-        };
-        Ok((format, content, read))
+            Ok(MeshContent::Mesh(mesh))
+        }
     }
 
     /// Runs a loaded scene and reports its ending and summary.
@@ -178,7 +172,7 @@ impl Engine for Simulator {
     }
 
     fn inspect_mesh(&self, file: MeshFile<'_>) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
-        let (format, content, _) = self.read_mesh_file(file)?;
+        let (format, content) = self.read_mesh_file(file)?;
         let report = match content {
             MeshContent::Mesh(mesh) => {
                 MeshReport::of(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?
@@ -192,37 +186,57 @@ impl Engine for Simulator {
     fn first_scene(
         &self,
         file: MeshFile<'_>,
-        name: &str,
+        uploads: &[NamedUpload],
         approach: &Approach,
     ) -> Result<FirstScene, MeshRefusal> {
-        let (format, content, bytes) = self.read_mesh_file(file)?;
-        match content {
-            MeshContent::Mesh(_) if format == MeshFormat::Febio => {
-                first_scene_of_febio(&bytes, name, approach)
-            }
-            MeshContent::Mesh(mesh) => Ok(FirstScene::of_mesh(&mesh, name, approach)),
+        let (format, bytes) = received(file)?;
+        let id = uploads.first().map_or("", |upload| upload.id.as_str());
+        if format == MeshFormat::Stl {
+            return Ok(FirstScene::of_surfaces(&surfaces(&bytes, uploads)?, approach));
+        }
+        match self.read_content(format, &bytes)? {
+            MeshContent::Mesh(_) if format == MeshFormat::Febio => first_scene_of_febio(&bytes, id, approach),
+            MeshContent::Mesh(mesh) => Ok(FirstScene::of_mesh(&mesh, id, approach)),
             MeshContent::Scan(labels) => {
-                FirstScene::of_scan(&labels, name, approach).map_err(|error| refusal(error.to_string()))
+                FirstScene::of_scan(&labels, id, approach).map_err(|error| refusal(error.to_string()))
             }
-            MeshContent::Surface(_) => {
-                let words = "a surface has no part to begin with: name it in \"mesh\": {\"segmentation\": {\"surfaces\": [{\"name\": …, \"part\": …}], \"size_m\": …}}, \
-                             or as the shape of a rigid body";
-                Err(refusal(words.into()))
-            }
+            MeshContent::Surface(_) => Err(refusal("surfaces are begun together".into())),
         }
     }
 
     fn section(&self, file: MeshFile<'_>, plane: Plane) -> Result<Section, MeshRefusal> {
-        let (_, content, _) = self.read_mesh_file(file)?;
+        let (_, content) = self.read_mesh_file(file)?;
         let cut = match content {
             MeshContent::Mesh(mesh) => Section::of_mesh(&mesh, plane),
             MeshContent::Scan(labels) => Section::of_scan(&labels, plane),
-            MeshContent::Surface(_) => {
-                return Err(refusal("a surface is the shape of a rigid body: it has no part to cut".into()));
-            }
+            MeshContent::Surface(surface) => Section::of_surface(&surface, plane),
         };
         cut.map_err(|error| refusal(error.to_string()))
     }
+}
+
+/// The format of a file, given or detected, and its bytes.
+fn received(file: MeshFile<'_>) -> Result<(MeshFormat, Vec<u8>), MeshRefusal> {
+    let MeshFile { content, bytes, format, .. } = file;
+    let mut read = Vec::new();
+    if let Err(error) = content.take(bytes).read_to_end(&mut read) {
+        tracing::error!(%error, "an upload cannot be read");
+        return Err(refusal("the storage of the service failed: send it again".into()));
+    }
+    let format = format.or_else(|| MeshFormat::sniff(&read));
+    Ok((format.ok_or_else(|| refusal("the format of the file is unknown".into()))?, read))
+}
+
+/// The surfaces of uploads, whose bytes follow each other.
+fn surfaces(mut bytes: &[u8], uploads: &[NamedUpload]) -> Result<Vec<SurfaceFile>, MeshRefusal> {
+    let mut files = Vec::with_capacity(uploads.len());
+    for NamedUpload { id, name, bytes: count } in uploads {
+        let (own, rest) = bytes.split_at((*count as usize).min(bytes.len()));
+        let surface = read_stl(own).map_err(|error| refusal(format!("{name}: {error}")))?;
+        files.push(SurfaceFile { file: id.clone(), name: name.clone(), surface });
+        bytes = rest;
+    }
+    Ok(files)
 }
 
 /// With the materials, conditions, loads and contact of the file.

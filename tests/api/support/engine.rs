@@ -9,7 +9,7 @@ use contuse::scene::first_impact::{Approach, FirstScene};
 use contuse::scene::summary::BodySummary;
 use contuse::scene::{Problem, Problems, problem::Pointer};
 use contuse::service::jobs::engine::{
-    CheckedScene, Engine, JsonDocument, MeshFile, RunOrder, RunReport, ScenePreview,
+    CheckedScene, Engine, JsonDocument, MeshFile, NamedUpload, RunOrder, RunReport, ScenePreview,
 };
 use contuse::service::jobs::{JobKind, Phase, Progress};
 use contuse::service::meshes::{MeshRefusal, MeshShelf};
@@ -219,8 +219,18 @@ impl Engine for ScriptedEngine {
         }
     }
 
-    fn first_scene(&self, _: MeshFile<'_>, name: &str, _: &Approach) -> Result<FirstScene, MeshRefusal> {
-        Ok(FirstScene { scene: json!({ "name": name }), parts: vec![], sets: vec![], touches: vec![] })
+    fn first_scene(
+        &self,
+        _: MeshFile<'_>,
+        uploads: &[NamedUpload],
+        _: &Approach,
+    ) -> Result<FirstScene, MeshRefusal> {
+        Ok(FirstScene {
+            scene: json!({ "name": uploads[0].name }),
+            parts: vec![],
+            sets: vec![],
+            touches: vec![],
+        })
     }
 
     fn section(&self, _: MeshFile<'_>, plane: Plane) -> Result<Section, MeshRefusal> {

@@ -134,6 +134,69 @@ fn a_first_scene_of_a_scan_says_what_is_missing_and_where_a_ball_touches_it() {
     problem(&upload(&client, "", surface), 422, "invalid-mesh");
 }
 
+/// A box around (x, y, z) = (0, 0, 0) in millimetres, as ASCII STL.
+fn brick(half: [f64; 3]) -> Vec<u8> {
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let corner = |n: usize| {
+        let at = |k: usize| if n >> k & 1 == 1 { half[k] } else { -half[k] };
+        format!("vertex {} {} {}\n", at(0), at(1), at(2))
+    };
+    let triangle = |nodes: [usize; 3]| {
+        format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", nodes.map(corner).concat())
+    };
+    let text: String = faces.map(|[a, b, c, d]| triangle([a, b, c]) + &triangle([a, c, d])).concat();
+    format!("solid brick\n{text}endsolid brick\n").into_bytes()
+}
+
+#[test]
+fn surfaces_in_each_other_are_begun_together_and_run() {
+    let server = Server::simulating();
+    let client = server.client();
+    let sizes = [("muscle", [30.0, 30.0, 20.0]), ("Left femur", [8.0, 8.0, 8.0])];
+    let [muscle, bone] =
+        sizes.map(|(_, half)| upload(&client, "", &brick(half)).json()["id"].as_str().unwrap().to_owned());
+    // In any order: the larger one is around the other.
+    let address = format!("/v1/meshes/{bone}/first-scene");
+    let with = format!("name=Left%20femur.stl&with={muscle}:muscle.stl");
+    let first = client.get(&format!("{address}?{with}&radius_m=0.01")).json();
+    let parts: Vec<&str> =
+        first["parts"].as_array().unwrap().iter().map(|p| p["part"].as_str().unwrap()).collect();
+    assert_eq!(parts, ["muscle", "Left femur"]);
+    let body = &first["scene"]["bodies"][0];
+    let surfaces = json!([
+        {"name": muscle, "part": "muscle", "scale": 0.001}, {"name": bone, "hole": "Left femur", "scale": 0.001}
+    ]);
+    assert_eq!(body["mesh"]["segmentation"]["surfaces"], surfaces);
+    assert_eq!(body["fixed"], json!([{"set": "Left femur"}]));
+    let touches = first["touches"].as_array().unwrap();
+    let above = touches.iter().find(|touch| touch["direction"] == json!([0.0, 0.0, -1.0])).unwrap();
+    assert!((above["center_m"][2].as_f64().unwrap() - 0.03).abs() < 1e-9, "{above}");
+    // Completed, it runs.
+    let mut scene = first["scene"].clone();
+    scene["end_time_s"] = json!(2e-4);
+    scene["bodies"][0]["mesh"]["segmentation"]["size_m"] = json!(0.01);
+    scene["bodies"].as_array_mut().unwrap().push(json!({
+        "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -5],
+        "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0, 0, 0.031], "mass_kg": 0.01}
+    }));
+    scene["solver"] = json!({"error_bars": "none"});
+    let (_, job) = finished(&client, &scene);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    // One alone, too, which is then the tissue; and cut.
+    let alone = client.get(&address).json();
+    assert_eq!(alone["scene"]["bodies"][0]["mesh"]["segmentation"]["surfaces"][0]["part"], json!(bone));
+    let section = client.get(&format!("/v1/meshes/{muscle}/section?normal=z")).json();
+    assert_eq!(
+        section["parts"][0]["outlines"],
+        json!([[[-30.0, -30.0], [30.0, -30.0], [30.0, 30.0], [-30.0, 30.0]]])
+    );
+    // What is no surface, not there, or no id.
+    let scan = upload(&client, "", &scan()).json()["id"].as_str().unwrap().to_owned();
+    problem(&client.get(&format!("{address}?with={scan}")), 422, "invalid-mesh");
+    problem(&client.get(&format!("{address}?with={}", "a".repeat(64))), 404, "mesh-not-found");
+    problem(&client.get(&format!("{address}?with=muscle.stl")), 400, "bad-parameter");
+}
+
 #[test]
 fn a_scan_is_cut_by_a_plane() {
     let server = Server::simulating();

@@ -12,7 +12,8 @@ use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::{RunControl, StopReason};
 use crate::service::jobs::engine::{
-    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, OpenMesh, RunOrder, RunReport, ScenePreview,
+    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NamedUpload, OpenMesh, RunOrder, RunReport,
+    ScenePreview,
 };
 use crate::service::jobs::failures::{beyond_deadline, killed, out_of_memory, panic_elsewhere};
 use crate::service::jobs::simulator::Simulator;
@@ -248,11 +249,11 @@ impl Engine for ProcessEngine {
     fn first_scene(
         &self,
         file: MeshFile<'_>,
-        name: &str,
+        uploads: &[NamedUpload],
         approach: &Approach,
     ) -> Result<FirstScene, MeshRefusal> {
-        let work =
-            Work::FirstScene { format: file.format, name: name.to_owned(), approach: approach.clone() };
+        let (uploads, approach) = (uploads.to_vec(), approach.clone());
+        let work = Work::FirstScene { format: file.format, uploads, approach };
         self.read_mesh(work, file, |message| match message {
             FromChild::Begun(begun) => Some(begun.map(|scene| *scene)),
             _ => None,

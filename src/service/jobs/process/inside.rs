@@ -81,8 +81,8 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
         Work::Inspect { format } => {
             FromChild::Inspected(simulator.inspect_mesh(whole(&mut bytes.as_slice(), *format)))
         }
-        Work::FirstScene { format, name, approach } => {
-            let begun = simulator.first_scene(whole(&mut bytes.as_slice(), *format), name, approach);
+        Work::FirstScene { format, uploads, approach } => {
+            let begun = simulator.first_scene(whole(&mut bytes.as_slice(), *format), uploads, approach);
             FromChild::Begun(begun.map(Box::new))
         }
         Work::Section { format, plane } => {

@@ -7,7 +7,7 @@ use crate::mesh::section::{Plane, Section};
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Budget, MeshSourceError, Problems};
 use crate::service::jobs::control::StopReason;
-use crate::service::jobs::engine::{CheckedScene, RunReport, ScenePreview};
+use crate::service::jobs::engine::{CheckedScene, NamedUpload, RunReport, ScenePreview};
 use crate::service::jobs::{JobKind, Progress};
 use crate::service::meshes::MeshRefusal;
 use crate::step::Failure;
@@ -52,8 +52,8 @@ pub(super) enum Work {
     Preview,
     /// Read and check a mesh.
     Inspect { format: Option<MeshFormat> },
-    /// Begin a scene of a mesh that scenes call so.
-    FirstScene { format: Option<MeshFormat>, name: String, approach: Approach },
+    /// Begin a scene of a mesh, or of surfaces one after the other.
+    FirstScene { format: Option<MeshFormat>, uploads: Vec<NamedUpload>, approach: Approach },
     /// Cut a mesh by a plane.
     Section { format: Option<MeshFormat>, plane: Plane },
 }
