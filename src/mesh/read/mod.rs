@@ -64,7 +64,7 @@ pub enum MeshFormat {
     /// Label volume in NRRD `.nrrd`.
     #[serde(rename = "nrrd")]
     Nrrd,
-    /// Label volume in MetaImage `.mha`.
+    /// Label volume in MetaImage `.mha`, or `.mhd` with its data in the same file.
     #[serde(rename = "mha")]
     MetaImage,
     /// Closed surface of a rigid body or of a tissue in STL `.stl`, ASCII or binary.
@@ -105,7 +105,7 @@ impl MeshFormat {
             Self::Nastran => &["bdf", "nas"],
             Self::Nifti => &["nii", "nii.gz"],
             Self::Nrrd => &["nrrd"],
-            Self::MetaImage => &["mha"],
+            Self::MetaImage => &["mha", "mhd"],
             Self::Stl => &["stl"],
         }
     }

@@ -129,6 +129,7 @@ fn formats_are_known_by_name_and_by_their_beginning() {
     assert_eq!(MeshFormat::from_name("b.inp"), Some(MeshFormat::Abaqus));
     assert_eq!(MeshFormat::from_name("c.vtu"), Some(MeshFormat::Vtu));
     assert_eq!(MeshFormat::from_name("c.vtp"), None);
+    assert_eq!(MeshFormat::from_name("c.mhd"), Some(MeshFormat::MetaImage));
     assert_eq!(MeshFormat::from_name("msh"), None);
     assert_eq!(MeshFormat::sniff(MSH), Some(MeshFormat::Gmsh));
     assert_eq!(MeshFormat::sniff(INP), Some(MeshFormat::Abaqus));
@@ -176,6 +177,8 @@ fn gmsh_errors_name_the_line() {
     let (_, message) = broken("$Elements\n3", "$Elements\n2");
     assert!(message.starts_with("expected $EndElements, found"), "{message}");
     assert_eq!(malformed("solid x", MeshFormat::Gmsh).0, 1);
+    let oldest = read_mesh(b"$NOD\n8\n", MeshFormat::Gmsh).unwrap_err().to_string();
+    assert!(oldest.contains("Gmsh format version 1"), "{oldest}");
 }
 
 #[test]

@@ -72,6 +72,12 @@ fn skip_comments(cursor: &mut Cursor) -> Result<(), MeshError> {
         match cursor.filled_line() {
             b"$MeshFormat" => return Ok(()),
             b"$Comments" => cursor.skip_section("Comments")?,
+            b"$NOD" => {
+                return Err(MeshError::Unsupported {
+                    what: "Gmsh format version 1".into(),
+                    remedy: "save it as version 4.1 or 2.2, as `gmsh FILE -save -format msh41` does".into(),
+                });
+            }
             line => {
                 return Err(cursor.error_at(start, format!("expected $MeshFormat, found {}", shown(line))));
             }

@@ -1,4 +1,4 @@
-//! MetaImage `.mha` (<https://itk.org/Wiki/MetaIO/Documentation>): its data are in the same file, raw or compressed by zlib.
+//! MetaImage `.mha`, `.mhd` (<https://itk.org/Wiki/MetaIO/Documentation>): its data are in the same file, raw or compressed by zlib.
 
 use super::gzip::Compressed;
 use super::header::{TextHeader, counts, exactly, in_line, numbers, spacings};

@@ -1,4 +1,4 @@
-//! Label volumes: NIfTI-1 and -2 (`.nii`, `.nii.gz`), NRRD (`.nrrd`), MetaImage (`.mha`).
+//! Label volumes: NIfTI-1 and -2 (`.nii`, `.nii.gz`), NRRD (`.nrrd`), MetaImage (`.mha`, `.mhd`).
 //!
 //! The readers accept arbitrary bytes and trust none of them. The size that a header announces is compared with the limit
 //! and with the length of the data before anything of that size is allocated. Positions are in the axes of NIfTI (x to the
@@ -50,7 +50,7 @@ impl VolumeFormat {
 ///
 /// # Errors
 /// `Malformed`, with the byte or line, for a violation of the format and for voxels that are no whole numbers;
-/// `Unsupported` for versions, encodings and data that are not read, and for more bytes than allowed.
+/// `Unsupported` for versions, encodings and data that are not read, for grids with shear, and for more bytes than allowed.
 pub fn read_labels(bytes: &[u8], format: VolumeFormat, limit: u64) -> Result<LabelVolume, MeshError> {
     let volume = match format {
         VolumeFormat::Nifti => nifti::read(bytes, limit),
@@ -64,5 +64,7 @@ pub fn read_labels(bytes: &[u8], format: VolumeFormat, limit: u64) -> Result<Lab
                 .into(),
         });
     }
+    // A grid that cannot be meshed is no use.
+    volume.frame()?;
     Ok(volume)
 }

@@ -114,6 +114,18 @@ fn assert_small(volume: &LabelVolume) {
     assert!((counts[1].volume_m3 / (8.0 * 0.75e-9) - 1.0).abs() < 1e-6);
 }
 
+#[test]
+fn a_grid_with_shear_is_refused_in_every_format() {
+    let mut written = Written::small();
+    written.steps_mm[0] += written.steps_mm[1] * 0.1;
+    for (file, format) in
+        [(written.nrrd("raw"), VolumeFormat::Nrrd), (written.metaimage(false), VolumeFormat::MetaImage)]
+    {
+        let refused = read_labels(&file, format, 1000).unwrap_err().to_string();
+        assert!(refused.contains("not at right angles"), "{refused}");
+    }
+}
+
 /// Bytes of a voxel with a label.
 type Encode = fn(u8) -> Vec<u8>;
 
