@@ -163,6 +163,19 @@ def test_a_mesh_is_uploaded_once(client):
     assert caught.value.status == 422
 
 
+def test_surfaces_beside_a_scene_are_uploaded(client, tmp_path):
+    corners = [(0, 0, 0), (0.03, 0, 0), (0, 0.03, 0), (0, 0, 0.03)]
+    faces = [[corners[n] for n in face] for face in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))]
+    facets = ["facet normal 0 0 0\nouter loop\n" + "".join("vertex {} {} {}\n".format(*x) for x in face) + "endloop\nendfacet\n" for face in faces]
+    (tmp_path / "fat.stl").write_text("solid\n" + "".join(facets) + "endsolid\n")
+    parts = [{"part": "fat", "density_kg_per_m3": 1000, "material": {"law": "neo_hookean", "c10_pa": 5e3, "bulk_modulus_pa": 2e7}}]
+    filled = {"name": "fat", "role": "tissue", "fixed": [{"set": "outer"}], "parts": parts, "mesh": {"segmentation": {"surfaces": [{"name": "fat.stl", "part": "fat"}], "size_m": 0.005}}}
+    ball = {"name": "wedge", "role": "projectile", "velocity_m_per_s": [0, 0, -1], "rigid": {"shape": {"kind": "stl", "name": "fat.stl"}, "center_m": [0.01, 0.01, 0.04], "mass_kg": 0.1}}
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps({"name": "surfaces", "end_time_s": 1e-3, "bodies": [ball, filled]}))
+    assert [body["name"] for body in client.validate(scene)["bodies"]] == ["wedge", "fat"]
+
+
 def test_a_scene_begins_with_a_mesh(client):
     mesh = client.upload(ROOT / "tests/data/meshes/layered_plate.msh")
     begun = client.first_scene(mesh, radius_m=0.01)

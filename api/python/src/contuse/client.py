@@ -51,7 +51,7 @@ class Client:
         return Mesh.of(answer.json())
 
     def first_scene(self, mesh: Mesh | str, radius_m: float | None = None) -> dict[str, Any]:
-        """A scene of an uploaded mesh or scan to begin with: `scene`, `parts`, `sets`, and where a ball of that radius touches it (`touches`)."""
+        """A scene of an uploaded mesh, scan or closed surface to begin with: `scene`, `parts`, `sets`, and where a ball of that radius touches it (`touches`)."""
         mesh_id = mesh.id if isinstance(mesh, Mesh) else mesh
         parameters = {} if radius_m is None else {"radius_m": str(radius_m)}
         begun: dict[str, Any] = self._get(f"/v1/meshes/{mesh_id}/first-scene", params=parameters).json()
@@ -238,11 +238,11 @@ def _id(job: Job | str) -> str:
 
 
 def _mesh_files(value: Any) -> Iterator[dict[str, Any]]:
-    """What names a mesh file, wherever it stands in a document: the insides of `{"file": {"name": …}}`."""
+    """What names a mesh, a scan or a surface, wherever it stands in a document: the insides of `{"file": {"name": …}}` and the like."""
     if isinstance(value, dict):
-        file = value.get("file")
-        if isinstance(file, dict) and isinstance(file.get("name"), str):
-            yield file
+        surfaces = value.get("surfaces")
+        named = [value.get("file"), value.get("segmentation"), value.get("shape"), *(surfaces if isinstance(surfaces, list) else [])]
+        yield from (file for file in named if isinstance(file, dict) and isinstance(file.get("name"), str))
         value = list(value.values())
     if isinstance(value, list):
         for inner in value:
