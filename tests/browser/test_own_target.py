@@ -250,16 +250,19 @@ def test_closed_surfaces_in_each_other_become_the_target(page, panel, pictures):
     expect(panel).to_contain_text("box 70 × 70 × 48 mm")
     for name, use in (("subcutaneous fat", "^fat/"), ("muscle", "^muscle/"), ("femur", "^fixed$")):
         expect(panel.get_by_label(f"What is {name}?")).to_have_value(re.compile(use))
-    # One unit for all, with sizes of elements that follow it.
+    # One unit for all; sizes of elements follow it, so that of a larger body a box is enough.
     unit, top, size = panel.get_by_label("Unit of the file"), panel.get_by_label("Point of impact, z [mm]"), panel.get_by_label("Size of the elements [mm]")
+    cropped = panel.get_by_label("only a box around the impact")
+    expect(cropped).not_to_be_checked()
     expect(unit).to_have_value("0.001")
     expect(top).to_have_value("24")
-    millimetres = float(size.input_value())
     unit.select_option("cm")
     expect(top).to_have_value("240")
-    assert abs(float(size.input_value()) / millimetres - 10) < 0.6
+    expect(cropped).to_be_checked()
     unit.select_option("mm")
     expect(top).to_have_value("24")
+    expect(cropped).not_to_be_checked()
+    assert float(size.input_value()) == 3.4
     size.fill("12")
     panel.get_by_label("Size at the impact [mm]").fill("6")
     panel.get_by_label("Time to simulate [ms]").fill("1")
@@ -272,7 +275,7 @@ def test_closed_surfaces_in_each_other_become_the_target(page, panel, pictures):
     assert all(surface["scale"] == 0.001 for surface in surfaces) and tissue["fixed"] == [{"set": "femur"}]
     # Their sections are drawn in each other.
     picture = page.locator(".geometry svg")
-    expect(picture).to_have_attribute("aria-label", re.compile("subcutaneou… 70 mm, muscle 62 mm, femur 14 mm"))
+    expect(picture).to_have_attribute("aria-label", re.compile("70 mm, muscle 62 mm, femur 14 mm"))
     at_every_size(page, pictures, "own-surfaces")
     page.get_by_role("button", name="Run this impact").click()
     page.wait_for_url(re.compile("#/job/"))

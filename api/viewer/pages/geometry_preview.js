@@ -123,7 +123,7 @@ function drawing(scene, sections) {
 
 /** Name and size: the thickness of a layer, else the width. */
 function labelOf({ name, size, a }) {
-  const short = name.length > LONGEST_NAME ? `${name.slice(0, LONGEST_NAME - 1)}…` : name;
+  const short = name.length > LONGEST_NAME ? `${name.slice(0, LONGEST_NAME - 1).trimEnd()}…` : name;
   return `${short} ${setting(Number((1e3 * (size ?? 2 * a)).toPrecision(3)))} mm`;
 }
 
