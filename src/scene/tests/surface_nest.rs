@@ -147,6 +147,7 @@ fn volumes_are_those_of_the_surfaces_and_not_of_the_voxels() {
             json!({"name": "bone", "scale": 0.001, "part": "bone"}),
         );
         set(&mut document, "/bodies/0/fixed", json!([{"set": "outer"}]));
+        set(&mut document, "/planes/0/point_m", json!([0, 0, -0.1]));
         set(&mut document, "/bodies/0/mesh/segmentation/voxel_size_m", json!(0.002));
         let files = Files(vec![("fat.stl", fat), ("muscle.stl", muscle), ("bone", bone)]);
         let loaded = load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap();
