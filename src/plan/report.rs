@@ -113,7 +113,7 @@ pub struct BlockReport {
     pub parts: Vec<String>,
     /// Number of elements in this block.
     pub elements: usize,
-    /// Their kind: `hex8`, `wedge6`, `tet10`, `tet4`.
+    /// Their kind, such as `hex8`.
     pub kind: String,
     /// Name of the constitutive law.
     pub law: String,
@@ -123,10 +123,8 @@ pub struct BlockReport {
     pub formulation: String,
     /// Shear viscosity [Pa s].
     pub shear_viscosity_pa_s: f64,
-    /// Number of terms of the Prony series.
-    pub prony_branches: usize,
-    /// Whether its stress softens.
-    pub softens: bool,
+    /// What makes its stress depend on the past, such as a Prony series; empty for elastic and viscous materials.
+    pub history: Vec<String>,
     /// Whether elements may be eroded.
     pub erodes: bool,
     /// Smallest initial critical time step of its elements, without safety factor [s].
@@ -257,8 +255,7 @@ impl BlockReport {
             law,
             fibre_families,
             shear_viscosity_pa_s,
-            prony_branches,
-            softens,
+            history,
             erodes,
             ..
         } = self;
@@ -272,15 +269,9 @@ impl BlockReport {
         } else {
             String::new()
         };
-        let relaxing = match prony_branches {
-            0 => String::new(),
-            n => format!(", Prony series of {n} with the energy of each branch"),
-        };
-        let softening = if *softens { ", softening" } else { "" };
+        let history = history.iter().fold(String::new(), |before, of| before + ", " + of);
         let eroding = if *erodes { ", with erosion" } else { "" };
-        format!(
-            "{body}: {elements} {kind}, {formulation}, {law}{fibres}{viscous}{relaxing}{softening}{eroding}"
-        )
+        format!("{body}: {elements} {kind}, {formulation}, {law}{fibres}{viscous}{history}{eroding}")
     }
 }
 

@@ -166,8 +166,7 @@ fn of_block(
         }
         .into(),
         shear_viscosity_pa_s: p.shear_viscosity,
-        prony_branches: p.memory.branches().len(),
-        softens: p.memory.softens(),
+        history: p.memory.titles(),
         erodes: p.erosion.is_some(),
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(block, evaluated_bytes),

@@ -2,6 +2,8 @@
 
 use super::RecordedRun;
 use crate::measure::summary::number;
+use crate::scene::part_document::PartDocument;
+use serde::Deserialize;
 
 /// Bulk modulus of water, and about that of soft tissue [Pa].
 const BULK_MODULUS_OF_WATER_PA: f64 = 2.2e9;
@@ -19,14 +21,17 @@ pub(super) fn omissions(run: &RecordedRun) -> Vec<String> {
     if !names.contains(&"bone") {
         all.push("Bone is rigid and held in place, or absent: it neither moves nor breaks.".into());
     }
-    let has = |name: &str| parts.iter().any(|part| !part[name].is_null());
-    if !has("softening") && !has("erosion") {
+    // Of a part of another version nothing is claimed.
+    let any = |has: fn(&PartDocument) -> bool| {
+        parts.iter().any(|part| PartDocument::deserialize(part).map_or(true, |part| has(&part)))
+    };
+    if !any(PartDocument::can_tear) {
         all.push(
             "Nothing tears: beyond its strength real tissue yields, and this model goes on bearing load."
                 .into(),
         );
     }
-    if !has("shear_viscosity_pa_s") && !has("prony_series") {
+    if !any(PartDocument::depends_on_rate) {
         all.push("The tissue is elastic: it does not stiffen with the rate of the impact, and dissipates nothing itself.".into());
     }
     let bulk = parts.iter().filter_map(|part| part["material"]["bulk_modulus_pa"].as_f64());
@@ -60,12 +65,18 @@ mod tests {
 
     #[test]
     fn what_a_scene_models_is_not_listed() {
-        let plain = omissions(&run(&json!({"part": "fat", "material": {"bulk_modulus_pa": 5e7}}))).join(" ");
+        let part = |name: &str, bulk: f64| {
+            let law = json!({"law": "neo_hookean", "c10_pa": 3e4, "bulk_modulus_pa": bulk});
+            json!({"part": name, "density_kg_per_m3": 1000, "material": law})
+        };
+        let plain = omissions(&run(&part("fat", 5e7))).join(" ");
         assert!(
             plain.contains("Nothing tears") && plain.contains("is elastic") && plain.contains("50.00 MPa"),
             "{plain}"
         );
-        let viscous = json!({"part": "bone", "material": {"bulk_modulus_pa": 2.2e9}, "shear_viscosity_pa_s": 5, "softening": {}});
+        let mut viscous = part("bone", 2.2e9);
+        viscous["prony_series"] = json!({"branches": [{"relative_modulus": 1, "relaxation_time_s": 1e-3}]});
+        viscous["softening"] = json!({"onset_j_per_m3": 1e6, "fracture_energy_j_per_m2": 1e4});
         let fewer = omissions(&run(&viscous)).join(" ");
         for absent in ["Nothing tears", "is elastic", "resistance", "Bone is rigid"] {
             assert!(!fewer.contains(absent), "{fewer}");

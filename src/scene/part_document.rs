@@ -144,6 +144,14 @@ impl PartDocument {
     pub fn has_memory(&self) -> bool {
         !self.memory().is_empty()
     }
+    /// Whether its stress can be lost for good.
+    pub fn can_tear(&self) -> bool {
+        self.erosion.is_some() || self.memories().any(|(_, memory)| memory.rules().damages)
+    }
+    /// Whether its stress depends on the rate of deformation.
+    pub fn depends_on_rate(&self) -> bool {
+        self.shear_viscosity_pa_s > 0.0 || self.memories().any(|(_, memory)| memory.rules().depends_on_rate)
+    }
     /// Whether only explicit steps support it.
     pub fn needs_explicit_steps(&self) -> bool {
         self.erosion.is_some()

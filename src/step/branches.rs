@@ -48,11 +48,8 @@ impl Branches {
         branches
     }
 
-    /// Takes the energies of an evaluation with memory.
+    /// Takes the energies of an evaluation.
     pub fn evaluate(&mut self, plan: &Plan, forces: &ElementForces) {
-        if self.list.is_empty() {
-            return;
-        }
         self.of_bodies.fill(0.0);
         for (index, block) in plan.blocks.iter().enumerate() {
             self.of_bodies[block.body] += forces.totals(index).branches;
@@ -65,7 +62,7 @@ impl Branches {
         }
     }
 
-    /// Energy in all branches of each body, less what is lost by softening [J]; empty if nothing depends on time.
+    /// Energy that memories store in each body [J]; of Prony series that in all branches, less what is lost by softening.
     pub fn of_bodies(&self) -> &[f64] {
         &self.of_bodies
     }

@@ -41,6 +41,9 @@ impl Memory for Softening {
     const NONE: Self = Self { onset: f64::INFINITY, fracture_energy: 0.0 };
 
     /// The largest ψ° so far.
+    fn title(&self) -> String {
+        "softening".into()
+    }
     fn history_len(&self) -> usize {
         usize::from(self.onset.is_finite())
     }

@@ -45,6 +45,11 @@ macro_rules! memories {
             pub fn history_len(&self) -> usize {
                 [$(self.$name.history_len(),)*].iter().sum()
             }
+            /// [`Memory::title`] of those that the material has.
+            pub fn titles(&self) -> Vec<String> {
+                let all = [$((self.$name.history_len() > 0).then(|| self.$name.title()),)*];
+                all.into_iter().flatten().collect()
+            }
             /// Whether stress can be lost for good.
             pub fn softens(&self) -> bool {
                 [$(self.$name.softens(),)*].contains(&true)

@@ -83,6 +83,8 @@ pub trait Memory: Copy + std::fmt::Debug + PartialEq + Send + Sync + 'static {
     /// A material without this memory.
     const NONE: Self;
 
+    /// Its name with the number of its terms, for reports.
+    fn title(&self) -> String;
     /// Numbers that a point remembers; 0 without this memory.
     fn history_len(&self) -> usize;
     /// Whether it may lose stress for good ([`Inelastic::damage`]), also the pressure in tension: its elements then have

@@ -159,6 +159,10 @@ impl Memory for PronySeries {
     const NONE: Self =
         Self { branches: [Branch { relative_modulus: 0.0, relaxation_time: 0.0 }; MAX_BRANCHES], count: 0 };
 
+    fn title(&self) -> String {
+        format!("Prony series of {}", self.count)
+    }
+
     /// S_iso, H of each branch, the largest |S_iso| so far and its k.
     fn history_len(&self) -> usize {
         if self.count == 0 { 0 } else { 6 * (1 + self.count) + OF_STIFFNESS }

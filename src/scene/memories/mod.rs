@@ -21,6 +21,10 @@ pub struct Rules {
     pub without_explicit_steps: Option<&'static str>,
     /// Whether it acts on a pressure, which must then be that of one element.
     pub needs_pressure_of_element: bool,
+    /// Whether stress is lost for good.
+    pub damages: bool,
+    /// Whether stress depends on the rate of deformation.
+    pub depends_on_rate: bool,
 }
 
 /// A memory in a scene document.

@@ -82,6 +82,8 @@ impl MemoryDocument for PronyDocument {
             with_coupled_law: "coupled_law_with_prony_series",
             without_explicit_steps: None,
             needs_pressure_of_element: false,
+            damages: false,
+            depends_on_rate: true,
         }
     }
 

@@ -37,6 +37,8 @@ impl MemoryDocument for SofteningDocument {
             with_coupled_law: "coupled_law_with_softening",
             without_explicit_steps: Some("softening_without_explicit_steps"),
             needs_pressure_of_element: true,
+            damages: true,
+            depends_on_rate: false,
         }
     }
 

@@ -289,7 +289,7 @@ impl Iterate {
         }
     }
 
-    /// Strain energy of a body without that in the branches of Prony series [J].
+    /// Strain energy of a body without what memories store [J].
     pub fn elastic(&self, body: usize) -> f64 {
         self.strain[body] - self.branches.of_body(body)
     }

@@ -139,7 +139,7 @@ fn what_is_not_stored_is_dissipated_and_never_returns() {
 fn relaxing_stress_softens_with_the_rest() {
     let branch = Branch { relative_modulus: 1.0, relaxation_time: 10.0 };
     let prony = PronySeries::new(&[branch]).unwrap();
-    let both = Memories { prony, softening: SOFTENING };
+    let both = Memories { prony, ..softening_only() };
     let relaxing = Memories { prony, ..Memories::NONE };
     let (mut torn, mut whole) = (Point::new(both, 1e-3), Point::new(relaxing, 1e-3));
     // Sudden shear: twice the slow stress and energy; the energy of slow loading determines the onset, at γ = √2.
@@ -154,7 +154,7 @@ fn relaxing_stress_softens_with_the_rest() {
 #[test]
 fn a_step_of_no_duration_gives_the_state_that_the_history_has() {
     let prony = PronySeries::new(&[Branch { relative_modulus: 2.0, relaxation_time: 1e-3 }]).unwrap();
-    let mut point = Point::new(Memories { prony, softening: SOFTENING }, 1e-3);
+    let mut point = Point::new(Memories { prony, ..softening_only() }, 1e-3);
     point.shear(1.0, 1e-4);
     let then = point.shear(1.9, 3e-4);
     let history = point.history.clone();
