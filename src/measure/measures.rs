@@ -81,10 +81,22 @@ impl Measures {
         Self { error_bars, accuracy, ..self }
     }
 
-    /// Pairs in which the tissue is struck: by the projectiles if there are any, regardless of what supports it.
+    /// Pairs in which the tissue is struck: by projectiles, or by bodies that these push onto it, as armour; without either by any
+    /// body. What merely supports the tissue does not strike it.
     pub fn strikes(&self) -> impl Iterator<Item = &PairMeasures> {
-        let any_projectile = self.pairs.values().any(|pair| pair.on_tissue && pair.of_projectile);
-        self.pairs.values().filter(move |pair| pair.on_tissue && (pair.of_projectile || !any_projectile))
+        let has_touched = |pair: &&PairMeasures| pair.force.contact_span.is_some();
+        let by_projectile = |pair: &&PairMeasures| pair.on_tissue && pair.of_projectile;
+        let is_direct = self.pairs.values().filter(by_projectile).any(|pair| has_touched(&pair));
+        // Bodies that a projectile has touched, where none has reached the tissue itself.
+        let touched = self.pairs.values().filter(|pair| !is_direct && !pair.on_tissue && pair.of_projectile);
+        let pushed: Vec<&String> = touched.filter(has_touched).flat_map(|pair| &pair.between).collect();
+        let by_pushed = move |pair: &PairMeasures| {
+            pair.on_tissue && pushed.contains(&&pair.between[1 - pair.reported_on])
+        };
+        let any = self.pairs.values().any(|pair| by_projectile(&pair) || by_pushed(pair));
+        let is_struck =
+            move |pair: &&PairMeasures| by_projectile(pair) || by_pushed(pair) || (!any && pair.on_tissue);
+        self.pairs.values().filter(is_struck)
     }
 
     /// Pairs that results and recordings list, with their numbers in the plan: all, or of more than 64 those that have touched.
