@@ -32,13 +32,6 @@ impl FolderBlobs {
         forget_lost_drafts(root).map_err(of_root())?;
         Ok(Self { root: root.to_owned() })
     }
-
-    /// File of a blob, whether it exists or not.
-    pub fn path(&self, name: &str) -> PathBuf {
-        let mut places = places(&self.root, name).into_iter();
-        let last = self.root.join(name);
-        places.find(|path| path.exists()).unwrap_or(last)
-    }
 }
 
 impl BlobStore for FolderBlobs {
@@ -64,6 +57,11 @@ impl BlobStore for FolderBlobs {
 
     fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError> {
         list(&self.root, shelf).map_err(BlobError::of(shelf))
+    }
+
+    fn place(&self, name: &str) -> String {
+        let found = places(&self.root, name).into_iter().find(|path| path.exists());
+        found.unwrap_or_else(|| self.root.join(name)).display().to_string()
     }
 
     /// Nothing is copied: the file, which must be on the same disk as the folder, is renamed.

@@ -35,6 +35,11 @@ pub trait BlobStore: fmt::Debug + Send + Sync + 'static {
     /// When they cannot be listed.
     fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError>;
 
+    /// Where a blob is or would be, for people: the path of a file, if the store keeps files.
+    fn place(&self, name: &str) -> String {
+        name.to_owned()
+    }
+
     /// Turns a complete local file into a blob, replacing any blob of that name. The file is removed.
     ///
     /// # Errors

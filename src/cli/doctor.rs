@@ -5,14 +5,13 @@ use crate::service::doctor::{Diagnosis, examine};
 use crate::service::jobs::store::StoreAddress;
 use clap::Args;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 
 /// Flags of `contuse doctor`.
 #[derive(Args, Clone, Debug)]
 pub struct DoctorArgs {
-    /// Data folder of a service that is not running.
-    #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
-    data: PathBuf,
+    /// Where the service, which is not running, stores its data.
+    #[command(flatten)]
+    store: StoreAddress,
 }
 
 /// Examines a data folder. Exit code 0 if nothing is damaged or lost, 3 otherwise.
@@ -20,20 +19,20 @@ pub struct DoctorArgs {
 /// # Errors
 /// If the folder does not exist, is in use or cannot be read.
 pub fn doctor(args: &DoctorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    if !args.data.is_dir() {
+    if !args.store.data.is_dir() {
         return Err(CliError::Usage(format!(
             "{} is not a folder: name that of the service with --data",
-            args.data.display()
+            args.store.data.display()
         )));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    let diagnosis = runtime.block_on(examine(&args.data));
+    let diagnosis = runtime.block_on(examine(&args.store));
     let diagnosis = diagnosis.map_err(|error| CliError::Other(Box::new(error)))?;
-    write(&diagnosis, &args.data, out)?;
+    write(&diagnosis, &args.store, out)?;
     Ok(if diagnosis.is_sound() { Exit::Success } else { Exit::RunFailed })
 }
 
-fn write(diagnosis: &Diagnosis, data: &Path, out: &mut dyn Write) -> io::Result<()> {
+fn write(diagnosis: &Diagnosis, address: &StoreAddress, out: &mut dyn Write) -> io::Result<()> {
     for fault in &diagnosis.store {
         writeln!(out, "job store: {fault}")?;
     }
@@ -41,8 +40,8 @@ fn write(diagnosis: &Diagnosis, data: &Path, out: &mut dyn Write) -> io::Result<
         writeln!(
             out,
             "  restore {} from a backup of {}; the recordings below do not need it",
-            StoreAddress::of_service(data).to_restore(),
-            data.display()
+            address.to_restore(),
+            address.data.display()
         )?;
     }
     for seq in &diagnosis.unreadable {
@@ -55,15 +54,15 @@ fn write(diagnosis: &Diagnosis, data: &Path, out: &mut dyn Write) -> io::Result<
         )?;
     }
     for lost in &diagnosis.without_job {
-        let file = lost.file.display();
+        let place = &lost.place;
         match &lost.readable {
             Ok(()) => writeln!(
                 out,
-                "recording {file}: its job is lost; `contuse report` and `contuse export` read the file"
+                "recording {place}: its job is lost; `contuse report` and `contuse export` read it"
             )?,
             Err(reason) => writeln!(
                 out,
-                "recording {file}: its job is lost, and of the file no report can be made: {reason}"
+                "recording {place}: its job is lost, and no report of it can be made: {reason}"
             )?,
         }
     }

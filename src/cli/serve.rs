@@ -33,9 +33,9 @@ pub struct ServeArgs {
     /// Address to listen on; port 0 selects a free one. The actual address is printed on standard output.
     #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080", value_parser = address)]
     listen: SocketAddr,
-    /// Data folder for jobs, meshes and recordings.
-    #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
-    data: PathBuf,
+    /// Where the service stores its data.
+    #[command(flatten)]
+    store: StoreAddress,
     /// Number of jobs running at the same time [default: the number of cores]
     #[arg(long, env = "CONTUSE_WORKERS")]
     workers: Option<usize>,
@@ -122,7 +122,7 @@ impl ServeArgs {
         }
         Ok(ServiceConfig {
             listen: self.listen,
-            data: self.data,
+            store: self.store,
             workers,
             threads_per_job: self.threads_per_job,
             threads_per_what_if,
@@ -206,9 +206,9 @@ fn keep_files_private() {
 /// Flags of `contuse purge`.
 #[derive(Args, Clone, Debug)]
 pub struct PurgeArgs {
-    /// Data folder of a service that is not running.
-    #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
-    data: PathBuf,
+    /// Where the service, which is not running, stores its data.
+    #[command(flatten)]
+    store: StoreAddress,
     /// Age of what is deleted, in days: jobs since their end, meshes since their upload; 0 for all.
     #[arg(long)]
     older_than_days: u32,
@@ -219,14 +219,14 @@ pub struct PurgeArgs {
 /// # Errors
 /// If the folder does not exist, is in use or cannot be used.
 pub fn purge(args: &PurgeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    let store = StoreAddress::of_service(&args.data);
+    let store = &args.store;
     if !store.exists() {
         let message =
-            format!("{} is not the data folder of a service: it has no {store}", args.data.display());
+            format!("{} is not the data folder of a service: it has no {store}", store.data.display());
         return Err(CliError::Usage(message));
     }
     keep_files_private();
-    let config = ServiceConfig { data: args.data.clone(), ..ServiceConfig::default() };
+    let config = ServiceConfig { store: store.clone(), ..ServiceConfig::default() };
     let engine = Arc::new(Simulator::new(&config));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let purged = runtime.block_on(crate::service::purge(config, engine, args.older_than_days));

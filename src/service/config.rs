@@ -1,5 +1,6 @@
 //! Limits and addresses of the service. Every limit has a default; nothing is unlimited.
 
+use super::jobs::store::StoreAddress;
 use super::memory;
 use super::tokens::Tokens;
 use crate::scene::Budget;
@@ -12,8 +13,8 @@ use std::time::Duration;
 pub struct ServiceConfig {
     /// Address to listen on; port 0 selects a free one.
     pub listen: SocketAddr,
-    /// Folder of the job store, the meshes and the recordings.
-    pub data: PathBuf,
+    /// Where jobs, meshes and recordings are stored.
+    pub store: StoreAddress,
     /// Number of jobs running at the same time.
     pub workers: usize,
     /// Number of threads for each run.
@@ -64,7 +65,7 @@ impl Default for ServiceConfig {
     fn default() -> Self {
         Self {
             listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
-            data: PathBuf::from("data"),
+            store: StoreAddress::in_folder("data"),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             threads_per_job: 1,
             threads_per_what_if: std::thread::available_parallelism().map_or(1, usize::from),

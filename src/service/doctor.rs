@@ -5,16 +5,15 @@ use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
 use super::jobs::store::{KnownBlobs, StoreAddress};
 use super::jobs::{JobId, JobsError};
-use crate::blobs::{BlobStore as _, FolderBlobs};
 use crate::report::RecordedRun;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A recording without its job.
 #[derive(Clone, Debug)]
 pub struct LostJob {
-    /// File of the recording.
-    pub file: PathBuf,
-    /// Whether reports and exports of the file work; otherwise why not.
+    /// Where the recording is: its file, if the store keeps files.
+    pub place: String,
+    /// Whether reports and exports of it work; otherwise why not.
     pub readable: Result<(), String>,
 }
 
@@ -45,16 +44,15 @@ impl Diagnosis {
     }
 }
 
-/// Examines a data folder.
+/// Examines the data of a service.
 ///
 /// # Errors
 /// If the folder is in use or cannot be read.
-pub async fn examine(root: &Path) -> Result<Diagnosis, ServiceError> {
+pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> {
     // Locked while it is examined.
-    let _folder = DataFolder::open(root)?;
-    let blobs = FolderBlobs::open(root).map_err(JobsError::from)?;
+    let _folder = DataFolder::open(&address.data)?;
+    let blobs = address.open_blobs().map_err(JobsError::from)?;
     let mut diagnosis = Diagnosis::default();
-    let address = StoreAddress::of_service(root);
     let store = if address.exists() {
         address.open().await.map_err(|error| error.to_string())
     } else {
@@ -72,18 +70,18 @@ pub async fn examine(root: &Path) -> Result<Diagnosis, ServiceError> {
             KnownBlobs::default()
         }
     };
-    let found = Found::among(&blobs, &known).map_err(JobsError::from)?;
+    let found = Found::among(blobs.as_ref(), &known).map_err(JobsError::from)?;
     diagnosis.without_recording = found.without_recording;
     diagnosis.without_file = found.without_file;
     for name in found.without_job {
-        let file = blobs.path(&name);
+        let place = blobs.place(&name);
         let opened = blobs.open(&name).map_err(JobsError::from)?;
         let readable = match opened.map(|blob| RecordedRun::of(blob, Path::new(&name))) {
             Some(Ok(_)) => Ok(()),
             Some(Err(error)) => Err(error.to_string()),
-            None => Err("the file is gone".to_owned()),
+            None => Err("it is gone".to_owned()),
         };
-        diagnosis.without_job.push(LostJob { file, readable });
+        diagnosis.without_job.push(LostJob { place, readable });
     }
     Ok(diagnosis)
 }

@@ -28,7 +28,6 @@ pub mod shelves;
 mod stall;
 pub mod tokens;
 
-use crate::blobs::FolderBlobs;
 use access::Access;
 use audit::Audit;
 use config::ServiceConfig;
@@ -38,7 +37,6 @@ use jobs::JobsError;
 use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
 use jobs::queue::{Purged, Queue, Storage};
-use jobs::store::StoreAddress;
 use jobs::worker;
 use metrics::Metrics;
 use permits::AllPermits;
@@ -92,12 +90,8 @@ async fn open_queue(
     engine: Arc<dyn Engine>,
     metrics: &Arc<Metrics>,
 ) -> Result<Arc<Queue>, JobsError> {
-    let folder = DataFolder::open(&config.data)?;
-    let storage = Storage {
-        jobs: StoreAddress::of_service(&config.data).open().await?,
-        blobs: Arc::new(FolderBlobs::open(&config.data)?),
-        folder,
-    };
+    let folder = DataFolder::open(&config.store.data)?;
+    let storage = Storage { jobs: config.store.open().await?, blobs: config.store.open_blobs()?, folder };
     Queue::open(storage, Arc::clone(config), engine, Arc::clone(metrics)).await
 }
 
@@ -171,7 +165,7 @@ impl Service {
         let address = listener.local_addr().map_err(listen)?;
         let metrics = Arc::new(Metrics::default());
         let queue = open_queue(&config, engine, &metrics).await?;
-        let audit = Audit::open(&config.data)?;
+        let audit = Audit::open(&config.store.data)?;
         if let Some(days) = config.keep_days {
             tokio::spawn(keep_for_days(Arc::clone(&queue), days));
         }

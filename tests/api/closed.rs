@@ -17,7 +17,7 @@ fn start(listen: [u8; 4], tokens: Tokens) -> Result<(), ServiceError> {
     let data = tempfile::tempdir().unwrap();
     let config = ServiceConfig {
         listen: SocketAddr::from((listen, 0)),
-        data: data.path().to_owned(),
+        store: StoreAddress::in_folder(data.path()),
         tokens,
         ..ServiceConfig::default()
     };

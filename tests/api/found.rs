@@ -20,7 +20,7 @@ pub fn change(data: &Path, statement: &'static str) {
 }
 
 fn diagnosis(data: &Path) -> Diagnosis {
-    run(examine(data)).unwrap()
+    run(examine(&StoreAddress::in_folder(data))).unwrap()
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_lost_store_takes_neither_recordings_nor_meshes_with_it() {
     }
     let found = diagnosis(data.path());
     assert_eq!((found.store.len(), found.without_job.len()), (1, 1), "{found:?}");
-    assert!(found.without_job[0].file.exists() && !data.path().join("jobs.sqlite").exists());
+    assert!(Path::new(&found.without_job[0].place).exists() && !data.path().join("jobs.sqlite").exists());
     let server = Server::on(data, |_| {});
     assert!(server.client().get("/v1/jobs").json()["jobs"].as_array().unwrap().is_empty());
     let mut left = server.files();
@@ -88,5 +88,5 @@ fn a_damaged_store_is_a_finding() {
     let found = diagnosis(data.path());
     assert_eq!(found.store.len(), 1, "{found:?}");
     let busy = Server::start();
-    assert!(run(examine(busy.data.path())).is_err(), "a service uses it");
+    assert!(run(examine(&StoreAddress::in_folder(busy.data.path()))).is_err(), "a service uses it");
 }

@@ -166,7 +166,7 @@ fn a_backup_of_a_running_service_is_restored() {
     // A job that came later is not in it.
     let later = submit(&client, &quick());
     drop(server);
-    assert!(run(examine(backup.path())).unwrap().is_sound());
+    assert!(run(examine(&StoreAddress::in_folder(backup.path()))).unwrap().is_sound());
     let restored = Server::on(backup, |_| {});
     let client = restored.client();
     assert_eq!(client.get(&done).json()["recording"], end["recording"]);

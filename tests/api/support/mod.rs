@@ -9,6 +9,7 @@ use contuse::service::Service;
 use contuse::service::config::ServiceConfig;
 use contuse::service::jobs::engine::Engine;
 use contuse::service::jobs::process::ProcessEngine;
+pub use contuse::service::jobs::store::StoreAddress;
 use engine::ScriptedEngine;
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -58,7 +59,7 @@ impl Server {
     ) -> Self {
         let mut config = ServiceConfig {
             listen: SocketAddr::from(([127, 0, 0, 1], 0)),
-            data: data.path().to_owned(),
+            store: StoreAddress::in_folder(data.path()),
             workers: 1,
             grace: Duration::from_millis(200),
             ..ServiceConfig::default()
