@@ -12,16 +12,54 @@ use std::path::{Path, PathBuf};
 
 /// Flag that errors name.
 const FLAG: &str = "--output (-o)";
-/// What an MCAP file begins with.
-const MCAP: &[u8] = b"\x89MCAP0\r\n";
-/// What the list of a series of VTK files begins with.
-const PVD: &[u8] = b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\"";
 
 /// Format of an output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    Mcap,
-    Vtu,
+struct Format {
+    /// Suffix of its path.
+    suffix: &'static str,
+    /// What it is, for people.
+    what: &'static str,
+    /// What its file begins with: other files are not overwritten.
+    magic: &'static [u8],
+    /// Whether it holds nothing if the scene records no fields.
+    fields_only: bool,
+    /// Rejects a path that it cannot be written to, naming the flag.
+    check: fn(&Path, &str) -> Result<(), CliError>,
+    /// Its recorder.
+    recorder: fn(&Path, &RecordingInfo) -> Box<dyn Sink>,
+}
+
+/// The formats.
+static FORMATS: [Format; 2] = [
+    Format {
+        suffix: "mcap",
+        what: "a recording",
+        magic: b"\x89MCAP0\r\n",
+        fields_only: false,
+        check: |path, flag| check_writable(&partial_path(path), flag),
+        recorder: |path, info| Box::new(McapRecorder::new(path, info.clone())),
+    },
+    Format {
+        suffix: "pvd",
+        what: "a series of VTK files (ParaView)",
+        magic: b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\"",
+        fields_only: true,
+        check: check_folder,
+        recorder: |path, _| Box::new(VtuRecorder::new(path)),
+    },
+];
+
+/// Help of `--output`.
+pub(super) fn help() -> String {
+    format!(
+        "Output to write: {}; may be given several times [default: the scene's name with .mcap, in the current folder]",
+        suffixes()
+    )
+}
+
+/// The suffixes with what they stand for.
+fn suffixes() -> String {
+    FORMATS.each_ref().map(|format| format!(".{} for {}", format.suffix, format.what)).join(" or ")
 }
 
 /// Rejects outputs of a run of `scene` that cannot be written, before the run rather than after it.
@@ -31,11 +69,9 @@ pub(super) fn check_outputs(paths: &[PathBuf], scene: &Scene) -> Result<(), CliE
             return Err(CliError::Usage(format!("{FLAG}: {} is given twice", path.display())));
         }
         check_path(path, FLAG)?;
-        match format_of(path)? {
-            Format::Mcap => check_writable(&partial_path(path), FLAG)?,
-            Format::Vtu => check_series(path, FLAG)?,
-        }
-        if format_of(path)? == Format::Vtu && scene.document.record.fields.is_empty() {
+        let format = format_of(path)?;
+        (format.check)(path, FLAG)?;
+        if format.fields_only && scene.document.record.fields.is_empty() {
             return Err(CliError::Usage(format!(
                 "{FLAG}: the scene records no fields for {}; name some in /record/fields, such as von_mises",
                 path.display()
@@ -51,7 +87,7 @@ fn check_path(path: &Path, flag: &str) -> Result<(), CliError> {
     if path.is_dir() {
         return Err(CliError::Usage(format!("{flag}: {shown} is a folder; name a file in it")));
     }
-    if path.exists() && !begins_with(path, MCAP) && !begins_with(path, PVD) {
+    if path.exists() && !FORMATS.iter().any(|format| begins_with(path, format.magic)) {
         return Err(CliError::Usage(format!(
             "{flag}: {shown} exists and is not a recording: it would be overwritten; remove it or name another file"
         )));
@@ -63,13 +99,17 @@ fn check_path(path: &Path, flag: &str) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Rejects a series that cannot be written under this `.pvd` path, or whose folder holds other files: these would be
-/// mixed with those of the series.
+/// Rejects a path that a series of VTK files cannot be written to.
 pub(super) fn check_series(pvd: &Path, flag: &str) -> Result<(), CliError> {
     check_path(pvd, flag)?;
-    if format_of(pvd).ok() != Some(Format::Vtu) {
+    if pvd.extension().is_none_or(|suffix| suffix != "pvd") {
         return Err(CliError::Usage(format!("{flag}: {} does not end in .pvd", pvd.display())));
     }
+    check_folder(pvd, flag)
+}
+
+/// Rejects a series whose folder cannot be written or holds other files: these would be mixed with those of the series.
+fn check_folder(pvd: &Path, flag: &str) -> Result<(), CliError> {
     for folder in [folder_of(pvd), partial_path(&folder_of(pvd))] {
         if folder.exists() && !holds_only_vtu(&folder) {
             return Err(CliError::Usage(format!(
@@ -91,15 +131,12 @@ fn holds_only_vtu(folder: &Path) -> bool {
 }
 
 /// Format by the suffix.
-fn format_of(path: &Path) -> Result<Format, CliError> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("mcap") => Ok(Format::Mcap),
-        Some("pvd") => Ok(Format::Vtu),
-        _ => Err(CliError::Usage(format!(
-            "{FLAG}: the suffix of {} names no format; use .mcap for a recording or .pvd for a series of VTK files (ParaView)",
-            path.display()
-        ))),
-    }
+fn format_of(path: &Path) -> Result<&'static Format, CliError> {
+    let is_of = |format: &&Format| path.extension().is_some_and(|suffix| suffix == format.suffix);
+    FORMATS.iter().find(is_of).ok_or_else(|| {
+        let (shown, suffixes) = (path.display(), suffixes());
+        CliError::Usage(format!("{FLAG}: the suffix of {shown} names no format; use {suffixes}"))
+    })
 }
 
 /// Whether a file begins with these bytes: only recordings and series may be overwritten.
@@ -111,13 +148,7 @@ fn begins_with(path: &Path, magic: &[u8]) -> bool {
 
 /// Recorders of the outputs of a run.
 pub(super) fn recorders(paths: &[PathBuf], info: &RecordingInfo) -> Result<Vec<Box<dyn Sink>>, CliError> {
-    let recorder = |path: &PathBuf| -> Result<Box<dyn Sink>, CliError> {
-        Ok(match format_of(path)? {
-            Format::Mcap => Box::new(McapRecorder::new(path, info.clone())),
-            Format::Vtu => Box::new(VtuRecorder::new(path)),
-        })
-    };
-    paths.iter().map(recorder).collect()
+    paths.iter().map(|path| Ok((format_of(path)?.recorder)(path, info))).collect()
 }
 
 #[cfg(test)]
@@ -126,10 +157,11 @@ mod tests {
 
     #[test]
     fn formats_are_named_by_suffixes() {
-        assert_eq!(format_of(Path::new("a/b.mcap")).ok(), Some(Format::Mcap));
-        assert_eq!(format_of(Path::new("b.x.pvd")).ok(), Some(Format::Vtu));
+        let suffix = |path: &str| format_of(Path::new(path)).unwrap().suffix;
+        assert_eq!((suffix("a/b.mcap"), suffix("b.x.pvd")), ("mcap", "pvd"));
+        assert!(help().contains(".mcap") && help().contains(".pvd"));
         for path in ["b", "b.vtu", "b.PVD", ".pvd", "b.mcap.gz"] {
-            let refused = format_of(Path::new(path)).unwrap_err().to_string();
+            let refused = format_of(Path::new(path)).err().unwrap().to_string();
             assert!(refused.contains(".mcap") && refused.contains(".pvd"), "{refused}");
         }
     }
@@ -141,7 +173,7 @@ mod tests {
         assert!(check_series(&pvd, FLAG).is_ok());
         std::fs::create_dir(&files).unwrap();
         std::fs::write(files.join("0_ball_0000.vtu"), "").unwrap();
-        std::fs::write(&pvd, PVD).unwrap();
+        std::fs::write(&pvd, format_of(&pvd).unwrap().magic).unwrap();
         assert!(check_series(&pvd, FLAG).is_ok());
         std::fs::write(files.join("notes.txt"), "").unwrap();
         let refused = check_series(&pvd, FLAG).unwrap_err().to_string();

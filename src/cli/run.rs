@@ -1,7 +1,7 @@
 //! `contuse run`: run a scene and record it.
 
 use super::keep::KeepArgs;
-use super::recording_output::{check_outputs, recorders};
+use super::recording_output::{self, check_outputs, recorders};
 use super::{CliError, Exit};
 use crate::measure::summary::Shown;
 use crate::measure::{Sink, Summary, render_table};
@@ -31,9 +31,8 @@ const BAR_LENGTH: u64 = 1000;
 pub struct RunArgs {
     /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
-    /// Recording to write (.mcap), or series of VTK files for ParaView (.pvd, with a folder of .vtu files); may be given
-    /// several times [default: the scene's name with .mcap, in the current folder].
-    #[arg(short, long)]
+    /// Outputs to write; their suffixes choose the formats.
+    #[arg(short, long, help = recording_output::help())]
     pub output: Vec<PathBuf>,
     /// Print only the summary, as JSON.
     #[arg(long)]
