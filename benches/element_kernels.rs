@@ -254,12 +254,7 @@ impl Bench {
         let size = Vec3::from(case.counts.map(|n| 1e-3 * f64::from(n)));
         let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
         let (shear_viscosity, memory) = memory(remembered)?;
-        let mesh = match case.kind {
-            CellKind::Hex8 => mesh,
-            CellKind::Wedge6 => mesh.split_to_wedges(),
-            CellKind::Tet4 => mesh.split_to_tetrahedra(),
-            CellKind::Tet10 => mesh.split_to_tetrahedra().to_quadratic_tetrahedra(),
-        };
+        let mesh = mesh.split_to(case.kind);
         let parameters = BlockParameters {
             material: material(case.law)?,
             formulation: case.formulation,

@@ -154,6 +154,7 @@ fn components(mesh: &Mesh) -> Vec<u32> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
+    use super::super::CellKind;
     use super::super::generate::block::Block;
     use super::super::local_refinement::refined_in;
     use super::super::refinement_region::{Place, Region};
@@ -187,10 +188,8 @@ mod tests {
     fn meshes_without_hanging_nodes_have_none() {
         let block =
             Block::uniform(Vec3::zeros(), Vec3::new(1.0, 2.0, 0.3), [4, 3, 2], "b").generate().unwrap();
-        for mut mesh in
-            [block.split_to_tetrahedra().to_quadratic_tetrahedra(), block.split_to_wedges(), block]
-        {
-            assert_eq!(recognise_hanging(&mut mesh), Ok(0));
+        for kind in CellKind::ALL {
+            assert_eq!(recognise_hanging(&mut block.split_to(kind)), Ok(0));
         }
     }
 

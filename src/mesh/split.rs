@@ -5,6 +5,17 @@ use super::{Cell, CellKind, Cells, Mesh};
 use std::collections::BTreeMap;
 
 impl Mesh {
+    /// Each hexahedron as cells of a kind, cut by the functions below; other cells as they are.
+    #[must_use]
+    pub fn split_to(&self, kind: CellKind) -> Mesh {
+        match kind {
+            CellKind::Hex8 => self.clone(),
+            CellKind::Wedge6 => self.split_to_wedges(),
+            CellKind::Tet4 => self.split_to_tetrahedra(),
+            CellKind::Tet10 => self.split_to_tetrahedra().to_quadratic_tetrahedra(),
+        }
+    }
+
     /// Each hexahedron as six tetrahedra with the same nodes; other cells as they are.
     ///
     /// The tetrahedra join the corner of the lowest number with the faces opposite to it, and each face is cut at its corner of the lowest

@@ -7,6 +7,7 @@
 
 use crate::rig::{assert_order, assert_within, order, plan_with, run};
 use contuse::mechanics::tensor::{Mat3, Vec3};
+use contuse::mesh::cell::CellTable;
 use contuse::mesh::generate::block::Block;
 use contuse::mesh::{CellKind, Mesh};
 use contuse::plan::{NodalForces, Plan, Ramp};
@@ -97,26 +98,15 @@ fn rule(kind: CellKind) -> Vec<(Vec3, f64)> {
     points
 }
 
-/// Shape functions at a point of that cell.
+/// Shape functions at a point of that cell: the place there if all nodes but one are at 0.
 fn shapes(kind: CellKind, at: &Vec3) -> Vec<f64> {
-    let [x, y, z] = [at.x, at.y, at.z];
-    let corners = [1.0 - x - y - z, x, y, z];
-    match kind {
-        CellKind::Hex8 => {
-            let square = [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y];
-            [1.0 - z, z].iter().flat_map(|along| square.map(|N| N * along)).collect()
-        }
-        CellKind::Wedge6 => {
-            let triangle = [1.0 - x - y, x, y];
-            [1.0 - z, z].iter().flat_map(|along| triangle.map(|N| N * along)).collect()
-        }
-        CellKind::Tet4 => corners.to_vec(),
-        CellKind::Tet10 => {
-            let edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)];
-            let middles = edges.map(|(a, b)| 4.0 * corners[a] * corners[b]);
-            corners.iter().map(|L| L * (2.0 * L - 1.0)).chain(middles).collect()
-        }
-    }
+    let CellTable { points, place, .. } = kind.table();
+    let nodes = points.iter().map(|&xi| Vec3::from(xi));
+    let (least, most) =
+        nodes.fold((Vec3::repeat(1.0), Vec3::repeat(-1.0)), |(a, b), xi| (a.inf(&xi), b.sup(&xi)));
+    let natural = least + (most - least).component_mul(at);
+    let alone = |a: usize| (0..points.len()).map(|b| Vec3::repeat(f64::from(a == b))).collect::<Vec<_>>();
+    (0..points.len()).map(|a| place(&alone(a), natural.into()).x).collect()
 }
 
 /// Visits the points of all cells, each an affine image: nodes, X, weight [m³], and shape functions.

@@ -1,9 +1,9 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact values
 
 use super::*;
-use crate::mesh::Mesh;
 use crate::mesh::generate::block::Block;
 use crate::mesh::surface::{boundary, faces_within};
+use crate::mesh::{CellKind, Mesh};
 
 /// A block below z = 0 whose skin is its top, deformed by `map`, and the field of stresses given at the points; elements
 /// whose centres lie deeper than `interface` [m] are a second part.
@@ -63,9 +63,7 @@ fn stress_linear_in_depth_is_found_exactly_on_graded_meshes_of_every_kind() {
     let block = Block::uniform(Vec3::new(-0.5, -0.5, -10.0), COLUMN, [2, 2, 6], "b");
     let mut mesh = block.generate().unwrap();
     mesh.nodes.iter_mut().for_each(|X| *X = graded(*X));
-    let tetrahedra = mesh.split_to_tetrahedra();
-    let quadratic = tetrahedra.to_quadratic_tetrahedra();
-    for mesh in [&mesh, &mesh.split_to_wedges(), &tetrahedra, &quadratic] {
+    for mesh in &CellKind::ALL.map(|kind| mesh.split_to(kind)) {
         let field = filled(mesh, 99.0, |X| 20.0 + 3.0 * X.z);
         for exact in [0.01, 0.3, 2.0, 3.3, 6.6] {
             let region = field.region(20.0 - 3.0 * exact);

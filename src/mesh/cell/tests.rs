@@ -4,12 +4,21 @@ use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
-/// Volume of a reference cell.
+/// Volume of a reference cell: of the pyramids from its first node to the faces, which are plane.
 fn reference_volume(kind: CellKind) -> f64 {
-    match kind {
-        CellKind::Hex8 => 8.0,
-        CellKind::Tet4 | CellKind::Tet10 => 1.0 / 6.0,
-        CellKind::Wedge6 => 1.0,
+    let place = |node: usize| Vec3::from(kind.table().points[node]) - Vec3::from(kind.table().points[0]);
+    let of_face = |face: &CellFace| {
+        let corners: Vec<Vec3> = face.corners.iter().map(|corner| place(*corner)).collect();
+        let fan = corners[1..].windows(2).map(|edge| corners[0].dot(&edge[0].cross(&edge[1])));
+        fan.sum::<f64>() / 6.0
+    };
+    kind.table().faces.iter().map(of_face).sum()
+}
+
+#[test]
+fn reference_cells_have_known_volumes() {
+    for (kind, volume) in [(CellKind::Hex8, 8.0), (CellKind::Tet10, 1.0 / 6.0), (CellKind::Wedge6, 1.0)] {
+        assert!((reference_volume(kind) - volume).abs() < 1e-15, "{kind:?}");
     }
 }
 

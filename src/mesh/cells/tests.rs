@@ -14,7 +14,7 @@ use crate::mesh::surface::{
 use crate::mesh::triangulated_surface::TriangulatedSurface;
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use crate::mesh::{Mesh, MeshError};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 const HEX: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 const TET: [u32; 4] = [4, 5, 6, 8];
@@ -58,43 +58,21 @@ fn hexahedra_alone_are_arrays_of_eight() {
     assert_eq!(Cells::<u32>::default().counts(), []);
 }
 
-/// Six tetrahedra that fill a hexahedron around its diagonal.
-const TETRAHEDRA: [[usize; 4]; 6] =
-    [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
-/// Two wedges that fill it; their triangles are faces of those tetrahedra.
-const WEDGES: [[usize; 6]; 2] = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
-
-/// Fills a hexahedron with cells of a kind.
-fn filled(hex: &[u32; 8], kind: CellKind, mesh: &mut Mesh, middles: &mut BTreeMap<[u32; 2], u32>) {
-    match kind {
-        CellKind::Hex8 => mesh.cells.push(kind, hex),
-        CellKind::Wedge6 => WEDGES.iter().for_each(|wedge| mesh.cells.push(kind, &wedge.map(|i| hex[i]))),
-        CellKind::Tet4 => TETRAHEDRA.iter().for_each(|tet| mesh.cells.push(kind, &tet.map(|i| hex[i]))),
-        CellKind::Tet10 => {
-            for tet in TETRAHEDRA {
-                let mut nodes = tet.map(|i| hex[i]).to_vec();
-                for edge in kind.table().edges {
-                    let mut ends = edge.map(|i| nodes[i]);
-                    ends.sort_unstable();
-                    nodes.push(*middles.entry(ends).or_insert_with(|| {
-                        let [a, b] = ends.map(|node| mesh.nodes[node as usize]);
-                        mesh.nodes.push((a + b) / 2.0);
-                        (mesh.nodes.len() - 1) as u32
-                    }));
-                }
-                mesh.cells.push(kind, &nodes);
-            }
-        }
-    }
-}
-
 /// Replaces the hexahedra of a mesh by cells of the kinds given by `kind`; those with `None` are omitted.
 fn remeshed(hexes: &Mesh, kind: impl Fn(usize) -> Option<CellKind>) -> Mesh {
     let mut mesh = Mesh { cells: Cells::default(), part_of: Vec::new(), ..hexes.clone() };
-    let mut middles = BTreeMap::new();
-    for (e, hex) in hexes.cells.hexes().unwrap().iter().enumerate() {
-        if let Some(kind) = kind(e) {
-            filled(hex, kind, &mut mesh, &mut middles);
+    let given = hexes.nodes.len();
+    // For each kind, the cells that fill the hexahedra, on the given nodes and new ones.
+    let fillings = CellKind::ALL.map(|kind| {
+        let Mesh { nodes, cells, .. } = hexes.split_to(kind);
+        let before = (mesh.nodes.len() - given) as u32;
+        mesh.nodes.extend(&nodes[given..]);
+        (kind, cells.map(|node| if (node as usize) < given { node } else { node + before }))
+    });
+    for e in 0..hexes.cells.len() {
+        for (kind, cells) in fillings.iter().filter(|filling| Some(filling.0) == kind(e)) {
+            let each = cells.len() / hexes.cells.len();
+            (e * each..(e + 1) * each).for_each(|cell| mesh.cells.push(*kind, cells.nodes(cell)));
         }
     }
     mesh.part_of = vec![0; mesh.cells.len()];

@@ -59,6 +59,7 @@ pub fn write_vtu(
 mod tests {
     use super::*;
     use crate::mechanics::tensor::Vec3;
+    use crate::mesh::CellKind;
     use crate::mesh::generate::block::Block;
     use crate::mesh::read::{FieldNames, MeshFormat, read_mesh_with};
 
@@ -66,13 +67,8 @@ mod tests {
     fn what_is_written_is_read_back_to_the_last_bit() {
         let size = Vec3::new(0.1, 0.2, 1.0 / 3.0);
         let hexes = Block::uniform(Vec3::zeros(), size, [2, 1, 3], "low").generate().unwrap();
-        let kinds = [
-            hexes.split_to_wedges(),
-            hexes.split_to_tetrahedra(),
-            hexes.split_to_tetrahedra().to_quadratic_tetrahedra(),
-            hexes,
-        ];
-        for mut mesh in kinds {
+        for kind in CellKind::ALL {
+            let mut mesh = hexes.split_to(kind);
             mesh.parts.push("high".into());
             let count = mesh.cells.len();
             mesh.part_of = (0..count as u32).map(|e| e % 2).collect();

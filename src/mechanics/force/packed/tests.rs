@@ -2,7 +2,7 @@
 
 mod patch;
 
-use crate::element::{Element, ElementKind, Hex8, ReferenceGeometry, Tet4, Tet10, Wedge6};
+use crate::element::{Element, ElementKind, Hex8, ReferenceGeometry, Tet4, Tet10, Wedge6, for_each_element};
 use crate::force::{
     BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, Threads, stretch_rate,
 };
@@ -18,10 +18,17 @@ fn laws() -> [Material; 2] {
     ]
 }
 
+/// Calls a function for every element.
+macro_rules! of_each {
+    ($function:ident $($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
+        [$($function::<$Kind, $N, $Q>()),*]
+    };
+}
+
 /// Every kind with every law and formulation that it has beside one point.
 fn patches() -> Vec<Patch> {
     let mut all = Vec::new();
-    for cells in [patch::tet4(), patch::wedge6(), patch::tet10(0.0), patch::tet10(1.0)] {
+    for cells in ElementKind::ALL.into_iter().flat_map(patch::of_kind) {
         for material in laws() {
             for formulation in [Formulation::Full, Formulation::MeanDilatation, Formulation::NodalPressure] {
                 let is_coupled = formulation == Formulation::NodalPressure && material.volumetric().is_none();
@@ -51,8 +58,7 @@ fn the_scale_is_that_of_weight_and_derivative() {
     fn error<E: Element<N, Q>, const N: usize, const Q: usize>() -> f64 {
         (E::SCALE * (E::WEIGHT * E::DERIVATIVE.powi(3)).sqrt() - 1.0).abs()
     }
-    let errors =
-        [error::<Hex8, 8, 8>(), error::<Tet4, 4, 1>(), error::<Wedge6, 6, 6>(), error::<Tet10, 10, 4>()];
+    let errors = for_each_element!(of_each error);
     assert!(errors.iter().all(|error| *error < 1e-15), "{errors:?}");
 }
 
@@ -77,10 +83,7 @@ fn shape_functions_are_a_partition_of_unity_and_their_gradients_are_those_of_the
             }
         }
     }
-    check::<Hex8, 8, 8>();
-    check::<Tet4, 4, 1>();
-    check::<Wedge6, 6, 6>();
-    check::<Tet10, 10, 4>();
+    for_each_element!(of_each check);
 }
 
 #[test]

@@ -43,6 +43,16 @@ fn corner(a: usize) -> Vec3 {
     Vec3::new((a & 1) as f64, (a >> 1 & 1) as f64 * 1.3, (a >> 2) as f64 * 0.8) * 0.01
 }
 
+/// Patches of a kind; none of hexahedra, which other tests serve.
+pub fn of_kind(kind: ElementKind) -> Vec<Cells> {
+    match kind {
+        ElementKind::Hex8 => Vec::new(),
+        ElementKind::Tet4 => vec![tet4()],
+        ElementKind::Wedge6 => vec![wedge6()],
+        ElementKind::Tet10 => vec![tet10(0.0), tet10(1.0)],
+    }
+}
+
 /// Two tetrahedra from each face of the brick to a node inside.
 pub fn tet4() -> Cells {
     let X = (0..8).map(corner).chain([Vec3::new(4e-3, 7e-3, 3.5e-3)]).collect();
