@@ -100,7 +100,6 @@ impl Element<8, 8> for Hex8 {
     const WEIGHT: f64 = 1.0;
     const SCALE: f64 = 5.765_680_169_303_579;
     const LENGTHS: &'static [(usize, usize)] = &HEX8_LENGTHS;
-    const REDUCED: bool = true;
     const SINGLE_PRECISION: bool = true;
     const CORNERS: &'static [[usize; 3]] =
         &[[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];

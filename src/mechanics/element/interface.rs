@@ -32,8 +32,6 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     const RELATIVE_COST: f64 = 1.0;
     /// Whether it has a pressure averaged over nodes.
     const NODAL_PRESSURE: bool = false;
-    /// Whether it has a one-point formulation.
-    const REDUCED: bool = false;
     /// Whether it has kernels in single precision.
     const SINGLE_PRECISION: bool = false;
     /// Local gradients of a nodal field at all points; or local stresses, work-conjugate to them.

@@ -22,6 +22,15 @@ pub const MOST_NODES: usize = 10;
 /// Most quadrature points of any element.
 pub const MOST_POINTS: usize = 8;
 
+macro_rules! is_one_point {
+    (NoOnePoint) => {
+        false
+    };
+    ($OnePoint:ident) => {
+        true
+    };
+}
+
 macro_rules! kinds {
     ($($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
         /// The elements that there are.
@@ -54,9 +63,9 @@ macro_rules! kinds {
             pub const fn has_nodal_pressure(self) -> bool {
                 match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::NODAL_PRESSURE,)* }
             }
-            /// See [`Element::REDUCED`].
+            /// Whether it has a one-point formulation.
             pub const fn has_one_point(self) -> bool {
-                match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::REDUCED,)* }
+                match self { $(Self::$Kind => is_one_point!($OnePoint),)* }
             }
             /// See [`Element::SINGLE_PRECISION`].
             pub const fn has_single_precision(self) -> bool {
