@@ -61,6 +61,23 @@ pub fn faces_within(faces: &[[u32; 4]], node_set: &[u32]) -> Vec<[u32; 4]> {
     faces.iter().filter(|face| face.iter().all(|a| node_set.binary_search(a).is_ok())).copied().collect()
 }
 
+/// 4 N_a [-] of the four nodes of a bilinear face, and x,ξ × x,η [m²], at the points of the 2×2 Gauss rule.
+fn gauss_points(face: &[u32; 4], positions: &[Vec3]) -> [([f64; 4], Vec3); 4] {
+    let x = face.map(|a| positions[a as usize]);
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(xi, eta)| {
+        let (xi, eta) = (xi / 3.0_f64.sqrt(), eta / 3.0_f64.sqrt());
+        let along_xi = ((x[1] - x[0]) * (1.0 - eta) + (x[2] - x[3]) * (1.0 + eta)) * 0.25;
+        let along_eta = ((x[3] - x[0]) * (1.0 - xi) + (x[2] - x[1]) * (1.0 + xi)) * 0.25;
+        let shape = [
+            (1.0 - xi) * (1.0 - eta),
+            (1.0 + xi) * (1.0 - eta),
+            (1.0 + xi) * (1.0 + eta),
+            (1.0 - xi) * (1.0 + eta),
+        ];
+        (shape, along_xi.cross(&along_eta))
+    })
+}
+
 /// Tributary area [m²] of each node of `positions` [m]; zero off the surface.
 ///
 /// A_a = ∫ N_a ‖x,ξ × x,η‖ dξ dη over the faces around the node, by the 2×2 Gauss rule (exact on parallelograms); the
@@ -68,18 +85,8 @@ pub fn faces_within(faces: &[[u32; 4]], node_set: &[u32]) -> Vec<[u32; 4]> {
 pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
     let mut areas = vec![0.0; positions.len()];
     for face in faces {
-        let x = face.map(|a| positions[a as usize]);
-        for (xi, eta) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            let (xi, eta) = (xi / 3.0_f64.sqrt(), eta / 3.0_f64.sqrt());
-            let along_xi = ((x[1] - x[0]) * (1.0 - eta) + (x[2] - x[3]) * (1.0 + eta)) * 0.25;
-            let along_eta = ((x[3] - x[0]) * (1.0 - xi) + (x[2] - x[1]) * (1.0 + xi)) * 0.25;
-            let area = along_xi.cross(&along_eta).norm();
-            let shape = [
-                (1.0 - xi) * (1.0 - eta),
-                (1.0 + xi) * (1.0 - eta),
-                (1.0 + xi) * (1.0 + eta),
-                (1.0 - xi) * (1.0 + eta),
-            ];
+        for (shape, normal) in gauss_points(face, positions) {
+            let area = normal.norm();
             for (a, n) in face.iter().zip(shape) {
                 areas[*a as usize] += 0.25 * n * area;
             }
@@ -94,20 +101,14 @@ pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
 /// Gauss rule is exact: this equals the sum of the trilinear elements inside.
 #[cfg(test)]
 pub(super) fn enclosed_volume_m3(faces: &[[u32; 4]], positions: &[Vec3]) -> f64 {
-    let mut volume = 0.0;
-    for face in faces {
-        let x = face.map(|a| positions[a as usize]);
-        for (xi, eta) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            let (xi, eta) = (xi / 3.0_f64.sqrt(), eta / 3.0_f64.sqrt());
-            let along_xi = ((x[1] - x[0]) * (1.0 - eta) + (x[2] - x[3]) * (1.0 + eta)) * 0.25;
-            let along_eta = ((x[3] - x[0]) * (1.0 - xi) + (x[2] - x[1]) * (1.0 + xi)) * 0.25;
-            let low = x[0] * (1.0 - xi) + x[1] * (1.0 + xi);
-            let high = x[3] * (1.0 - xi) + x[2] * (1.0 + xi);
-            let point = (low * (1.0 - eta) + high * (1.0 + eta)) * 0.25;
-            volume += point.dot(&along_xi.cross(&along_eta)) / 3.0;
-        }
-    }
-    volume
+    let of_face = |face: &[u32; 4]| {
+        let of_point = |(shape, normal): ([f64; 4], Vec3)| {
+            let point: Vec3 = face.iter().zip(shape).map(|(a, n)| positions[*a as usize] * (0.25 * n)).sum();
+            point.dot(&normal) / 3.0
+        };
+        gauss_points(face, positions).map(of_point).iter().sum::<f64>()
+    };
+    faces.iter().map(of_face).sum()
 }
 
 /// A defect in the topology of a mesh.

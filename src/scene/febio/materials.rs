@@ -242,45 +242,58 @@ impl<'x> Deck<'x> {
                 let terms = OgdenTerms::Febio(terms);
                 MaterialDocument::Ogden(OgdenDocument { terms, bulk_modulus_pa, volumetric, valid_to })
             }
-            "Fung orthotropic" => {
-                let mut three = |names: [&'x str; 3]| names.map(|name| item.required(name, self));
-                let (E, shear, nu) =
-                    (three(["E1", "E2", "E3"]), three(["G12", "G23", "G31"]), three(["v12", "v23", "v31"]));
-                let all = |[a, b, c]: [Option<f64>; 3], unit: f64| Some([a? * unit, b? * unit, c? * unit]);
-                MaterialDocument::FungOrthotropic(FungOrthotropicDocument {
-                    c_pa: item.required("c", self)? * stress,
-                    young_pa: all(E, stress)?,
-                    shear_pa: all(shear, stress)?,
-                    poisson: all(nu, 1.0)?,
-                    bulk_modulus_pa,
-                    volumetric,
-                    valid_to,
-                })
-            }
+            "Fung orthotropic" => return self.fung(item, (bulk_modulus_pa, volumetric)),
             // "trans iso Mooney-Rivlin"
-            _ => {
-                let [c1, c4, c5, stretch] =
-                    ["c1", "c4", "c5", "lam_max"].map(|name| item.required(name, self));
-                let fibre = self.fibre(item)?;
-                let (c4, c5, straight_stretch) = (c4?, c5?, stretch?);
-                // Without c3 FEBio continues the slope of the straight part.
-                let c3 = item.number("c3", self).filter(|c3| *c3 != 0.0);
-                let c3 = c3.unwrap_or_else(|| c5 / c4 * (-c4 * (straight_stretch - 1.0)).exp());
-                MaterialDocument::Weiss(WeissDocument {
-                    c10_pa: c1? * stress,
-                    c01_pa: item.number("c2", self).unwrap_or(0.0) * stress,
-                    c3_pa: c3 * stress,
-                    c4,
-                    c5_pa: c5 * stress,
-                    straight_stretch,
-                    fibres: Families::Directions(vec![fibre]),
-                    i4: I4Invariants::Isochoric,
-                    bulk_modulus_pa,
-                    volumetric,
-                    valid_to,
-                })
-            }
+            _ => return self.weiss(item, (bulk_modulus_pa, volumetric)),
         })
+    }
+
+    fn fung(
+        &mut self,
+        item: &mut Item<'x>,
+        (bulk_modulus_pa, volumetric): (f64, VolumetricDocument),
+    ) -> Option<MaterialDocument> {
+        let stress = self.units.stress;
+        let mut three = |names: [&'x str; 3]| names.map(|name| item.required(name, self));
+        let (E, shear, nu) =
+            (three(["E1", "E2", "E3"]), three(["G12", "G23", "G31"]), three(["v12", "v23", "v31"]));
+        let all = |[a, b, c]: [Option<f64>; 3], unit: f64| Some([a? * unit, b? * unit, c? * unit]);
+        Some(MaterialDocument::FungOrthotropic(FungOrthotropicDocument {
+            c_pa: item.required("c", self)? * stress,
+            young_pa: all(E, stress)?,
+            shear_pa: all(shear, stress)?,
+            poisson: all(nu, 1.0)?,
+            bulk_modulus_pa,
+            volumetric,
+            valid_to: None,
+        }))
+    }
+
+    fn weiss(
+        &mut self,
+        item: &mut Item<'x>,
+        (bulk_modulus_pa, volumetric): (f64, VolumetricDocument),
+    ) -> Option<MaterialDocument> {
+        let stress = self.units.stress;
+        let [c1, c4, c5, stretch] = ["c1", "c4", "c5", "lam_max"].map(|name| item.required(name, self));
+        let fibre = self.fibre(item)?;
+        let (c4, c5, straight_stretch) = (c4?, c5?, stretch?);
+        // Without c3 FEBio continues the slope of the straight part.
+        let c3 = item.number("c3", self).filter(|c3| *c3 != 0.0);
+        let c3 = c3.unwrap_or_else(|| c5 / c4 * (-c4 * (straight_stretch - 1.0)).exp());
+        Some(MaterialDocument::Weiss(WeissDocument {
+            c10_pa: c1? * stress,
+            c01_pa: item.number("c2", self).unwrap_or(0.0) * stress,
+            c3_pa: c3 * stress,
+            c4,
+            c5_pa: c5 * stress,
+            straight_stretch,
+            fibres: Families::Directions(vec![fibre]),
+            i4: I4Invariants::Isochoric,
+            bulk_modulus_pa,
+            volumetric,
+            valid_to: None,
+        }))
     }
 
     /// The direction of the fibres in the material axes: a vector, or the angle in the plane of the first two and that from the third.
