@@ -9,10 +9,11 @@ use crate::record::{ContactProblemRecorder, RecordingInfo, partial_path};
 use crate::scene::document::{ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
+use crate::study::error::Row;
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
-use std::io::Write;
+use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -187,6 +188,22 @@ fn default_output(name: &str) -> PathBuf {
     let stem: String = name.chars().map(plain).take(60).collect();
     let stem = stem.trim_matches(['.', ' ']);
     PathBuf::from(format!("{}.mcap", if stem.is_empty() { "recording" } else { stem }))
+}
+
+/// Says on a terminal which run of a study begins.
+pub(super) fn announce(number: usize, count: usize, setting: &str) {
+    if io::stderr().is_terminal() {
+        eprintln!("run {} of {count}: {setting}", number + 1);
+    }
+}
+
+/// Exit code of a study with these runs: 4 if it was stopped, 3 if no run finished.
+pub(super) fn exit_of_study(stopped: Option<&String>, rows: &[Row]) -> Exit {
+    match stopped {
+        Some(_) => Exit::Cancelled,
+        None if rows.iter().any(Row::is_finished) => Exit::Success,
+        None => Exit::RunFailed,
+    }
 }
 
 /// A flag set by Ctrl-C (or SIGTERM); the second Ctrl-C ends the process immediately, as usual.

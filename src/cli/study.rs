@@ -3,13 +3,13 @@
 use super::json::write_json;
 use super::keep::KeepArgs;
 use super::plan::{bytes, duration, write_table};
-use super::run::{available_threads, read_scene, watch_for_ctrl_c};
+use super::run::{announce, available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::scene::document::Keep;
 use crate::step::Interrupt;
 use crate::study::{Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, study_omissions};
 use clap::{Args, Subcommand};
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -75,7 +75,7 @@ fn omissions(args: &OmissionsArgs, out: &mut dyn Write) -> Result<Exit, CliError
         threads: args.threads.map_or_else(available_threads, usize::from),
         recording: Some(&recording),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
-        progress: &mut report,
+        progress: &mut |number, count, restored| announce(number, count, &kind_name(restored)),
     });
     remove(&recording)?;
     let study = studied.map_err(|error| CliError::Other(Box::new(error)))?;
@@ -85,13 +85,6 @@ fn omissions(args: &OmissionsArgs, out: &mut dyn Write) -> Result<Exit, CliError
         write_study(&study, out)?;
     }
     Ok(exit_of(&study))
-}
-
-/// Prints the progress to standard error, unless the output is JSON.
-fn report(number: usize, count: usize, restored: &[Keep]) {
-    if io::stderr().is_terminal() {
-        eprintln!("run {} of {count}: {}", number + 1, kind_name(restored));
-    }
 }
 
 /// Removes the last recording; there may be none, and that of a failed run has another name.

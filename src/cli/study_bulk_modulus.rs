@@ -2,7 +2,7 @@
 
 use super::json::write_json;
 use super::plan::{duration, write_table};
-use super::run::{available_threads, read_scene, watch_for_ctrl_c};
+use super::run::{announce, available_threads, exit_of_study, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::measure::QuantityOfInterest;
 use crate::scene::{Budget, FolderSource};
@@ -10,7 +10,7 @@ use crate::step::Interrupt;
 use crate::study::bulk_modulus::{BulkRequest, BulkStudy, FACTORS, study_bulk_modulus};
 use crate::study::error::{Row, TARGETS};
 use clap::Args;
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -52,22 +52,14 @@ pub fn bulk_modulus(args: &BulkModulusArgs, out: &mut dyn Write) -> Result<Exit,
         factors: &args.factors,
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
-        progress: &mut |number, count, setting| {
-            if io::stderr().is_terminal() {
-                eprintln!("run {} of {count}: {}", number + 1, setting.name());
-            }
-        },
+        progress: &mut |number, count, setting| announce(number, count, &setting.name()),
     });
     if args.json {
         write_json(&study, out)?;
     } else {
         write_study(&study, out)?;
     }
-    Ok(match () {
-        () if study.stopped.is_some() => Exit::Cancelled,
-        () if study.rows.iter().any(Row::is_finished) => Exit::Success,
-        () => Exit::RunFailed,
-    })
+    Ok(exit_of_study(study.stopped.as_ref(), &study.rows))
 }
 
 fn write_study(study: &BulkStudy, out: &mut dyn Write) -> io::Result<()> {

@@ -3,7 +3,7 @@
 use super::json::write_json;
 use super::picture::PictureArgs;
 use super::plan::{duration, write_table};
-use super::run::{available_threads, read_scene, watch_for_ctrl_c};
+use super::run::{announce, available_threads, exit_of_study, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::measure::QuantityOfInterest;
 use crate::scene::document::{ContactSolver, Formulation};
@@ -17,7 +17,7 @@ use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -106,11 +106,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         known: &known,
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
-        progress: &mut |number, count, setting| {
-            if io::stderr().is_terminal() {
-                eprintln!("run {} of {count}: {}", number + 1, setting.name());
-            }
-        },
+        progress: &mut |number, count, setting| announce(number, count, &setting.name()),
     });
     // Results go to the requested files and to standard output.
     if let Some(path) = &args.csv {
@@ -122,11 +118,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     } else {
         write_study(&study, out)?;
     }
-    Ok(match () {
-        () if study.stopped.is_some() => Exit::Cancelled,
-        () if study.rows.iter().any(Row::is_finished) => Exit::Success,
-        () => Exit::RunFailed,
-    })
+    Ok(exit_of_study(study.stopped.as_ref(), &study.rows))
 }
 
 /// Exact values declared in `expected.json` beside the scene, `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`, and those of another
