@@ -73,8 +73,8 @@ struct Done {
 ///
 /// # Errors
 /// As for a single run.
-pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Result<RunResult, RunError> {
-    let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
+pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> Result<RunResult, RunError> {
+    let (threads, interrupt) = (request.threads, request.interrupt);
     let mut clock = Clock::new(requested);
     let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
     let mut was_withheld = false;
@@ -83,7 +83,7 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
     let (has_result, discards) = (AtomicBool::new(false), AtomicBool::new(false));
     let wall = clock.wall();
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
-    let scene = &in_single_precision(scene);
+    let scene = &in_single_precision(request.scene);
     let own = Meshes::of(scene, threads, &stop);
     let lowered = requested
         .lower_bulk_modulus
@@ -117,29 +117,17 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         };
         let is_last =
             accuracy.next_s.is_some_and(|next| clock.is_over_after(next + expected.unwrap_or_default()));
-        let mut report = |p: Progress| {
-            progress(if is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
-        };
-        let must_finish = level > 0 && best.is_some();
         // Results that are withheld are no answer where there is one.
-        let must_show = best.as_ref().is_some_and(|best| !is_withheld(&best.summary));
-        let mut kept: Vec<_> = sinks
-            .iter_mut()
-            .map(|sink| Discardable { sink: &mut **sink, discards: &discards, must_finish, must_show })
-            .collect();
-        let request = RunRequest {
-            scene: &mesh,
-            sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
-            also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
-            threads,
-            interrupt: &stop,
-            progress: &mut report,
+        let must = Must {
+            finish: level > 0 && best.is_some(),
+            show: best.as_ref().is_some_and(|best| !is_withheld(&best.summary)),
         };
-        let mut result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
+        let run = LevelRun { mesh: &mesh, is_last, must, discards: &discards, interrupt: &stop };
+        let mut result = run.run(&mut request, accuracy, bars)?;
         if let Some(Err(why)) = &lowered {
             result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
         }
-        let failure = no_answer(&result, must_finish, must_show);
+        let failure = must.lacks(&result);
         if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
             best.summary.warnings.push(discarded(meshes.factor(level), failure));
             return Ok(best);
@@ -149,15 +137,9 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         clock.count(&result.plan_report, result.outcome.steps);
         let seconds = clock.elapsed_s() - started - bars_s;
         let again = is_withheld(&result.summary) && was_withheld;
-        let has_stopped = is_good_enough(&result, level, done.len(), again);
         was_withheld = is_withheld(&result.summary);
-        // Whether there is a next mesh, and time for it. Without any error bar it is tried in whatever time is left.
-        let next_s = Some(growth * seconds).filter(|seconds| seconds.is_finite());
-        if let Some(accuracy) = &mut result.summary.accuracy {
-            accuracy.next_mesh_s = next_s;
-        }
-        let is_tried = done.is_empty() && !clock.is_estimated();
-        let is_over = clock.is_over_after(if is_tried { 0.0 } else { growth * seconds });
+        let has_stopped = is_good_enough(&result, level, done.len(), again);
+        let is_over = is_over(&clock, &mut result, done.len(), growth * seconds);
         if is_over && !has_stopped && level < 0 {
             result.summary.warnings.push(coarser(meshes.factor(level)));
         }
@@ -178,6 +160,52 @@ pub(super) fn run_to(request: RunRequest, requested: &AccuracyDocument) -> Resul
         }
         (mesh, last_s, level) = (next, Some((growth, seconds)), level + 1);
     }
+}
+
+/// The run of a level.
+struct LevelRun<'a> {
+    mesh: &'a Scene,
+    /// Whether no other follows, so that its progress is that of all.
+    is_last: bool,
+    must: Must,
+    discards: &'a AtomicBool,
+    interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+}
+
+impl LevelRun<'_> {
+    /// Runs it with the sinks, the recorder and the progress of a request.
+    fn run(
+        &self,
+        request: &mut RunRequest,
+        accuracy: RequestedAccuracy,
+        bars: ErrorBars,
+    ) -> Result<RunResult, RunError> {
+        let RunRequest { sinks, also, threads, progress, .. } = request;
+        let mut report = |p: Progress| {
+            progress(if self.is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
+        };
+        let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must };
+        let mut kept: Vec<_> = sinks.iter_mut().map(|sink| discardable(&mut **sink)).collect();
+        let request = RunRequest {
+            scene: self.mesh,
+            sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
+            also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
+            threads: *threads,
+            interrupt: self.interrupt,
+            progress: &mut report,
+        };
+        run_with_error_bars(request, Some(accuracy), |_| bars)
+    }
+}
+
+/// Whether there is no time for the next level, which takes `next_s` [s] as the summary says. Without any error bar it is tried in whatever
+/// time is left.
+fn is_over(clock: &Clock, result: &mut RunResult, coarser: usize, next_s: f64) -> bool {
+    if let Some(accuracy) = &mut result.summary.accuracy {
+        accuracy.next_mesh_s = Some(next_s).filter(|seconds| seconds.is_finite());
+    }
+    let is_tried = coarser == 0 && !clock.is_estimated();
+    clock.is_over_after(if is_tried { 0.0 } else { next_s })
 }
 
 /// Whether a level is the last whatever the time, after some `coarser` ones: two meshes may agree by chance. `again`: its results and those of
@@ -202,14 +230,25 @@ fn is_withheld(summary: &Summary) -> bool {
     matches!(summary.results, Shown::Withheld { .. })
 }
 
-/// Why a run is discarded: it failed where it must finish, or its results are withheld where they must be shown.
-fn no_answer(result: &RunResult, must_finish: bool, must_show: bool) -> Option<String> {
-    match (&result.outcome.ending, &result.summary.results) {
-        (Ending::Failed { failure }, _) if must_finish => Some(format!("failed: {failure}")),
-        (_, Shown::Withheld { reason, .. }) if must_show => {
-            Some(format!("has results that are withheld: {reason}"))
+/// What a run must do to replace that of a coarser mesh.
+#[derive(Clone, Copy)]
+struct Must {
+    /// Finish: on a finer mesh than that of the scene.
+    finish: bool,
+    /// Have results that are not withheld.
+    show: bool,
+}
+
+impl Must {
+    /// Why a run is discarded: it failed where it must finish, or its results are withheld where they must be shown.
+    fn lacks(self, result: &RunResult) -> Option<String> {
+        match (&result.outcome.ending, &result.summary.results) {
+            (Ending::Failed { failure }, _) if self.finish => Some(format!("failed: {failure}")),
+            (_, Shown::Withheld { reason, .. }) if self.show => {
+                Some(format!("has results that are withheld: {reason}"))
+            }
+            _ => None,
         }
-        _ => None,
     }
 }
 
@@ -245,14 +284,11 @@ struct Ahead {
     is_affordable: bool,
 }
 
-/// A sink that discards a run which the time has stopped, or which failed on a finer mesh than that of the scene.
+/// A sink that discards a run which the time has stopped, or which does not do what it must.
 struct Discardable<'a> {
     sink: &'a mut dyn Sink,
     discards: &'a AtomicBool,
-    /// Whether a run that fails is discarded, too.
-    must_finish: bool,
-    /// Whether one is whose results are withheld.
-    must_show: bool,
+    must: Must,
 }
 
 impl Sink for Discardable<'_> {
@@ -265,8 +301,8 @@ impl Sink for Discardable<'_> {
     }
 
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
-        let has_failed = self.must_finish && matches!(end.outcome.ending, Ending::Failed { .. });
-        let is_no_answer = self.must_show && is_withheld(end.summary);
+        let has_failed = self.must.finish && matches!(end.outcome.ending, Ending::Failed { .. });
+        let is_no_answer = self.must.show && is_withheld(end.summary);
         if self.discards.load(Ordering::Relaxed) || has_failed || is_no_answer {
             self.sink.discard();
             return Ok(());
