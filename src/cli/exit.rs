@@ -20,7 +20,7 @@ pub enum Exit {
     RunFailed = 3,
     /// The run was cancelled.
     Cancelled = 4,
-    /// The run finished, but its results are withheld: a gate failed, or a law was used beyond the limits declared for it.
+    /// The run finished, but its results are withheld: a check failed, or a law was used beyond the limits declared for it.
     Withheld = 5,
 }
 

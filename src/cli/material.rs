@@ -17,7 +17,7 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct MaterialArgs {
-    /// Something else than to evaluate it.
+    /// Subcommand; without one, the law is evaluated.
     #[command(subcommand)]
     pub command: Option<MaterialCommand>,
     /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.

@@ -50,7 +50,7 @@ use std::io::Write;
 /// Simulates blunt impact on soft tissue.
 ///
 /// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled, 5 the
-/// run finished but its results are withheld (a gate failed, or a law was used beyond its declared limits).
+/// run finished but its results are withheld (a check failed, or a law was used beyond its declared limits).
 #[derive(Debug, Parser)]
 #[command(name = "contuse", version, max_term_width = 110)]
 pub struct Cli {
@@ -116,7 +116,7 @@ pub enum Command {
     Mesh(mesh::MeshCommand),
     /// Write a mesh file in another format.
     Convert(convert::ConvertArgs),
-    /// Begin a scene from a mesh, a scan or a FEBio file.
+    /// Create a scene from a mesh, a scan or a FEBio file.
     #[command(subcommand)]
     Scene(scene::SceneCommand),
     /// Solve saved frictional contact problems, and compare solvers on them.

@@ -47,7 +47,7 @@ pub struct RunArgs {
     /// Stop after this wall time in seconds.
     #[arg(long, allow_negative_numbers = true)]
     pub deadline_s: Option<f64>,
-    /// Omit the cheaper runs for the error bars.
+    /// Skip the extra runs that estimate error bars.
     #[arg(long)]
     pub no_error_bars: bool,
     /// Refine the mesh until the error bars of peak force, impulse and energy given to the tissue are at most this,

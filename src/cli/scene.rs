@@ -17,15 +17,15 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Subcommand)]
 pub enum SceneCommand {
     /// Write a first scene of a mesh file, a scan or surfaces: bodies, parts and sets with guessed roles; of a FEBio file also materials, conditions,
-    /// loads and contact. What only you know is left open, and `contuse validate` names it.
+    /// loads and contact. What cannot be guessed is left blank, and `contuse validate` names it.
     From(FromArgs),
 }
 
 /// Arguments of `contuse scene from`.
 #[derive(Args, Debug)]
 pub struct FromArgs {
-    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or closed surfaces
-    /// in each other: one or more .stl.
+    /// Mesh file: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or nested
+    /// closed surfaces: one or more .stl.
     #[arg(required = true, value_name = "MESH")]
     pub meshes: Vec<PathBuf>,
     /// Scene to write, in the folder of the mesh [default: standard output].

@@ -18,7 +18,7 @@ use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
-/// Form of a log.
+/// Log format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
     /// A line of text for each event.
@@ -94,7 +94,7 @@ pub struct ServeArgs {
     /// everyone on this machine has access, and no one else.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
-    /// Form of the log on standard error: lines of text, or of JSON.
+    /// Log format on standard error: lines of text, or JSON objects.
     #[arg(long, env = "CONTUSE_LOG_FORMAT", default_value = "text")]
     pub(super) log_format: LogFormat,
     /// Name under which a service without tokens is reached, beside localhost; may be given several times.
