@@ -62,7 +62,7 @@ export function upload(path, file, onProgress, signal) {
     for (const [name, value] of Object.entries(authorised({ "Content-Type": "application/octet-stream" }))) sending.setRequestHeader(name, value);
     sending.upload.onprogress = ({ loaded, total }) => onProgress(total ? Math.min(1, loaded / total) : 1);
     sending.onload = () => (sending.status < 300 ? resolve(bodyOf()) : reject(new ApiProblem(sending.status, bodyOf())));
-    sending.onerror = () => reject(new Error("The upload broke off: the service closed the connection, or cannot be reached."));
+    sending.onerror = () => reject(new Error("The upload was interrupted: the service closed the connection, or cannot be reached."));
     sending.onabort = () => reject(new DOMException("The upload was cancelled.", "AbortError"));
     signal.addEventListener("abort", () => sending.abort());
     sending.send(file);

@@ -71,7 +71,7 @@ function tokenForm() {
   return html(
     "form",
     { class: "panel narrow", onsubmit: enter },
-    html("h1", {}, "This service asks for a token"),
+    html("h1", {}, "This service requires a token"),
     html("label", { class: "field" }, html("span", {}, "Token"), input),
     html("p", { class: "quiet" }, "It is kept until this tab is closed, and sent to this service alone."),
     html("button", { type: "submit", class: "primary" }, "Continue"),

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 pub struct ConvertArgs {
     /// Mesh file to read: .msh, .inp, .vtk, .vtu, .k, .feb or .bdf; a scan with labels: .nii, .nii.gz, .nrrd or .mha; or a scene: .json.
     pub input: PathBuf,
-    /// Mesh file to write: .msh; or .vtu with the cell arrays of VTK files, or the fibre axes and factors of stiffness of a scene's body.
+    /// Mesh file to write: .msh; or .vtu with the cell arrays of VTK files, or the fibre axes and stiffness factors of a scene's body.
     pub output: PathBuf,
     /// Largest edge of the elements that fill a scan [m].
     #[arg(long)]

@@ -1,4 +1,4 @@
-//! Numbers of each element that a file has beside its mesh: directions of fibres, factors of stiffness.
+//! Numbers of each element that a file has beside its mesh: directions of fibres, stiffness factors.
 
 use super::MeshError;
 use crate::mechanics::tensor::Vec3;

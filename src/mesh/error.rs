@@ -68,7 +68,7 @@ pub enum MeshError {
         message: String,
     },
     /// Volume elements of unsupported kinds.
-    #[error("of volume elements {} are understood, but the file holds {}", list(&understood()), list(kinds))]
+    #[error("supported volume elements are {}, but the file contains {}", list(&understood()), list(kinds))]
     UnsupportedElements {
         /// Each kind found, with its count ("pyramid of 5 nodes (120)").
         kinds: Vec<String>,
@@ -99,13 +99,13 @@ pub enum MeshError {
         kind: &'static str,
     },
     /// A transformation that would invert elements or give positions that are not finite.
-    #[error("a mesh is transformed by finite numbers and a positive scale, not by the scale {scale}")]
+    #[error("a mesh transformation needs finite numbers and a positive scale, not the scale {scale}")]
     Transform {
         /// The given scale [-].
         scale: f64,
     },
     /// A surface that no distance can be computed from.
-    #[error("the surface cannot carry a distance: {reason}")]
+    #[error("no distance can be measured from the surface: {reason}")]
     Surface {
         /// The defect of the surface.
         reason: String,

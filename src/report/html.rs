@@ -84,7 +84,7 @@ fn header(out: &mut String, run: &RecordedRun) {
     );
     push(out, format_args!("<p class=\"notice\">{}</p></header>", text(&summary["notice"])));
     if run.is_miss() {
-        out.push_str("<p class=\"withheld\">Nothing touched: there are no numbers of an impact.</p>\n");
+        out.push_str("<p class=\"withheld\">Nothing touched: there was no impact to evaluate.</p>\n");
     }
     if let Some(reason) = run.withheld() {
         push(out, format_args!("<p class=\"withheld\">The results are withheld: {}.</p>", escaped(reason)));

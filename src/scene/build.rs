@@ -293,7 +293,7 @@ pub fn read_file(
 /// Refuses to split elements of a file with hanging nodes: their neighbours may be two levels coarser.
 fn check_hanging(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findings) {
     out.require(mesh.hanging.is_empty() || body.refinement.is_empty(), || {
-        let message = "the file has hanging nodes already, next to which elements are not split again";
+        let message = "the file already has hanging nodes, next to which elements cannot be split again";
         Problem::error("refinement_of_hanging", &here.key("refinement"), message)
             .limit("no refinement of a file with hanging nodes")
             .remedy("name the file of the coarse mesh, or remove the refinement")
@@ -314,7 +314,7 @@ fn with_hanging(mut mesh: Mesh, here: &Pointer, out: &mut Findings) -> Option<Me
         }
         Err(Cracks { count, example: (node, x) }) => {
             let message = format!(
-                "{count} nodes lie on a face or an edge of an element that does not have them, such as node {node} at ({}, {}, {}): the mesh would open there",
+                "{count} nodes lie on a face or an edge of an element that does not contain them, such as node {node} at ({}, {}, {}): the mesh would open there",
                 x.x, x.y, x.z
             );
             out.push(

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// Largest number of elements listed in a problem.
 const LISTED: usize = 20;
-/// Largest number of different factors of stiffness in a part: elements of one stiffness are computed together.
+/// Largest number of different stiffness factors in a part: elements of one stiffness are computed together.
 const MOST_FACTORS: usize = 64;
 /// Factors of stiffness beyond which a number is a mistake [-].
 const FACTORS: [f64; 2] = [1e-3, 1e3];
@@ -122,8 +122,8 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
             let message = format!("no fibre runs through {}: the gradient vanishes there", named(elements));
             Problem::error("no_gradient", here, message)
                 .value(elements.iter().take(LISTED).copied().collect::<Vec<usize>>())
-                .limit("both surfaces at every piece of the part")
-                .remedy("give pieces that no surface, or only one, touches another part, or choose surfaces that bound all of it")
+                .limit("every piece of the part between both surfaces")
+                .remedy("move pieces that touch fewer than two of the surfaces to another part, or choose surfaces that bound every piece")
         }
         // The plane of e1 and e2.
         NoAxes::NoPlane(None) => Problem::error(
@@ -147,9 +147,9 @@ fn frame_problem(reason: &NoAxes, part: &PartDocument, mesh: &Mesh, here: &Point
 /// There is no array of a name, or it has another number of components.
 fn no_array(mesh: &Mesh, name: &str, (other, components): (bool, &str), here: &Pointer) -> Problem {
     let message = if other {
-        format!("the array {name:?} of the elements has not {components}")
+        format!("the element array {name:?} does not have {components}")
     } else {
-        format!("the mesh has no array {name:?} of its elements with one or three components")
+        format!("the mesh has no element array {name:?} with one or three components")
     };
     let unused = mesh.notes.iter().find(|note| note.starts_with("arrays not used"));
     let known = unused.map_or_else(|| suggest(name, mesh.fields.names()), Clone::clone);
@@ -219,12 +219,12 @@ fn factors(
     let is_factor = |e: &usize| (FACTORS[0]..=FACTORS[1]).contains(&values[*e]);
     let wrong: Vec<usize> = elements.iter().copied().filter(|e| !is_factor(e)).collect();
     if let Some(first) = wrong.first() {
-        let message = format!("{} of the part without a factor of stiffness", named(&wrong));
+        let message = format!("{} of the part without a stiffness factor", named(&wrong));
         out.push(
             Problem::error("out_of_range", &place, message)
                 .value(values[*first])
                 .limit(format!("a number from {} to {} in every element of the part", FACTORS[0], FACTORS[1]))
-                .remedy("1 leaves the material as it is; give moduli in the material, and here their ratio to these"),
+                .remedy("1 leaves the material unchanged; give moduli in the material, and their ratio to these here"),
         );
         return None;
     }
@@ -243,7 +243,7 @@ fn factors(
             .fold([f64::INFINITY, 0.0_f64], |[low, high], e| [low.min(values[*e]), high.max(values[*e])]);
         // A hundredth more, and the ends rounded inwards.
         let ratio = 1.0 + (1.01 * (range[1] / range[0]).ln() / (MOST_FACTORS - 2) as f64).exp_m1();
-        Problem::error("too_many_factors", &place, "the part has too many different factors of stiffness")
+        Problem::error("too_many_factors", &place, "the part has too many different stiffness factors")
             .value(different.len())
             .limit(format!("at most {MOST_FACTORS}"))
             .remedy(format!(

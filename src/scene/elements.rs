@@ -60,11 +60,12 @@ fn check_formulation(
         let has_it = has_precision(element) && part.element(&body.materials[entry], element).is_of(element);
         out.require(count == 0 || has_it, || {
             let title = kind.table().title;
-            let message =
-                format!("the part has {count} cells of the kind {title}, which do not have this formulation");
+            let message = format!(
+                "the part has {count} cells of the kind {title}, which do not support this formulation"
+            );
             Problem::error("formulation_of_element", &here.key("formulation"), message)
                 .value(serde_json::json!(written))
-                .limit("a formulation that all elements of the part have")
+                .limit("a formulation that all elements of the part support")
                 .remedy("omit the formulation: each kind of element then has its default")
         });
     }
@@ -81,11 +82,11 @@ fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findin
         .map(|(field, rules)| (field, rules.name));
     for (field, name) in needing.chain(part.erosion.map(|_| ("erosion", "erosion"))) {
         let message = format!(
-            "the part has tetrahedra of four nodes, which have no {name}: they average pressure over nodes"
+            "the part has four-node tetrahedra with averaged nodal pressure, which do not support {name}"
         );
         out.push(
             Problem::error("averaged_pressure", &here.key(field), message)
-                .limit("elements with a pressure of their own")
+                .limit("elements without nodal averaging of the pressure")
                 .remedy(REMEDY),
         );
     }
@@ -95,7 +96,7 @@ fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findin
 fn check_conserving(document: &SceneDocument, out: &mut Findings) {
     let conserves = matches!(document.integrator, IntegratorDocument::Implicit { energy_momentum: true, .. });
     out.require(!conserves, || {
-        let message = "the mesh has tetrahedra of four nodes, which have no energy-conserving steps: they average pressure over nodes";
+        let message = "the mesh has four-node tetrahedra with averaged nodal pressure, which do not support energy-conserving steps";
         let place = Pointer::root().key("integrator").key("energy_momentum");
         Problem::error("averaged_pressure", &place, message)
             .limit("`energy_momentum` false, for such elements")

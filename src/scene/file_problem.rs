@@ -8,7 +8,7 @@ use crate::mesh::{CellKind, MeshError};
 pub(super) fn table_not_found(error: &MeshSourceError, here: &Pointer) -> Problem {
     match error {
         MeshSourceError::NotUploaded { .. } => {
-            Problem::error("table_not_found", here, "the service takes no tables, only meshes")
+            Problem::error("table_not_found", here, "the service accepts meshes, but no tables")
                 .limit("absent, in a job of the service")
                 .remedy("upload the mesh as .vtu or .vtk with the columns as cell arrays, and omit \"table\"")
         }

@@ -109,9 +109,9 @@ pub fn choose(
                 let implicit = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&factor));
                 let times = explicit.run_time_s / implicit.run_time_s;
                 let why = if times > 1.0 {
-                    format!("implicit steps take {times:.1} times less")
+                    format!("implicit steps are {times:.1} times cheaper")
                 } else {
-                    format!("explicit steps take {:.1} times less", 1.0 / times)
+                    format!("explicit steps are {:.1} times cheaper", 1.0 / times)
                 };
                 (Some(implicit), why)
             }

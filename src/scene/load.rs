@@ -47,7 +47,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
         return Err(problem
             .value(size)
             .limit(format!("at most {} bytes", budget.document_bytes))
-            .remedy("put meshes into files of their own")
+            .remedy("put meshes into separate files")
             .alone());
     }
     load_parsed(&json::parse(document_json)?, source, budget)

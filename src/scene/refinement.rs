@@ -172,7 +172,7 @@ fn without_effect(mesh: &Mesh, region: &Region, requested: &RefinementDocument, 
             .remedy("give a larger `within_m`, or a place on the body; coordinates are those of the placed mesh, in metres");
     };
     let message = format!(
-        "no element is split: those within {} m of the place have edges along the surface of {least:.4e} to {most:.4e} m already",
+        "no element is split: those within {} m of the place already have edges along the surface of {least:.4e} to {most:.4e} m",
         requested.within_m
     );
     problem("size_m", message)

@@ -28,10 +28,10 @@ pub fn read(
     let solid = Solid::new(&points, &surface.triangles).map_err(|reason| {
         let problem = match reason {
             NoHull::Flat(reason) => {
-                let message = format!("the surface is that of no rigid body: {reason}");
+                let message = format!("the surface does not bound a rigid body: {reason}");
                 Problem::error("bad_surface", &place, message)
-                    .limit("a closed surface of some thickness")
-                    .remedy("check the surface, and \"scale\", which makes metres of its unit")
+                    .limit("a closed surface of finite thickness")
+                    .remedy("check the surface, and \"scale\", which converts its unit to metres")
             }
             NoHull::ManyPlanes => {
                 let message = format!("the convex hull of the surface has more than {MOST_PLANES} planes");
@@ -49,12 +49,13 @@ pub fn read(
 pub(super) fn check_hull(solid: &Solid, accepted: bool, here: &Pointer, out: &mut Findings) -> Option<()> {
     if solid.hull_ratio < 1.0 / CONVEX {
         let times = 1.0 / solid.hull_ratio;
-        let message =
-            format!("the surface encloses {times:.2} times the volume of its hull: some space twice");
+        let message = format!(
+            "the surface encloses {times:.2} times the volume of its hull: some space is enclosed twice"
+        );
         out.push(
             Problem::error("overlapping_surface", here, message)
                 .value(times)
-                .limit("a surface without shells in each other or on each other")
+                .limit("a surface without nested or coincident shells")
                 .remedy("remove triangles that are listed twice and shells inside others, as `clean` and `split_bodies` of PyVista do"),
         );
         return None;

@@ -64,7 +64,7 @@ pub(super) fn check(document: &Value, schema: &Value) -> Checked {
                 Problem::error("list_too_long", &at, "this list is too long")
                     .value(length)
                     .limit(format!("at most {MOST_ITEMS} items"))
-                    .remedy("put meshes into files of their own; remove what is not needed")
+                    .remedy("put meshes into separate files; remove what is not needed")
             });
             walk.checked.is_cut_short = true;
         }

@@ -65,7 +65,7 @@ impl Access {
                     *self.0.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(tokens);
                     tracing::info!("the tokens were read again");
                 }
-                Err(error) => tracing::error!(%error, "the tokens stay as they were: their file is wrong"),
+                Err(error) => tracing::error!(%error, "the tokens are unchanged: their file has an error"),
             }
         }
     }

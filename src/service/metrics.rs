@@ -67,7 +67,7 @@ impl Metrics {
                 count as f64,
             );
         }
-        head(&mut out, "contuse_run_panics_total", "counter", "Runs that ended by a fault of the program.");
+        head(&mut out, "contuse_run_panics_total", "counter", "Runs that ended by a defect of the program.");
         line(&mut out, "contuse_run_panics_total", self.panics.load(Ordering::Relaxed) as f64);
         head(&mut out, "contuse_run_seconds", "histogram", "Wall-clock time of runs.");
         self.run_seconds.render(&mut out, "contuse_run_seconds", &RUN_BOUNDS_S);

@@ -223,7 +223,7 @@ impl Service {
         };
         // Requeue what is still running.
         if !is_early {
-            tracing::info!("putting running jobs back into the queue");
+            tracing::info!("returning running jobs to the queue");
             queue.interrupt_all();
             if tokio::time::timeout(LAST_CALL, joined).await.is_err() {
                 // Its row says "running": the next start requeues it.

@@ -48,7 +48,7 @@ pub enum FailureCause {
     OutOfMemory,
     /// The process of the run was killed, or crashed.
     Killed,
-    /// A fault of the program stopped the run: it panicked.
+    /// A defect of the program stopped the run: it panicked.
     Panicked,
     /// The recording could not be written.
     RecordingFailed,
@@ -118,7 +118,7 @@ impl Failure {
 }
 
 /// Additional remedy if runs for error bars come first.
-const WITHOUT_ERROR_BARS: &str = "Or do without error bars, which come from runs before it (`--no-error-bars`, or \
+const WITHOUT_ERROR_BARS: &str = "Or skip the error bars, whose runs precede it (`--no-error-bars`, or \
     `solver.error_bars` = \"none\").";
 
 impl FailureCause {
@@ -133,7 +133,7 @@ impl FailureCause {
         match self {
             // Scene and elements.
             Self::InvalidScene => {
-                "Send the scene to /v1/jobs/validate, which describes every problem in detail."
+                "Send the scene to /v1/jobs/validate, which reports every problem in detail."
             }
             Self::ElementInverted => {
                 "Try `formulation: \"reduced\"` for the named part, lower the speed, or end the run before this time."
@@ -148,7 +148,7 @@ impl FailureCause {
             }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
-                "Lower the exponent of the law (k2 of fibres, b, C2, 1/c), or take parameters fitted at this stretch."
+                "Lower the exponent of the law (k2 of fibres, b, C2, 1/c), or use parameters fitted at this stretch."
             }
             // Solvers and gates.
             Self::ContactNotConverged => {
@@ -166,7 +166,7 @@ impl FailureCause {
             }
             Self::UnderConstrained => {
                 "Fix some of its nodes, add friction or another body that supports it, or use explicit or implicit dynamics, \
-                 in which it accelerates; a `preload` loads every body, also one that is to fall later."
+                 in which it accelerates; a `preload` loads every body, including one that is to fall later."
             }
             Self::EnergyGate => {
                 "In an explicit run lower `integrator.safety_factor` (try 0.5); in an implicit one lower `step_s`, raise `theta` to \
@@ -186,13 +186,13 @@ impl FailureCause {
                 "Check the memory of the machine and the log of the service; a smaller scene may succeed."
             }
             Self::OutOfMemory => {
-                "Take fewer or larger elements or fewer threads, or ask the operator of the service for more memory."
+                "Use fewer or larger elements or fewer threads, or ask the operator of the service for more memory."
             }
             Self::Killed => {
-                "Look at the log of the machine around the end of the run: who killed it, or whether memory was short; a smaller \
+                "Check the system log around the end of the run for what killed it, or a lack of memory; a smaller \
                  scene may succeed."
             }
-            Self::Panicked => "Report it with the id of the job and the log of the service around its end.",
+            Self::Panicked => "Report this with the id of the job and the service log around its end.",
             Self::Internal => {
                 "Try again with fewer threads; if the failure persists, keep the scene and report it."
             }

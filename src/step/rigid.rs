@@ -59,7 +59,7 @@ impl<'p> RigidStep<'p> {
             let start = rotated(orientation, &(before - after), (1.0 - theta) * h);
             let end = turn_freely(&start, after, &body.inertia, h).ok_or_else(|| {
                 let message = format!(
-                    "A rigid body turns too far in one step: {:.3e} rad/s for {h:.3e} s.",
+                    "A rigid body rotates too far in one step: {:.3e} rad/s for {h:.3e} s.",
                     after.norm()
                 );
                 Failure::new(state, FailureCause::StepTooLong, message)

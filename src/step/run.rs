@@ -69,7 +69,7 @@ fn start<'p>(
 
 fn worker_threads(options: &RunOptions) -> Result<Threads, String> {
     Threads::new(options.threads.max(1))
-        .map_err(|e| format!("The operating system gave no worker threads: {e}."))
+        .map_err(|e| format!("The operating system refused to start worker threads: {e}."))
 }
 
 fn finish(
@@ -281,7 +281,7 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
     let message = if !(energy.balance_error <= limit) {
         let imbalance = energy.total_j - energy.initial_total_j - energy.external_work_j;
         format!(
-            "The energy balance is off by {:.2} % (gate {:.2} %): {imbalance:+.3e} J against a scale of {:.3e} J.",
+            "The error of the energy balance is {:.2} % (limit {:.2} %): {imbalance:+.3e} J against a scale of {:.3e} J.",
             100.0 * energy.balance_error,
             100.0 * limit,
             energy.scale_j
@@ -312,12 +312,12 @@ fn interrupted(interrupt: Interrupt, plan: &Plan, state: &State) -> Result<Endin
         Interrupt::Cancel => Ok(Ending::Cancelled),
         Interrupt::Deadline => Err(Failure::deadline(plan, state)),
         Interrupt::Steps { most } => {
-            let message = format!("The budget of {most} steps was spent at t = {:.4e} s.", state.time);
+            let message = format!("The budget of {most} steps was exhausted at t = {:.4e} s.", state.time);
             Err(Failure::new(state, FailureCause::Budget, message))
         }
         Interrupt::RecordingBytes { most } => {
             let message =
-                format!("The budget of {most} bytes of recording was spent at t = {:.4e} s.", state.time);
+                format!("The budget of {most} bytes of recording was exhausted at t = {:.4e} s.", state.time);
             Err(Failure::new(state, FailureCause::Budget, message))
         }
     }

@@ -39,7 +39,7 @@ def test_projectiles_and_people_have_sources(page):
 
 def test_a_range_that_is_none_is_said_to_be(page):
     ask(page, "50", "20", "10")
-    expect(page.get_by_text("from a lower to a higher one")).to_be_visible()
+    expect(page.get_by_text("the lower one first")).to_be_visible()
 
 
 def test_a_crossing_is_where_the_curve_and_its_band_cross(page):

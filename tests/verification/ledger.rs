@@ -89,7 +89,7 @@ fn a_step_beyond_stability_fails_the_energy_gate() {
     assert_eq!(failure.cause, FailureCause::EnergyGate);
     assert!(last > 0.01, "the last frame shows the error: {last}");
     assert_eq!((failure.time_s, failure.step), (Some(state.time), Some(state.step)));
-    assert!(failure.message.contains("gate 1.00 %"), "{}", failure.message);
+    assert!(failure.message.contains("limit 1.00 %"), "{}", failure.message);
     assert!(failure.remedy.contains("safety_factor"), "{}", failure.remedy);
 }
 

@@ -361,7 +361,7 @@ fn what_rigid_bodies_lose_to_each_other_is_reported() {
         "{:?}",
         summary.warnings
     );
-    assert!(render_table(&summary).contains("lost by rigid bodies that stop each other  2.500 J"));
+    assert!(render_table(&summary).contains("lost in rigid–rigid impacts  2.500 J"));
 }
 
 #[test]

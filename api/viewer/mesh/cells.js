@@ -39,7 +39,7 @@ export class Cells {
     this.#starts = new Uint32Array(types.length);
     let start = 0;
     types.forEach((type, e) => {
-      if (!KINDS.has(type)) throw new Error(`The recording has elements of VTK's type ${type}, which are not known.`);
+      if (!KINDS.has(type)) throw new Error(`The recording has elements of VTK's type ${type}, which are not supported.`);
       this.#starts[e] = start;
       start += KINDS.get(type).nodes;
     });

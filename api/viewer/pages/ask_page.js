@@ -70,7 +70,7 @@ class AskPage {
       html("section", { class: "panel", "aria-label": "Answer" }, this.#answers, this.#picture, this.#further, this.#state),
     );
     this.#takeProjectile(this.#projectile.id);
-    this.#state.textContent = "The answer is a curve against speed; its first points come within a minute or two.";
+    this.#state.textContent = "The answer is a curve against speed; its first points appear within a minute or two.";
   }
 
   leave() {
@@ -105,8 +105,8 @@ class AskPage {
   /** What is asked now; a sentence instead where it cannot be. */
   #asked() {
     const [low, high, threshold] = [this.#low, this.#high, this.#threshold].map((input) => Number(input.value));
-    if (!(low > 0 && high > low)) return "The speeds are from a lower to a higher one, both above 0.";
-    if (!(threshold > 0)) return "The threshold of stress is above 0 kPa.";
+    if (!(low > 0 && high > low)) return "The speeds must both be above 0, the lower one first.";
+    if (!(threshold > 0)) return "The stress threshold must be above 0 kPa.";
     return { projectile: this.#projectile, region: this.#region, fat: fatOf(this.#region, this.#percent), threshold, speeds: [low, high], number: this.#number };
   }
 

@@ -62,7 +62,7 @@ function commonBodies([a, b]) {
   return new Set(names.map(({ name }) => name));
 }
 
-const CLOCKS = [["simulated", "by the clock of each run"], ["contact", "since first contact of each"]];
+const CLOCKS = [["simulated", "in simulated time"], ["contact", "since first contact of each"]];
 
 class Comparison {
   element = html("div");

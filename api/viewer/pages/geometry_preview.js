@@ -82,7 +82,7 @@ function shapesOf(body, sections, across) {
 
 /** Why the section of an uploaded body has nothing to draw; empty if it has. */
 function lack({ name }, sections, plane) {
-  if (!sections.every(Boolean)) return `The section of ${name} is on its way …`;
+  if (!sections.every(Boolean)) return `The section of ${name} is loading …`;
   const { refused } = sections.find((section) => section.refused) ?? {};
   if (refused) return `${name} is not drawn: ${refused}`;
   return sections.some(({ parts }) => parts.length) ? "" : `The plane through the projectile, ${plane}, does not meet ${name}.`;
@@ -117,7 +117,7 @@ function drawing(scene, sections) {
     const velocity = at(body.velocity_m_per_s);
     if (Math.hypot(...velocity) > 0) arrows.push({ from: found[0], speed: Math.hypot(...velocity), along: [velocity[across], velocity[2]] });
   }
-  if (hidden.length) notes.push(`Not drawn, because only its mesh says what it looks like: ${hidden.join(", ")}.`);
+  if (hidden.length) notes.push(`Not drawn, because the shape is known only from the mesh: ${hidden.join(", ")}.`);
   return { shapes, arrows, crops, notes, plane };
 }
 

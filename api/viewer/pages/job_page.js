@@ -190,7 +190,7 @@ class JobPage {
     // They know a recording by the end of its name.
     const source = encodeURIComponent(`${address(job.links.recording)}.mcap`);
     const elsewhere = (words, base) =>
-      html("a", { class: "button", target: "_blank", rel: "noreferrer", href: `${base}?ds=remote-file&ds.url=${source}`, title: "Leaves this service: that page then reads the recording from here, if it may reach it" }, words);
+      html("a", { class: "button", target: "_blank", rel: "noreferrer", href: `${base}?ds=remote-file&ds.url=${source}`, title: "Opens another site, which then reads the recording from this service, if it can reach it" }, words);
     return html(
       "section",
       { class: "panel downloads", "aria-label": "Downloads" },

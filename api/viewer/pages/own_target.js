@@ -55,8 +55,8 @@ export class OwnTarget {
   constructor(accuracy, onScene) {
     this.#accuracy = accuracy;
     this.#onScene = onScene;
-    this.element = html("details", { class: "panel own-target" }, html("summary", {}, "Begin with a mesh or a scan of your own"),
-      html("label", { class: "field" }, html("span", {}, "Mesh (.msh, .inp, .vtu, .vtk, .k, .feb, .bdf), scan with labels (.nii, .nii.gz, .nrrd, .mha), or closed surfaces in each other (several .stl)"), this.#file),
+    this.element = html("details", { class: "panel own-target" }, html("summary", {}, "Start from your own mesh or scan"),
+      html("label", { class: "field" }, html("span", {}, "Mesh (.msh, .inp, .vtu, .vtk, .k, .feb, .bdf), scan with labels (.nii, .nii.gz, .nrrd, .mha), or nested closed surfaces (several .stl)"), this.#file),
       this.#bar, this.#state, this.#contents);
   }
 
@@ -135,7 +135,7 @@ export class OwnTarget {
     unit.append(html("small", { class: "quiet" }, "Guessed from the size of the body: few files state one."));
     this.#cropped = checkbox("only a box around the impact", false, () => this.#takeCrop(true));
     const choice = [
-      select("What hits?", [...PROJECTILES.map(({ id, name }) => [id, name]), [OWN_BALL, "a rigid ball of my own"]], this.#chosen.projectile.id, (id) => this.#takeProjectile(id)),
+      select("What hits?", [...PROJECTILES.map(({ id, name }) => [id, name]), [OWN_BALL, "a custom rigid ball"]], this.#chosen.projectile.id, (id) => this.#takeProjectile(id)),
       diameter.element, mass.element,
       select("From where?", WAYS, this.#chosen.way, (way) => ((this.#chosen.way = way), this.#aim())),
       speed.element, point.element, end.element,
@@ -182,7 +182,7 @@ export class OwnTarget {
     const sets = isFilled(tissueOf(first.scene)) ? cutEnds(first, crop) : first.sets;
     for (const set of held) if (!sets.includes(set)) held.delete(set);
     const hold = (set) => checkbox(set, held.has(set), (isHeld) => (isHeld ? held.add(set) : held.delete(set)));
-    this.#holds.replaceChildren(html("legend", {}, "Held without motion at"), ...sets.map(hold));
+    this.#holds.replaceChildren(html("legend", {}, "Fixed at"), ...sets.map(hold));
     this.#holds.hidden = !sets.length;
   }
 
@@ -253,7 +253,7 @@ export class OwnTarget {
       if (asked !== this.#aimed) return;
       const touch = touches.find(({ direction }) => direction.join(",") === chosen.way);
       const scaled = (point) => point.map((x) => x * factor);
-      if (!touch) this.#verdict.textContent = "On this way the ball misses: choose another point, or come from elsewhere.";
+      if (!touch) this.#verdict.textContent = "In this direction the ball misses: choose another point or direction.";
       else {
         chosen.touch = { ...touch, point_m: scaled(touch.point_m), center_m: scaled(touch.center_m) };
         if (!chosen.through) this.#fields.point.put(...chosen.touch.point_m.map((x) => Number((1e3 * x).toFixed(2))));
@@ -275,7 +275,7 @@ export class OwnTarget {
     const isCropped = filled && !crop.element.hidden;
     const asked = [[speed, "a speed"], [end, "a time"], ...(filled ? [[size, "the size of elements"], [near, "their size at the impact"]] : []), ...(isCropped ? [[crop, "lengths of the box"]] : []), ...(filled && !skin.isEmpty ? [[skin, "the thickness of the skin, or nothing"]] : [])];
     const wrong = asked.filter(([field]) => !field.numbers.every((x) => x > 0));
-    for (const [field] of wrong) field.mark("This has to be above 0.");
+    for (const [field] of wrong) field.mark("This must be above 0.");
     const miss = this.#verdict.textContent;
     const missing = [...[...uses].filter(([, use]) => !use).map(([name]) => `what ${name} is`), ...(touch ? [] : ["a place where it touches"]), ...wrong.map(([, words]) => words)];
     this.#verdict.textContent = missing.length ? `Still missing: ${missing.join(", ")}. ${miss}` : "";

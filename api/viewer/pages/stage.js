@@ -65,7 +65,7 @@ export class Stage {
     this.#look(false);
     this.#settingsChanged();
     this.#note.hidden = stride === 1;
-    this.#note.textContent = `The recording is long: every ${stride}th field time is shown.`;
+    this.#note.textContent = `The recording is long: one field time in ${stride} is shown.`;
     this.time.go(worst == null ? frames.length - 1 : this.#recording.frameNear(worst));
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.time.play();
   }

@@ -13,7 +13,7 @@ export function studyResults(name, study) {
   return html(
     "section",
     { class: "panel study", "aria-label": "Results of the study" },
-    study.stopped && html("p", { class: "alert" }, `It was stopped before its end (${study.stopped}): what is missing was not computed.`),
+    study.stopped && html("p", { class: "alert" }, `Stopped before its end (${study.stopped}): what is missing was not computed.`),
     tables,
     html("div", { class: "tools" }, button("Results (JSON)", save)),
   );

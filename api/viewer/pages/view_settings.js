@@ -235,5 +235,5 @@ export function forceWindow(summary) {
 
 /** The buttons that look at the impact and at the whole again. */
 export function cameraButtons(look) {
-  return [button("Impact", () => look(false), { title: "Looks at the impact again" }), button("Whole", () => look(true), { title: "Looks at all of the tissue" })];
+  return [button("Impact", () => look(false), { title: "Show the impact" }), button("Whole", () => look(true), { title: "Show all of the tissue" })];
 }

@@ -26,7 +26,7 @@ export function effectsTable(sensitivities, numbers, base, describe) {
     ];
   });
   const columns = ["number", "parameter", "low → high", "effect: largest − smallest", "at the low end → base → high end", "elasticity", "numerical error"];
-  return html("section", { class: "what-matters" }, html("h2", {}, "What matters most"), table("How far each parameter by itself moves each number from low to high, the farthest first", columns, rows));
+  return html("section", { class: "what-matters" }, html("h2", {}, "What matters most"), table("Effect of each parameter alone on each number, from low to high, largest first", columns, rows));
 }
 
 const effectOf = ({ values }) => Math.max(...values) - Math.min(...values);

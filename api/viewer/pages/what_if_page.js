@@ -139,7 +139,7 @@ class WhatIfPage {
     const { signal } = this.#leaving;
     const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])), this.#threshold);
     this.#answers.replaceChildren(answer.element, html("p", {}, html("a", { href: `#/job/${id}` }, "This question among the jobs")));
-    this.#state.textContent = "Computing; what was asked before is remembered.";
+    this.#state.textContent = "Computing; earlier answers are reused.";
     await followEvents(`/v1/jobs/${id}/events`, (event) => answer.take(event), signal);
     if (signal.aborted) return null;
     const ended = await getJson(`/v1/jobs/${id}`);

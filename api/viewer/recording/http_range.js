@@ -40,7 +40,7 @@ export class HttpRange {
     const answer = await fetch(address(this.#path), { headers, cache: "no-store" });
     if (!answer.ok) throw new ApiProblem(answer.status, await answer.json());
     const etag = answer.headers.get("etag");
-    if (this.#etag && etag !== this.#etag) throw new Error("The recording has changed while it was read: open it again.");
+    if (this.#etag && etag !== this.#etag) throw new Error("The recording changed while it was being read: open it again.");
     const range = answer.headers.get("content-range");
     const bytes = new Uint8Array(await answer.arrayBuffer());
     this.received += bytes.length;

@@ -13,14 +13,14 @@ export function headlineCards(summary) {
 }
 
 function missCard({ plain_words: words = [] }) {
-  return html("article", { class: "card" }, html("h2", {}, "Nothing touched"), html("p", { class: "notes" }, words[0] ?? "There was no impact, and there are no numbers of one."));
+  return html("article", { class: "card" }, html("h2", {}, "Nothing touched"), html("p", { class: "notes" }, words[0] ?? "There was no impact to evaluate."));
 }
 
 function card({ label, unit, quantity, note }, summary) {
   const empty = (big, words) => html("article", { class: "card" }, title(label), html("p", { class: "big quiet" }, big), html("p", { class: "notes" }, words));
   const stopped = stoppedAt(summary);
   if (!quantity) return empty("–", stopped ? "The run ended before it was known." : "not in this scene");
-  if (summary.withheld) return empty("withheld", "The run failed a check of the computation: no number of it is a result.");
+  if (summary.withheld) return empty("withheld", "The run failed a check of the computation: its numbers are not results.");
   const words = [stopped && `only to ${stopped}, where the run ended`, note].filter(Boolean).join("; ");
   return html(
     "article",

@@ -29,7 +29,7 @@ export function trustPanel(summary, concerns) {
     concerns.length ? html("ul", { class: "warnings" }, concerns.map(({ kind, words }) => html("li", { class: kind }, words))) : html("p", { class: "quiet" }, "No warnings."),
     html("p", {}, stopped ? `The checks looked at what was computed up to ${stopped}:` : "Checks of the computation:"),
     html("ul", { class: "gates" }, summary.gates.map((gate) => gateItem(gate, stopped))),
-    html("p", { class: "quiet" }, `Uncertainties: ${summary.error_bars}. They are those of the computation; how well the model fits a person is another question.`),
+    html("p", { class: "quiet" }, `Uncertainties: ${summary.error_bars}. They cover the computation, not how well the model represents a person.`),
   );
 }
 

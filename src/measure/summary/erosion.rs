@@ -40,7 +40,7 @@ impl ErosionOfPart {
     pub fn in_words(&self) -> String {
         let elements = if self.elements == 1 { "element was" } else { "elements were" };
         format!(
-            "{} {elements} eroded in {} ({}), {} mm³ of it, from {} on: it tears there.",
+            "{} {elements} eroded in {} ({}), {} mm³ of it, from {} on: it ruptures there.",
             self.elements,
             self.part,
             self.body,

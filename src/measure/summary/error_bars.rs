@@ -166,12 +166,12 @@ impl ComparedRuns {
             }
         };
         let facets = if self.on_facets {
-            "; splitting keeps the facets of a mesh, so how far they are from a round surface is not in the error bars"
+            "; splitting keeps the facets of a mesh, so their distance from a curved surface is not in the error bars"
         } else {
             ""
         };
         let directions = if self.keeps_a_direction {
-            "; directions that have as many elements in all of these meshes are not in the error bars"
+            "; directions with equally many elements in all of these meshes are not in the error bars"
         } else {
             ""
         };
@@ -418,7 +418,7 @@ mod tests {
         assert!((error.mesh - 3.0).abs() < 1e-12 && (error.step - 0.6).abs() < 1e-9, "{error:?}");
         let words = ErrorBars::From(Box::new(runs)).to_string();
         assert!(
-            words.contains("element size × 0.50") && words.contains("round surface is not in"),
+            words.contains("element size × 0.50") && words.contains("curved surface is not in"),
             "{words}"
         );
     }

@@ -20,8 +20,8 @@ const PROJECTION_LIMIT: f64 = 0.05;
 pub(super) const LAW_LIMIT: f64 = 0.05;
 /// Gate for laws used beyond their limits, and its remedy.
 const LAW_GATE: &str = "laws_within_limits";
-const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; an earlier end helps with the same mesh only, since finer ones exceed the limit sooner; where you know \
-                          how far a law holds, say so in the scene (`valid_to` of the material).";
+const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; an earlier end helps with the same mesh only, since finer ones exceed the limit sooner; if you know \
+                          how far a law holds, declare it in the scene (`valid_to` of the material).";
 /// Gate for the dissipation of contact on a coarse mesh, and its remedy.
 const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";
 const PROJECTION_GATE: &str = "projection_within_limit";
@@ -137,7 +137,7 @@ pub(super) fn withholding(
         (PENETRATION_GATE | OVERLAP_GATE, Some(reason), _) => Withholding { reason, remedy: TOO_DEEP },
         (name, ..) => Withholding {
             reason: format!(
-                "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
+                "the check {} failed: {} is {:.3e}, at most {:.3e} is allowed",
                 failed.name, failed.meaning, failed.value, failed.limit
             ),
             remedy: match name {

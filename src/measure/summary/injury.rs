@@ -75,7 +75,7 @@ fn chest(person: Option<&PersonDocument>) -> Result<&PersonDocument, Refusal> {
     if person.region == Region::Thorax {
         Ok(person)
     } else {
-        Err(("the limit is that of the chest", Vec::new()))
+        Err(("the limit applies to the chest only", Vec::new()))
     }
 }
 

@@ -171,7 +171,10 @@ fn energies(tissue: &Tissue) -> Vec<Row<'_>> {
     let mut rows = Vec::new();
     if tissue.has_moving_frame() {
         let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
-        rows.push(Row::words("energies in the tissue's frame, moving at", format!("({x}, {y}, {z}) m/s")));
+        rows.push(Row::words(
+            "energies in the frame of the tissue, moving at",
+            format!("({x}, {y}, {z}) m/s"),
+        ));
     }
     let (given, absorbed) = (&tissue.energy_given_j, &tissue.absorbed_energy_j);
     rows.push(Row::of_interest(Of::EnergyGivenJ, "at the end", given, "energy-given"));

@@ -58,7 +58,7 @@ impl Table {
             self.line(&format!("  {failure}"));
         }
         if summary.values().nothing_touched {
-            self.line("  Nothing touched: there are no numbers of an impact.");
+            self.line("  Nothing touched: there was no impact to evaluate.");
         }
     }
 
@@ -95,7 +95,7 @@ impl Table {
         self.row("numerical contact dissipation", &numerical, "");
         if n.rigid_impact_dissipation_j > 0.0 {
             let lost = format!("{} J", number(n.rigid_impact_dissipation_j));
-            self.row("lost by rigid bodies that stop each other", &lost, "they do not rebound");
+            self.row("lost in rigid–rigid impacts", &lost, "they do not rebound");
         }
         self.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
         for branch in &summary.relaxation {
@@ -113,7 +113,7 @@ impl Table {
         for gate in &summary.gates {
             let verdict = format!("{:?}", gate.result).to_lowercase();
             self.row(
-                &format!("gate {}", gate.name),
+                &format!("check {}", gate.name),
                 &format!("{verdict} ({:.2e} of {:.0e})", gate.value, gate.limit),
                 "",
             );

@@ -24,7 +24,7 @@ const INERTIA_WARNING: f64 = 0.01;
 const RIGID_IMPACT_WARNING: f64 = 0.01;
 /// Where no limit is declared, and the usual one is exceeded by as much.
 const NOT_OF_TISSUE: &str = " The other numbers are those of the law, not of an intact tissue: no limit is declared for it, and the \
-                             one usual for soft tissue and rubber does not hold. Choose a law that stiffens, or declare how far this one \
+                             usual one for soft tissue and rubber is exceeded. Choose a law that stiffens, or declare how far this one \
                              holds (`valid_to` of the material).";
 /// Penetration depth over face size above which a warning is raised [-].
 const PENETRATION_WARNING: f64 = 0.02;
@@ -46,7 +46,7 @@ fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<Stri
     let excess = beyond_limit(&measures.laws)?;
     let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
     Some(format!(
-        "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.{}",
+        "{}: the peak stress, strain and energy density, which would come from such points, are omitted.{}",
         fraction_in_words(excess, numerics),
         if is_much { NOT_OF_TISSUE } else { "" }
     ))
@@ -152,7 +152,7 @@ fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
     (lost > RIGID_IMPACT_WARNING * scale).then(|| {
         format!(
             "Rigid bodies lost {} J, {:.1} % of the energy scale, when planes or other rigid bodies stopped them: they do not \
-             rebound, as if all of their impact were plastic. Give one of the two a mesh where their rebound matters.",
+             rebound: such an impact is perfectly plastic. Mesh one of the two where their rebound matters.",
             number(lost),
             100.0 * lost / scale
         )
@@ -163,7 +163,7 @@ fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
 fn body_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan) {
     let heavy = plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING).map(|body| {
         format!(
-            "Redistributed mass takes {:.1} % of the inertia of {}: its spin is wrong by as much. Refine its mesh, \
+            "Mass redistribution removes {:.1} % of the rotational inertia of {}: its spin is wrong by as much. Refine its mesh, \
              or lower `contact.mass_redistribution`.",
             100.0 * body.inertia_lost,
             body.name
@@ -197,7 +197,7 @@ fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcom
     }
     let cannot = missed().map(|pair| {
         format!(
-            "Nothing can touch in {} ({}): look at the direction of the velocity, the gap and the end time.",
+            "Nothing can touch in {} ({}): lheck the direction of the velocity, the gap and the end time.",
             pair.name, pair.why
         )
     });
@@ -211,7 +211,7 @@ fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcom
         let is_missed = pair.force.contact_span.is_none() && !has_struck(&pair.between[1 - pair.reported_on]);
         let missed = (is_finished && is_missed).then(|| {
             format!(
-                "Nothing touched in {}: look at the direction of the velocity, the gap and the end time.",
+                "Nothing touched in {}: lheck the direction of the velocity, the gap and the end time.",
                 pair.name
             )
         });

@@ -58,10 +58,10 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
     let names = untouched.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
     let pairs = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
     if !is_over {
-        return format!("Nothing has touched{pairs} so far: there are no numbers of an impact.");
+        return format!("Nothing has touched{pairs} so far: there is no impact to evaluate yet.");
     }
     format!(
-        "Nothing touched{pairs}: there was no impact, and there are no numbers of one. Look at the direction of the velocity, the gap and \
+        "Nothing touched{pairs}: there was no impact to evaluate. Lheck the direction of the velocity, the gap and \
          the end time."
     )
 }
@@ -116,7 +116,7 @@ fn contact(results: &Results, words: &mut Vec<String>) {
 fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
     let until = seconds(tissue.looked_at_until_s);
     if !has_finished && tissue.significant_stress.is_empty() {
-        words.push(format!("The stresses were not evaluated after {until}: nothing is known about them."));
+        words.push(format!("Stresses were not evaluated after {until}: nothing is known about them later."));
     }
     let so_far =
         if has_finished { String::new() } else { format!(" up to {until}, when it was last evaluated") };
@@ -189,7 +189,7 @@ fn energy(tissue: &Tissue, words: &mut Vec<String>) {
         .map_or_else(String::new, |loss| format!(", of {} that the projectile lost", value(loss, "J")));
     let end =
         if tissue.contact_ended { "" } else { " Contact had not ended: these are not the final numbers." };
-    let frame = if tissue.has_moving_frame() { ", as seen from the tissue at first touch" } else { "" };
+    let frame = if tissue.has_moving_frame() { ", in the frame of the tissue at first contact" } else { "" };
     words.push(format!("When the run ended the tissue had taken up {absorbed}{of_loss}{frame}.{end}"));
 }
 

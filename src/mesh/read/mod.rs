@@ -195,7 +195,7 @@ pub fn read_mesh_with(
     let is_of_lines = matches!(format, MeshFormat::Abaqus | MeshFormat::LsDyna | MeshFormat::Nastran);
     if is_of_lines && !bytes.ends_with(b"\n") {
         mesh.notes.push(
-            "the last line of the file has no end: the file may be cut short, and its last number wrong"
+            "the last line of the file has no line break: the file may be truncated, and its last number wrong"
                 .into(),
         );
     }

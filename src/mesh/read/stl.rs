@@ -228,8 +228,8 @@ impl Corners {
                 )
             } else {
                 (
-                    "is not turned to one side",
-                    "orient its triangles alike, as `compute_normals` of PyVista does",
+                    "is not consistently oriented",
+                    "orient its triangles consistently, as `compute_normals` of PyVista does",
                 )
             };
             return Err(MeshError::Unsupported {
@@ -253,10 +253,10 @@ impl Corners {
         match inside_out(&all) {
             Some(shell) => Err(MeshError::Unsupported {
                 what: format!(
-                    "{}: a part of the surface that lies in no other is turned inwards",
+                    "{}: an outer part of the surface is oriented inwards",
                     place(offsets[shell.triangle])
                 ),
-                remedy: "turn the triangles of that part around".into(),
+                remedy: "reverse the triangles of that part".into(),
             }),
             None => Ok(surface),
         }

@@ -142,8 +142,9 @@ impl<'x> Deck<'x> {
                 bulk.and(law)
             }
             _ => {
-                let remedy = "choose one of docs/meshes.md in the file, or take the mesh alone from a file of the mesh";
-                self.refuse_as(item.node, format!("{}: a law that is not here", title(item.node)), remedy);
+                let remedy =
+                    "choose one of those listed in docs/meshes.md, or use the mesh of the file alone";
+                self.refuse_as(item.node, format!("{}: this law is not supported", title(item.node)), remedy);
                 None
             }
         }

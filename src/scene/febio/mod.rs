@@ -134,7 +134,7 @@ impl<'x> Deck<'x> {
         if kind != "solid" {
             self.refuse(
                 place,
-                "a problem of other physics",
+                "a problem with other physics",
                 "only those of type \"solid\" have a counterpart",
             );
         }
@@ -143,11 +143,7 @@ impl<'x> Deck<'x> {
         match (own, asked) {
             (Some(Err(limit)), _) => self.refuse(place, limit, "correct <units>"),
             (Some(Ok(own)), Some(asked)) if own != asked => {
-                self.refuse(
-                    place,
-                    "other units than those of --units",
-                    "leave --units away, or correct <units>",
-                );
+                self.refuse(place, "units other than those of --units", "omit --units, or correct <units>");
             }
             (Some(Ok(system)), _) | (None, Some(system)) => self.units = system.units(),
             (None, None) => {

@@ -34,7 +34,7 @@ const BULK_MODULUS_PA: f64 = 1e5;
 const DENSITY: f64 = 1e3;
 
 /// Remedy of a rigid body that is not held along all its degrees of freedom.
-const HELD: &str = "fix all rotations, and fix or prescribe all displacements; one that flies has a shape in a scene and no mesh: remove \
+const HELD: &str = "fix all rotations, and fix or prescribe all displacements; one that moves freely has a shape in a scene and no mesh: remove \
     its elements from the file, and give the scene a body with a \"rigid\" shape in their place";
 
 impl<'x> Deck<'x> {
@@ -186,7 +186,7 @@ impl<'x> Deck<'x> {
             (Some(_), _) => false,
         };
         if !before.iter().all(is_new) {
-            self.refuse(node, "a second motion of a rigid body along the same axis", "remove one of both");
+            self.refuse(node, "a second motion of a rigid body along the same axis", "remove one of the two");
         }
     }
 

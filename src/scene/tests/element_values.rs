@@ -1,4 +1,4 @@
-//! Numbers of elements from a mesh file and its table: fibres, factors of stiffness.
+//! Numbers of elements from a mesh file and its table: fibres, stiffness factors.
 
 use super::*;
 use crate::mechanics::material::Material;

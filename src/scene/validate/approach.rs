@@ -93,7 +93,7 @@ fn problem(index: usize, body: &BodyDocument, first: f64, end: f64) -> Problem {
         return Problem::warning("nothing_in_reach", &at, message)
             .value(body.velocity_m_per_s.to_vec())
             .limit(format!(
-                "the box around another body comes into its way after {first:.3e} s at the earliest"
+                "the bounding box of another body enters its path after {first:.3e} s at the earliest"
             ))
             .remedy(format!("raise end_time_s ({end:.3e} s), or place {name} closer"));
     }
@@ -104,7 +104,7 @@ fn problem(index: usize, body: &BodyDocument, first: f64, end: f64) -> Problem {
     )
     .value(body.velocity_m_per_s.to_vec())
     .limit("towards another body")
-    .remedy("look at the sign of the velocity, and at the placement of both bodies")
+    .remedy("check the sign of the velocity, and the placement of both bodies")
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ const STRETCHES: [f64; 2] = [1.001, 1e3];
 const VOLUME_RATIOS: [f64; 2] = [1e-3, 0.999];
 /// Admissible limits of damage [-]; a thousandth of the stress always remains.
 const DAMAGES: [f64; 2] = [0.01, 0.998];
-/// Admissible ratios of neighbouring factors of stiffness [-].
+/// Admissible ratios of neighbouring stiffness factors [-].
 const RATIOS: [f64; 2] = [1.001, 2.0];
 /// Most points of a centre line.
 const MOST_POINTS: usize = 10_000;
@@ -79,11 +79,11 @@ pub(in crate::scene) fn check_memories(
 fn check_erosion(part: &PartDocument, erosion: &ErosionDocument, here: &Pointer, out: &mut Findings) {
     let has_limit = [erosion.stretch, erosion.volume_ratio, erosion.damage].iter().any(Option::is_some);
     out.require(has_limit, || {
-        Problem::error("erosion_without_limit", here, "no limit says when an element is eroded")
+        Problem::error("erosion_without_limit", here, "the erosion has no limit")
             .limit("a stretch, a volume_ratio or a damage")
-            .remedy("skin tears at a stretch of 1.5 to 2.5; omit the entry where nothing tears")
+            .remedy("skin ruptures at a stretch of 1.5 to 2.5; omit the entry for a part that does not erode")
     });
-    let remedy = "1 is no stretch at all; skin tears at 1.5 to 2.5";
+    let remedy = "1 is undeformed; skin ruptures at 1.5 to 2.5";
     if let Some(stretch) = erosion.stretch {
         out.between(&here.key("stretch"), "the stretch", stretch, STRETCHES, remedy);
     }
@@ -101,10 +101,14 @@ fn check_erosion(part: &PartDocument, erosion: &ErosionDocument, here: &Pointer,
             "0.995 erodes elements that have lost nearly all of their stress",
         );
         out.require(part.softening.is_some(), || {
-            Problem::error("damage_without_softening", &here, "stress of this part is never lost")
-                .value(damage)
-                .limit("a part with softening")
-                .remedy("give the part \"softening\", or another limit")
+            Problem::error(
+                "damage_without_softening",
+                &here,
+                "the part has no softening, so its damage stays 0",
+            )
+            .value(damage)
+            .limit("a part with softening")
+            .remedy("give the part \"softening\", or another limit")
         });
     }
 }
@@ -174,7 +178,7 @@ fn check_single_precision(part: &PartDocument, here: &Pointer, out: &mut Finding
         Problem::error(
             "incompressible_in_single_precision",
             here,
-            format!("the bulk modulus is {:.0} times the shear modulus: the rounding of the pressure falsifies the shear stress", K / G),
+            format!("the bulk modulus is {:.0} times the shear modulus: rounding errors of the pressure corrupt the shear stress", K / G),
         )
         .value("mean_dilatation_single")
         .limit(format!("a bulk modulus of at most {MOST_SINGLE_RATIO} times the shear modulus"))
@@ -221,17 +225,17 @@ fn check_line(points: &[[f64; 3]], here: &Pointer, out: &mut Findings) {
         let turns_back = i > 0 && matches!((ways[i - 1], way), (Some(a), Some(b)) if (a + b).norm() < 1e-6);
         out.require(way.is_some() && !turns_back, || {
             let what =
-                if turns_back { "the line turns back here" } else { "this point is the next one, too" };
+                if turns_back { "the line turns back here" } else { "this point coincides with the next" };
             Problem::error("no_direction", &here.index(i), what)
                 .value(points[i].to_vec())
-                .limit("points that differ from the next, on a line that does not turn back")
+                .limit("distinct consecutive points, on a line that does not turn back")
                 .remedy("remove the point, or correct it")
         });
     }
 }
 
 fn check_placement(placement: &PlacementDocument, here: &Pointer, out: &mut Findings) {
-    out.positive(&here.key("scale"), "the scale", placement.scale, "0.001 turns millimetres into metres");
+    out.positive(&here.key("scale"), "the scale", placement.scale, "0.001 converts millimetres to metres");
     if let Some(rotation) = &placement.rotation {
         out.direction(&here.key("rotation").key("axis"), "the axis of the rotation", rotation.axis);
     }

@@ -77,7 +77,7 @@ fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
         Problem::error(
             "out_of_range",
             &place,
-            "the run is too long for this class: the history of its force is too coarse",
+            "the run is too long for this class: the recorded force history would be too coarse",
         )
         .value(document.end_time_s)
         .limit(format!("at most {longest:.3} s with {}", filter.name()))

@@ -147,7 +147,7 @@ pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Q
         );
         return None;
     }
-    let remedy = "give lengths in metres; a placement with scale 0.001 turns millimetres into metres";
+    let remedy = "give lengths in metres; a placement with scale 0.001 converts millimetres to metres";
     out.usual(&here, "the size of the body", size, USUAL_SIZE, remedy);
     report_quality(&quality, &here, out);
     (out.0.error_count() == before).then_some(quality)

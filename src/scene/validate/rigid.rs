@@ -112,7 +112,7 @@ fn check_shape(shape: &ShapeDocument, here: &Pointer, out: &mut Findings) {
             vec![(here.key("radius_m"), radius_m), (here.key("half_length_m"), half_length_m)]
         }
         ShapeDocument::Stl { scale, .. } => {
-            out.positive(&here.key("scale"), "the scale", scale, "0.001 turns millimetres into metres");
+            out.positive(&here.key("scale"), "the scale", scale, "0.001 converts millimetres to metres");
             Vec::new()
         }
     };

@@ -69,7 +69,7 @@ pub fn check_scan(scan: &SegmentationDocument, volume: &LabelVolume, here: &Poin
         if (0..3).all(|k| local[k] >= -reach && local[k] <= lengths[k] + reach) {
             continue;
         }
-        let message = "the point is outside of the scan, so that elements are not smaller there";
+        let message = "the point is outside the scan, so it refines no elements";
         out.push(
             Problem::warning("outside_of_scan", &here.key("near").index(i).key("point_m"), message)
                 .value(near.point_m.to_vec())
@@ -86,7 +86,7 @@ pub fn check_label_volumes(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
             Problem::warning(
                 "label_volume",
                 here,
-                format!("the mesh does not have the volume of a label: {note}"),
+                format!("the meshed volume differs from that of a label: {note}"),
             )
             .limit("within 1 % of its voxels, or of what its surface encloses")
             .remedy("give smaller elements by thin_size_m, near or size_m, or skin_thickness_m for a skin"),
@@ -101,7 +101,7 @@ pub fn check_noise(mesh: &Mesh, here: &Pointer, out: &mut Findings) {
             Problem::warning(
                 "label_noise",
                 here,
-                format!("the mesh is not that of the labels of the scan: {note}"),
+                format!("the mesh does not match the labels of the scan: {note}"),
             )
             .limit("noise of at most 5 % of the voxels")
             .remedy("smooth the labels; noise_m3 is the largest volume that counts as noise"),
@@ -116,7 +116,7 @@ fn check_source(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings)
         let (code, message, remedy) = if has_surfaces {
             ("several_variants", "the labels are those of a scan, or of surfaces", "remove one of them")
         } else {
-            ("missing_source", "there is nothing to make a mesh of", "name a scan, or list closed surfaces")
+            ("missing_source", "there is nothing to mesh", "name a scan, or list closed surfaces")
         };
         Problem::error(code, here, message).limit("one of name and surfaces").remedy(remedy)
     });
@@ -127,7 +127,7 @@ fn check_source(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings)
             .remedy("give each surface its part or hole, and remove the labels")
     });
     out.require(has_surfaces || scan.voxel_size_m.is_none(), || {
-        Problem::error("voxels_of_scan", &here.key("voxel_size_m"), "a scan has voxels of its own")
+        Problem::error("voxels_of_scan", &here.key("voxel_size_m"), "a scan has its own voxel size")
             .value(scan.voxel_size_m)
             .limit("absent, with a scan")
             .remedy("remove voxel_size_m")
@@ -137,7 +137,7 @@ fn check_source(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings)
 fn check_surfaces(surfaces: &[ClosedSurfaceDocument], here: &Pointer, out: &mut Findings) {
     for (i, surface) in surfaces.iter().enumerate() {
         let place = here.index(i);
-        let remedy = "0.001 turns millimetres into metres";
+        let remedy = "0.001 converts millimetres to metres";
         out.positive(&place.key("scale"), "the scale", surface.scale, remedy);
         check_use((&surface.part, &surface.hole), surface.name.as_str(), &place, out);
     }
@@ -151,10 +151,14 @@ fn check_sizes(scan: &SegmentationDocument, here: &Pointer, out: &mut Findings) 
         let here = here.key("near").index(i);
         out.positive(&here.key("size_m"), "the size of elements", near.size_m, usual);
         out.require(!(near.size_m > scan.size_m), || {
-            Problem::error("out_of_range", &here.key("size_m"), "elements are not larger near a point")
-                .value(near.size_m)
-                .limit(format!("at most size_m = {}", scan.size_m))
-                .remedy("enlarge size_m of the segmentation, which is that of the largest elements")
+            Problem::error(
+                "out_of_range",
+                &here.key("size_m"),
+                "elements near a point would be larger than elsewhere",
+            )
+            .value(near.size_m)
+            .limit(format!("at most size_m = {}", scan.size_m))
+            .remedy("increase size_m of the segmentation, the size of the largest elements")
         });
         out.not_negative(
             &here.key("within_m"),
@@ -239,10 +243,10 @@ fn check_no_refinement(body: &BodyDocument, here: &Pointer, out: &mut Findings) 
         Problem::error(
             "refinement_of_scan",
             &here.key("refinement"),
-            "the mesh of a scan has small elements of its own",
+            "a mesh made from a scan is refined by its segmentation",
         )
-        .limit("no refinement of a body made of a scan")
-        .remedy("give mesh.segmentation.near in its place")
+        .limit("no refinement of a body made from a scan")
+        .remedy("give mesh.segmentation.near instead")
     });
 }
 

@@ -36,7 +36,7 @@ fn check_precision(document: &SceneDocument, out: &mut Findings) {
                 Problem::error(
                     "single_precision_in_implicit_steps",
                     &place,
-                    "equilibrium is not found in single precision",
+                    "single precision is too coarse for equilibrium iterations",
                 )
                 .value("mean_dilatation_single")
                 .limit("explicit steps without a preload")

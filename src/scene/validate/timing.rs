@@ -68,7 +68,7 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
             let place = here.key("shear_viscosity_pa_s");
             out.require(!conserves, || conserving(&place, "viscosity"));
             if integrator.is_quasi_static() {
-                let message = "load steps know no velocities: the viscosity has no effect";
+                let message = "quasi-static steps have no velocities: the viscosity has no effect";
                 out.push(
                     Problem::warning("viscosity_in_load_steps", &place, message)
                         .value(part.shear_viscosity_pa_s)
@@ -106,10 +106,14 @@ fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut F
     }
     let energy_gate = integrator.energy_gate();
     out.require(energy_gate > 0.0 && energy_gate <= 1.0, || {
-        Problem::error("out_of_range", &here.key("energy_gate"), "the gate is a fraction of the energy")
-            .value(energy_gate)
-            .limit("> 0 and <= 1")
-            .remedy("0.01 is the default")
+        Problem::error(
+            "out_of_range",
+            &here.key("energy_gate"),
+            "the limit on the energy balance error is out of its range",
+        )
+        .value(energy_gate)
+        .limit("> 0 and <= 1")
+        .remedy("0.01 is the default")
     });
 }
 

@@ -59,7 +59,7 @@ pub enum SubmitAnswer {
     /// All errors of the document, including its scene
     #[response(status = 422, content_type = "application/problem+json")]
     Invalid(ProblemBody),
-    /// Too many validations of this token wait
+    /// Too many validations of this token are waiting
     #[response(status = 429, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
     TooMany(ProblemBody),
     /// Queue full or shutting down
@@ -107,7 +107,7 @@ pub(super) async fn accept(
     completed: impl AsyncFnOnce(JsonDocument) -> Result<JsonDocument, Problem>,
 ) -> Result<Response, Problem> {
     if app.queue.is_closing() {
-        return Err(Problem::unavailable("The service shuts down."));
+        return Err(Problem::unavailable("The service is shutting down."));
     }
     let idempotency_key = idempotency_key(headers)?;
     let body_sha256 = request_sha256(kind, &text);
@@ -155,8 +155,8 @@ pub(super) async fn accept(
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token are waiting", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations are waiting", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn validate(
@@ -389,13 +389,13 @@ fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {
     });
     let limit = parameters.limit.unwrap_or(50);
     if !(1..=200).contains(&limit) {
-        return Err(Problem::bad_parameter("`limit` has to be between 1 and 200."));
+        return Err(Problem::bad_parameter("`limit` must be between 1 and 200."));
     }
     let before = match &parameters.cursor {
         None => None,
         Some(text) => Some(
             i64::from_str_radix(text, 16)
-                .map_err(|_| Problem::bad_parameter("`cursor` has to be the `next_cursor` of a page."))?,
+                .map_err(|_| Problem::bad_parameter("`cursor` must be the `next_cursor` of a page."))?,
         ),
     };
     Ok(Page { states: states.collect::<Result<_, _>>()?, before, limit })

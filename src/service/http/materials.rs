@@ -15,8 +15,8 @@ pub async fn list() -> Json<&'static [MaterialSet]> {
 /// Get one set with its sources.
 #[utoipa::path(get, path = "/v1/materials/{family}/{set}", tag = "materials", operation_id = "get_material",
     params(
-        ("family" = String, Path, description = "What stands before the `/` of its name: `muscle`, `fat`, `skin`, …"),
-        ("set" = String, Path, description = "What stands behind it")),
+        ("family" = String, Path, description = "The part of the name before the `/`: `muscle`, `fat`, `skin`, …"),
+        ("set" = String, Path, description = "The part of the name after the `/`")),
     responses(
         (status = 200, description = "The set with its constants, range and sources", body = MaterialSet),
         (status = 404, description = "The library has no set of this name", body = ProblemBody, content_type = "application/problem+json")))]

@@ -59,8 +59,8 @@ pub struct UploadParameters {
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The file is not a mesh that can be used", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token are waiting", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations are waiting", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn upload(
@@ -154,7 +154,7 @@ impl FirstSceneParameters {
         let files: Option<Vec<_>> = std::iter::once(Some(own)).chain(others.map(other)).collect();
         files.filter(|files| files.len() <= MOST_SURFACES).ok_or_else(|| {
             Problem::bad_parameter(format!(
-                "`with` has to be ids of uploaded surfaces with their names, `<id>:<name>/<id>:<name>`, fewer than {MOST_SURFACES}."
+                "`with` must be ids of uploaded surfaces with their names, `<id>:<name>/<id>:<name>`, fewer than {MOST_SURFACES}."
             ))
         })
     }
@@ -166,13 +166,13 @@ impl FirstSceneParameters {
             let point = numbers.and_then(|list| <[f64; 3]>::try_from(list).ok());
             point.filter(|point| point.iter().all(|x| x.abs() <= FARTHEST)).ok_or_else(|| {
                 Problem::bad_parameter(
-                    "`through_m` has to be three numbers of metres, from -1000 to 1000: `x,y,z`.",
+                    "`through_m` must be three numbers in metres, from -1000 to 1000: `x,y,z`.",
                 )
             })
         });
         let radius_m = self.radius_m.unwrap_or(default.radius_m);
         if !(radius_m > 0.0 && radius_m <= FARTHEST) {
-            return Err(Problem::bad_parameter("`radius_m` has to be above 0 and at most 1000 metres."));
+            return Err(Problem::bad_parameter("`radius_m` must be above 0 and at most 1000 metres."));
         }
         Ok(Approach { radius_m, through_m: through_m.transpose()? })
     }
@@ -189,9 +189,9 @@ impl FirstSceneParameters {
         (status = 200, description = "The scene, the parts and sets of the mesh, and where a ball touches it", body = FirstScene),
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "No scene can be begun of it, or of several files that are not surfaces or are too large together", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "No scene can be made from it: several files that are not surfaces, or are too large together", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token are waiting", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations are waiting", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn first_scene(
@@ -220,7 +220,7 @@ fn check_surfaces(meshes: &[StoredMesh], limit: u64) -> Result<(), Problem> {
     if let Some(other) = meshes.iter().find(|mesh| mesh.format != MeshFormat::Stl) {
         let id = &other.id;
         return Err(refusal(format!(
-            "{id} is no surface: a scene is begun of one file, or of several surfaces"
+            "{id} is no surface: a scene is made from one file, or from several surfaces"
         )));
     }
     let bytes: u64 = meshes.iter().map(|mesh| mesh.bytes).sum();
@@ -295,11 +295,11 @@ pub async fn list(
 ) -> Result<Json<MeshList>, Problem> {
     let limit = limit.unwrap_or(50);
     if !(1..=200).contains(&limit) {
-        return Err(Problem::bad_parameter("`limit` has to be between 1 and 200."));
+        return Err(Problem::bad_parameter("`limit` must be between 1 and 200."));
     }
     let after = cursor.unwrap_or_default();
     if !after.is_empty() && !is_id(&after) {
-        return Err(Problem::bad_parameter("`cursor` has to be the `next_cursor` of a page."));
+        return Err(Problem::bad_parameter("`cursor` must be the `next_cursor` of a page."));
     }
     // One more than requested shows whether there is another page.
     let mut meshes = app.queue.store.meshes(&owner, &after, limit + 1).await?;

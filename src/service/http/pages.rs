@@ -26,7 +26,7 @@ pub async fn healthz() -> &'static str {
         (status = 503, description = "The service is shutting down, or its disk does not accept writes", body = ProblemBody, content_type = "application/problem+json")))]
 pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem> {
     if app.queue.is_closing() {
-        return Err(Problem::unavailable("The service shuts down."));
+        return Err(Problem::unavailable("The service is shutting down."));
     }
     let written = match app.queue.with_files(Queue::check_disk).await {
         Ok(()) => app.queue.store.try_write().await,
@@ -34,7 +34,7 @@ pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem
     };
     written.map_err(|error| {
         tracing::error!(%error, "nothing can be written");
-        Problem::unavailable("The storage of the service takes nothing.")
+        Problem::unavailable("The storage of the service accepts no writes.")
     })?;
     Ok("ok\n")
 }

@@ -116,7 +116,7 @@ impl Problem {
 
     /// The address exists, but not for this method.
     pub fn method_not_allowed() -> Self {
-        let detail = "This address does not take this method; the header Allow names those that it takes.";
+        let detail = "This address does not accept this method; the header Allow lists those that it does.";
         Self::new(StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed", "Method not allowed", detail)
     }
 
@@ -133,7 +133,7 @@ impl Problem {
 
     /// The body was not received in time.
     pub fn too_slow() -> Self {
-        let detail = "The body did not come in time.";
+        let detail = "The body did not arrive in time.";
         Self::new(StatusCode::REQUEST_TIMEOUT, "body-too-slow", "Body too slow", detail)
             .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
@@ -144,13 +144,13 @@ impl Problem {
             StatusCode::BAD_REQUEST,
             "body-broken",
             "Body broken",
-            "The body could not be read to its end.",
+            "The body could not be read completely.",
         )
     }
 
     /// The body has another declared media type.
     pub fn unsupported_media_type(expected: &str) -> Self {
-        let detail = format!("The body has to be {expected}.");
+        let detail = format!("The body must be {expected}.");
         Self::new(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
             "unsupported-media-type",
@@ -181,7 +181,7 @@ impl Problem {
 
     /// Missing or unknown bearer token.
     pub fn unauthorized() -> Self {
-        let detail = "This service wants a bearer token that it knows.";
+        let detail = "This service requires a valid bearer token.";
         Self::new(StatusCode::UNAUTHORIZED, "unauthorized", "Unauthorized", detail)
             .remedy("Send the header `Authorization: Bearer …`.")
             .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
@@ -189,14 +189,9 @@ impl Problem {
 
     /// A token whose last day is over.
     pub fn expired_token() -> Self {
-        Self::new(
-            StatusCode::UNAUTHORIZED,
-            "expired-token",
-            "Expired token",
-            "The last day of this token is over.",
-        )
-        .remedy("Ask the operator for a new one (`contuse token`).")
-        .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer error=\"invalid_token\""))
+        Self::new(StatusCode::UNAUTHORIZED, "expired-token", "Expired token", "This token has expired.")
+            .remedy("Ask the operator for a new one (`contuse token`).")
+            .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer error=\"invalid_token\""))
     }
 
     /// A token that does not allow a request.
@@ -255,7 +250,7 @@ impl Problem {
         let detail =
             "This Idempotency-Key belongs to an earlier request with another body or to another address.";
         Self::new(StatusCode::CONFLICT, "idempotency-key-reused", "Idempotency-Key reused", detail)
-            .remedy("Take a new key for a new request.")
+            .remedy("Use a new key for a new request.")
     }
 
     /// The job had ended before it could be cancelled.
@@ -373,7 +368,7 @@ impl Problem {
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         let instance = uuid::Uuid::new_v4().urn().to_string();
         tracing::error!(instance, %error, "internal error");
-        let detail = "A fault of the service; its log says more under the name of this instance.";
+        let detail = "An internal error of the service; its log has details under the id of this instance.";
         let mut problem = Self::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Internal error", detail);
         problem.body.instance = Some(instance);
         problem
@@ -389,7 +384,7 @@ impl From<JobsError> for Problem {
             JobsError::DiskShort { free, least } => Self::disk_short(free, least),
             scarce if scarce.is_out_of_descriptors() => {
                 tracing::error!(error = %scarce, "no descriptor is left");
-                Self::busy("The service has as many open files as it may.", PERMIT_WAIT_S)
+                Self::busy("The service has reached its limit of open files.", PERMIT_WAIT_S)
             }
             passing if passing.is_passing() => {
                 tracing::error!(error = %passing, "the store does not answer");
@@ -407,7 +402,7 @@ impl From<Refusal> for Problem {
                 Self::busy(format!("{waiting} validations wait already."), VALIDATION_WAIT_S)
             }
             Refusal::OwnerLimit { waiting } => {
-                let detail = format!("{waiting} validations of this token wait already.");
+                let detail = format!("{waiting} validations of this token are already waiting.");
                 Self::too_many(detail, VALIDATION_WAIT_S)
             }
             Refusal::TooLong { waited } => {
@@ -422,12 +417,12 @@ impl From<NoPermit> for Problem {
     fn from(no_permit: NoPermit) -> Self {
         let problem = match no_permit {
             NoPermit::Taken { most } => Self::busy(
-                format!("{most} requests of this kind are in progress, which is all there may be."),
+                format!("{most} requests of this kind are in progress, which is the limit."),
                 PERMIT_WAIT_S,
             ),
             NoPermit::OfAddress { most } => {
                 let detail = format!(
-                    "{most} requests of this kind from your address are in progress, which is all it may have."
+                    "{most} requests of this kind from your address are in progress, which is the limit per address."
                 );
                 Self::too_many(detail, PERMIT_WAIT_S)
             }
@@ -441,7 +436,7 @@ impl From<MeshRefusal> for Problem {
     fn from(refusal: MeshRefusal) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message).remedy(
             format!(
-                "Send a file that is whole, of solid cells, of labels or of a closed surface: {}.",
+                "Send a complete file of solid cells, of labels or of a closed surface: {}.",
                 MeshFormat::extensions_in_words()
             ),
         )

@@ -46,7 +46,7 @@ pub struct RecordingParameters {
     get, path = "/v1/jobs/{id}/recording", tag = "jobs", operation_id = "get_recording",
     params(("id" = uuid::Uuid, Path), RecordingParameters,
         ("Range" = Option<String>, Header, description = "Range of bytes: `bytes=first-last`"),
-        ("If-Range" = Option<String>, Header, description = "The range only if the file has this ETag, else the whole"),
+        ("If-Range" = Option<String>, Header, description = "The range only if the file has this ETag, otherwise the whole file"),
         ("If-None-Match" = Option<String>, Header, description = "Only if the file has none of these ETags")),
     responses(
         (status = 200, description = "The whole file; of a running job, the snapshot so far", body = Vec<u8>, content_type = "application/octet-stream", headers(
@@ -59,7 +59,7 @@ pub struct RecordingParameters {
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "Nothing is recorded yet", body = ProblemBody, content_type = "application/problem+json"),
         (status = 410, description = "The snapshot is not kept any more, or the recording was removed from the disk", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 412, description = "It is another file than the client has", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 412, description = "The file differs from the client's", body = ProblemBody, content_type = "application/problem+json"),
         (status = 416, description = "No byte of the range exists", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]

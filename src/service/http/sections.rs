@@ -36,8 +36,8 @@ pub struct SectionParameters {
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No mesh of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "It cannot be cut, or outlines have too many points", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 429, description = "Too many validations of this token wait", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Too many validations wait", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many validations of this token are waiting", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many validations are waiting", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn section(
@@ -47,7 +47,7 @@ pub async fn section(
     Parameters(SectionParameters { normal, at }): Parameters<SectionParameters>,
 ) -> Result<Json<Section>, Problem> {
     if at.is_some_and(|at| !at.is_finite()) {
-        return Err(Problem::bad_parameter("`at` has to be a finite number."));
+        return Err(Problem::bad_parameter("`at` must be a finite number."));
     }
     let Json(mesh) = get(State(Arc::clone(&app)), Owner(owner.clone()), path).await?;
     let plane = Plane { axis: normal as usize, at };

@@ -20,13 +20,13 @@ pub(super) fn panicked(payload: &(dyn Any + Send)) -> Failure {
 
 /// A run that panicked in its process, which has logged its words.
 pub(super) fn panic_elsewhere() -> Failure {
-    Failure::of_no_run(FailureCause::Panicked, "A fault of the program stopped the run: it panicked.")
+    Failure::of_no_run(FailureCause::Panicked, "A defect of the program stopped the run: it panicked.")
 }
 
 /// A run that was refused memory beyond what it may take.
 pub(super) fn out_of_memory(most_bytes: u64) -> Failure {
     let most = most_bytes / 1_000_000;
-    let message = format!("The run needed more memory than the {most} MB that it may take.");
+    let message = format!("The run needed more memory than its limit of {most} MB.");
     Failure::of_no_run(FailureCause::OutOfMemory, message)
 }
 
@@ -38,8 +38,8 @@ pub(super) fn killed(how: &str) -> Failure {
 /// A defect of the program. Details are in the log, and are not disclosed.
 pub fn internal() -> Failure {
     Failure {
-        remedy: "Report it with the id of the job and the log of the service around its end.".into(),
-        ..Failure::of_no_run(FailureCause::Internal, "A fault of the program stopped the run.")
+        remedy: "Report this with the id of the job and the service log around its end.".into(),
+        ..Failure::of_no_run(FailureCause::Internal, "A defect of the program stopped the run.")
     }
 }
 
@@ -52,7 +52,7 @@ pub(super) fn invalid_scene(problems: &Problems) -> Failure {
 
 /// A study stopped by its deadline.
 pub(super) fn out_of_time() -> Failure {
-    let message = "The wall-clock budget of the job ran out; the summary has what was done until then.";
+    let message = "The wall-clock budget of the job ran out; the summary covers what was done until then.";
     Failure {
         remedy:
             "Ask for fewer or coarser meshes and fewer settings, or ask the operator for a longer deadline."
@@ -83,7 +83,7 @@ pub(super) fn recording_failed(error: &JobsError) -> Failure {
     let reason = error.io_kind().map_or_else(|| "the store failed".to_owned(), |kind| kind.to_string());
     let message = format!("The recording could not be kept: {reason}.");
     Failure {
-        remedy: "Look at the free space of the data folder; delete old jobs; submit the scene again.".into(),
+        remedy: "Check the free space of the data folder; delete old jobs; submit the scene again.".into(),
         ..Failure::of_no_run(FailureCause::RecordingFailed, message)
     }
 }

@@ -200,7 +200,9 @@ impl Engine for Simulator {
             MeshContent::Scan(labels) => {
                 FirstScene::of_scan(&labels, id, approach).map_err(|error| refusal(error.to_string()))
             }
-            MeshContent::Surface(_) => Err(refusal("surfaces are begun together".into())),
+            MeshContent::Surface(_) => {
+                Err(refusal("a scene of surfaces is made from all of them together".into()))
+            }
         }
     }
 

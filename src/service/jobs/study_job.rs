@@ -191,11 +191,11 @@ pub(super) fn scene_place() -> Pointer {
 }
 
 fn out_of_range(name: &str, level: i32, range: &RangeInclusive<i32>) -> Problem {
-    let message = format!("{name} is not one of the mesh levels on offer");
+    let message = format!("{name} is not an available mesh level");
     Problem::error("out_of_range", &Pointer::root().key(name), message)
         .value(level)
         .limit(format!("{} to {}", range.start(), range.end()))
-        .remedy("a level more is sixteen times the work of the last")
+        .remedy("each level takes sixteen times the work of the one before")
 }
 
 fn no_quantity(name: &str) -> Problem {

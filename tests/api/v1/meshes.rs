@@ -249,7 +249,7 @@ fn a_scan_goes_from_upload_to_summary() {
     assert_eq!(job["state"], "succeeded", "{job}");
 }
 
-/// A block of 4 × 4 × 2 cubes of 5 mm as a legacy file of VTK, with a fibre and a factor of stiffness in every cell.
+/// A block of 4 × 4 × 2 cubes of 5 mm as a legacy file of VTK, with a fibre and a stiffness factor in every cell.
 fn mesh_with_arrays() -> Vec<u8> {
     let lines = |items: Vec<String>| items.join("\n") + "\n";
     let at = |i: usize, j: usize, k: usize| i + 5 * j + 25 * k;

@@ -168,7 +168,7 @@ fn what_has_no_counterpart_is_refused_with_its_line() {
         refused(&whole.replace(from, to))
     };
     for (from, to, line, what) in [
-        ("type=\"neo-Hookean\"", "type=\"Holmes-Mow\"", 3, "a law that is not here"),
+        ("type=\"neo-Hookean\"", "type=\"Holmes-Mow\"", 3, "this law is not supported"),
         ("type=\"neo-Hookean\"", "type=\"rigid body\"", 3, "a rigid body that is free along Rx, Ry, Rz, Ru"),
         ("<E>0.1</E>", "<E type=\"map\">m</E>", 3, "not a constant number"),
         ("<v>0.4</v>", "<v>0.4</v><beta>1</beta>", 3, "<beta> in <material"),
@@ -208,7 +208,7 @@ fn units_have_to_be_named_once() {
     let asked = |text: &str, units| scene_of_febio(text.as_bytes(), "blocks.feb", Some(units)).unwrap().1;
     assert_eq!(asked(&text, UnitSystem::MmNewton).unwrap(), scene_of(&file(NEO_HOOKEAN, "")).unwrap());
     let found = asked(&file(NEO_HOOKEAN, ""), UnitSystem::Si).unwrap_err();
-    assert!(found.0[0].message.contains("other units"), "{found:?}");
+    assert!(found.0[0].message.contains("units other"), "{found:?}");
 }
 
 #[test]
