@@ -71,7 +71,7 @@ pub(super) fn read_mesh_file(path: &Path) -> Result<(Mesh, String), CliError> {
     read_mesh_and_fields(path, &FieldNames::NONE)
 }
 
-/// The same with arrays of the elements.
+/// The mesh of a file with the requested arrays of its elements.
 pub(super) fn read_mesh_and_fields(path: &Path, fields: &FieldNames) -> Result<(Mesh, String), CliError> {
     let (source, name) = source_of(path);
     let read = read_file(&source, (&name, fields), Budget::COMMAND_LINE.mesh_bytes, &Pointer::root());

@@ -98,7 +98,7 @@ impl AbsorbedEnergy {
         let is_on_plane =
             |&(slave, master): &(usize, Option<usize>)| master.is_none() && tissue.bodies.contains(&slave);
         let planes = pairs().filter(|(_, sides)| is_on_plane(sides)).map(|(pair, _)| pair).collect();
-        // A plane supports what has come to rest on it, not what is in flight.
+        // A plane supports a body that has come to rest on it, not one that moves freely.
         let holder = plan.supports(|body| tissue.bodies.contains(&body), false);
         let is_projectile = |body: usize| projectile.bodies.contains(&body);
         let by_projectiles_only = pairs().all(|(_, sides)| {

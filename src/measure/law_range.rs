@@ -11,7 +11,7 @@ use crate::plan::Plan;
 use crate::step::Frame;
 use std::ops::Range;
 
-/// Fraction of its stress beyond whose loss a point counts as torn [-].
+/// Damage beyond which a point counts as failed [-].
 const TORN: f64 = 0.5;
 
 /// A sum over points, and its maximum over time.
@@ -74,7 +74,7 @@ pub struct PartRange {
     pub torn: Outside,
     /// Strain energy beyond the limit of the law, maximum over the field times so far [J].
     pub energy_beyond: Largest,
-    /// The same beyond the limits that were declared for it.
+    /// Strain energy beyond the limits declared for the law, maximum over the field times so far [J].
     pub energy_beyond_declared: Largest,
     /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
@@ -91,7 +91,7 @@ struct BodyRange {
 }
 
 impl PartRange {
-    /// Of a part, still without volume, of the body with an index in [`LawRanges`].
+    /// Ranges of a part before any volume is added; `in_body` is the index of its body in [`LawRanges`].
     fn at_rest(body: String, part: String, validity: Validity, in_body: usize) -> Self {
         Self {
             body,
@@ -216,7 +216,7 @@ struct Extremes {
 }
 
 impl Extremes {
-    /// Of the values in some lanes of rows.
+    /// Extremes of the values in some lanes of rows.
     fn new(rows: &[Row], lanes: Range<usize>) -> Self {
         let nothing = Self { least: f64::INFINITY, largest: f64::NEG_INFINITY, has_nan: false };
         rows.iter().flat_map(|row| &row.0[lanes.clone()]).fold(nothing, |found, &x| Self {

@@ -104,12 +104,12 @@ pub fn gradients(
     Ok(elements.iter().map(mean).collect())
 }
 
-/// The matrices of the elements.
+/// Stiffness matrices of Laplace's equation, element by element.
 struct System<'a> {
     mesh: &'a Mesh,
     elements: &'a [usize],
     followers: Followers,
-    /// Those of all elements, one after the other, by rows.
+    /// Element matrices one after the other, row-major.
     matrices: Vec<f64>,
 }
 

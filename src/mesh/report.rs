@@ -57,7 +57,7 @@ pub struct MeshQualityReport {
 }
 
 impl MeshReport {
-    /// Of a mesh; `None` without elements.
+    /// Report on a mesh; `None` without elements.
     pub fn of(mesh: &Mesh) -> Option<Self> {
         let quality = quality(mesh)?;
         let mut elements_of_part = vec![0_u64; mesh.parts.len()];
@@ -75,7 +75,7 @@ impl MeshReport {
         })
     }
 
-    /// Of a scan: its voxels count as elements, those of label n as a part `label_<n>`.
+    /// Report on a scan: voxels count as elements, those of label n as a part `label_<n>`.
     pub fn of_scan(volume: &LabelVolume) -> Self {
         let found = ScanInspection::of(volume);
         let [low, high] = found.bounding_box_m;
@@ -96,7 +96,7 @@ impl MeshReport {
         }
     }
 
-    /// Of a surface: its triangles count as elements.
+    /// Report on a closed surface: triangles count as elements.
     pub fn of_surface(surface: &ClosedSurface) -> Self {
         let [low, high] = surface.bounding_box();
         let volume = format!("it encloses {:.4e}, in the cube of the unit of the file", surface.volume());

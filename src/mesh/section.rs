@@ -48,7 +48,7 @@ pub struct PartSection {
 }
 
 impl Section {
-    /// Of a mesh.
+    /// Outlines of the parts of a mesh in the plane.
     ///
     /// # Errors
     /// `Unsupported` for outlines of too many points.
@@ -64,7 +64,7 @@ impl Section {
         cut.section(mesh.parts.iter().map(|part| (part.clone(), None)))
     }
 
-    /// Of a closed surface, as one part.
+    /// Outline of a closed surface in the plane, as one part.
     ///
     /// # Errors
     /// `Unsupported` for outlines of too many points.
@@ -76,7 +76,7 @@ impl Section {
         cut.section(std::iter::once(("surface".to_owned(), None)))
     }
 
-    /// Of a scan.
+    /// Outlines of the labels of a scan in the plane.
     ///
     /// # Errors
     /// `Unsupported` for a grid with shear, and for outlines of too many points.

@@ -27,7 +27,7 @@ pub struct SurfacePoint {
 }
 
 impl TriangulatedSurface {
-    /// Of `faces`, counter-clockwise seen from outside, whose nodes are at `positions` [m].
+    /// Triangulates `faces`, counter-clockwise seen from outside, whose nodes are at `positions` [m].
     pub fn new(faces: &[[u32; 4]], positions: Vec<Vec3>) -> Self {
         let halves = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
         let triangles: Vec<[u32; 3]> = halves.filter(|[a, b, c]| a != b && b != c && c != a).collect();

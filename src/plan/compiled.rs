@@ -58,7 +58,7 @@ pub struct Plan {
     pub dynamic_relaxation: Option<DynamicRelaxation>,
     /// Initial displacement [m], nodes × 3; empty when all are zero.
     pub initial_u: Vec<Vec3>,
-    /// Initial velocity relative to the body's flight [m/s], nodes × 3; empty when all are zero.
+    /// Initial velocity relative to the rigid-body velocity V of the body [m/s], nodes × 3; empty when all are zero.
     pub initial_v: Vec<Vec3>,
     /// Time integration scheme with its options.
     pub integrator: Integrator,

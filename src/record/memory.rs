@@ -27,7 +27,7 @@ pub struct Snapshot {
     pub time: f64,
     /// Displacement [m], nodes × 3.
     pub u: Vec<Vec3>,
-    /// Mean velocity of the adjacent half steps, relative to the bodies' flight [m/s], nodes × 3.
+    /// Mean velocity of the adjacent half steps, relative to the rigid-body velocities V of the bodies [m/s], nodes × 3.
     pub v: Vec<Vec3>,
 }
 

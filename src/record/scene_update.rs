@@ -48,7 +48,7 @@ pub struct Boundary {
 }
 
 impl Boundary {
-    /// Of a body of the plan, without erosion.
+    /// Boundary of a body of the plan, without erosion.
     pub fn new(plan: &Plan, body: usize) -> Self {
         let body = &plan.bodies[body];
         Self {
@@ -74,7 +74,7 @@ impl Boundary {
         fields.map(|f| &f.von_mises[..]).filter(|values| !values.is_empty())
     }
 
-    /// Takes account of the elements that are gone in a frame.
+    /// Takes account of the elements that are eroded in a frame.
     pub fn follow(&mut self, frame: &Frame, body: usize) {
         let (plan_body, eroded) = (&frame.plan.bodies[body], frame.erosion.elements().len());
         if plan_body.erodes && eroded != self.eroded {

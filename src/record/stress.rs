@@ -51,7 +51,7 @@ pub fn f32s(message: &Stress, name: &str) -> Option<Vec<f32>> {
     Some(array.data.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
 }
 
-/// The velocities of the nodes of one body at t_n: the means of the adjacent half steps, including the flight velocity.
+/// The velocities of the nodes of one body at t_n: the means of the adjacent half steps, including the rigid-body velocity V.
 fn velocities(frame: &Frame, nodes: std::ops::Range<usize>, flight: Vec3) -> impl Iterator<Item = Vec3> {
     let halves = frame.v[nodes.clone()].iter().zip(&frame.v_after[nodes]);
     halves.map(move |(before, after)| (before + after) * 0.5 + flight)

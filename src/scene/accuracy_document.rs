@@ -17,7 +17,7 @@ pub struct AccuracyDocument {
     /// Time limit for all meshes together [s].
     #[serde(default = "a_minute")]
     pub time_budget_s: f64,
-    /// Whether the estimated run times on one core count against the limit, rather than the clock: every machine then uses the same
+    /// Whether the limit applies to estimated run times on one core rather than to wall time: every machine then uses the same
     /// meshes, and the results are the same to the last bit.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reproducible: bool,

@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
-    /// The x axis.
+    /// Along e_x = (1, 0, 0).
     X,
-    /// The y axis.
+    /// Along e_y = (0, 1, 0).
     Y,
-    /// The z axis.
+    /// Along e_z = (0, 0, 1).
     Z,
 }
 

@@ -161,7 +161,7 @@ fn no_array(mesh: &Mesh, name: &str, (other, components): (bool, &str), here: &P
 
 /// Laws of the elements of a body.
 pub(super) struct Laws {
-    /// Those of the parts, then those of elements of another stiffness.
+    /// Laws of the parts, then laws scaled by the stiffness factors of elements.
     pub materials: Vec<Material>,
     /// For every element, the index of its law.
     pub law_of: Vec<u32>,

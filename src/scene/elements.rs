@@ -10,7 +10,7 @@ use crate::mechanics::element::ElementKind;
 use crate::mechanics::force::Formulation;
 use crate::mesh::CellKind;
 
-/// Checks what the elements of a body have to offer against what the document asks of them.
+/// Checks that the elements of a body support what the document requests of them.
 pub(super) fn check(index: usize, document: &SceneDocument, body: &SceneBody, out: &mut Findings) {
     let parts = Pointer::root().key("bodies").index(index).key("parts");
     for (entry, part) in document.bodies[index].parts.iter().enumerate() {
@@ -29,7 +29,7 @@ pub fn has_averaged_pressure(document: &BodyDocument, body: &SceneBody) -> bool 
     document.parts.iter().enumerate().any(|(entry, part)| averages_pressure(part, (entry, body)))
 }
 
-/// The same of the elements of a part.
+/// Whether elements of a part average pressure over nodes.
 fn averages_pressure(part: &PartDocument, (entry, body): (usize, &SceneBody)) -> bool {
     let averages = |kind| {
         let formulation = part.element(&body.materials[entry], kind);
@@ -44,7 +44,7 @@ fn count((entry, body): (usize, &SceneBody), kind: CellKind) -> usize {
     cells.filter(|(cell, of)| cell.kind == kind && **of as usize == entry).count()
 }
 
-/// Refuses a formulation that elements of the part have not.
+/// Refuses a formulation that elements of the part do not support.
 fn check_formulation(
     part: &PartDocument,
     (entry, body): (usize, &SceneBody),
@@ -71,7 +71,7 @@ fn check_formulation(
     }
 }
 
-/// What tetrahedra of four nodes have not, since their pressure is not that of one element.
+/// Remedy where four-node tetrahedra with averaged nodal pressure lack a feature.
 const REMEDY: &str = "mesh the part with tetrahedra of ten nodes, wedges or hexahedra, or give it the formulation \"full\", which is too \
                       stiff where nearly incompressible";
 

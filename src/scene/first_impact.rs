@@ -60,21 +60,21 @@ pub struct FirstPart {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct Touch {
-    /// Its way, of length 1.
+    /// Direction in which the ball moves, a unit vector.
     pub direction: [f64; 3],
     /// Where it touches [m].
     pub point_m: [f64; 3],
-    /// Where its centre is then [m].
+    /// Centre of the ball at first contact [m].
     pub center_m: [f64; 3],
 }
 
 impl FirstScene {
-    /// Of a mesh that the scene calls `name`.
+    /// First scene of a mesh that the scene refers to as `name`.
     pub fn of_mesh(mesh: &Mesh, name: &str, approach: &Approach) -> Self {
         Self::of_scene(mesh, first_scene(mesh, name), approach)
     }
 
-    /// Of a scene of a mesh. Lengths are those of the scene, which may scale the mesh.
+    /// Completes a scene of a mesh. Lengths are those of the scene, which may scale the mesh.
     pub fn of_scene(mesh: &Mesh, scene: Value, approach: &Approach) -> Self {
         let scale = scene["bodies"][0]["placement"]["scale"].as_f64().unwrap_or(1.0);
         // The surface of the tissue alone: what strikes may be in the same file.
@@ -119,7 +119,7 @@ impl FirstScene {
         }
     }
 
-    /// Of closed surfaces, in any order.
+    /// First scene of closed surfaces, in any order.
     pub fn of_surfaces(files: &[SurfaceFile], approach: &Approach) -> Self {
         let nest = Nest::of(files);
         let corners = |file: &SurfaceFile| file.surface.bounding_box().map(|x| x * nest.scale);
@@ -148,7 +148,7 @@ impl FirstScene {
         }
     }
 
-    /// Of a scan that the scene calls `name`.
+    /// First scene of a scan that the scene refers to as `name`.
     ///
     /// # Errors
     /// `Unsupported` for a grid with shear.

@@ -22,19 +22,19 @@ pub enum NoAxes {
     Degenerate,
     /// The mesh has no array of that name with three components.
     NoArray {
-        /// Which of the names.
+        /// Index of the array among the families.
         family: usize,
         /// Whether there is one with another number of components.
         scalars: bool,
     },
-    /// The law has not as many families as there are arrays, or not one or two in different directions.
+    /// The law does not have as many fibre families as there are arrays, or does not have one or two distinct ones.
     Families {
         /// Number of families of the law.
         of_law: usize,
     },
     /// The array has no direction for these elements: zero, or not finite.
     NoDirection {
-        /// Which of the names.
+        /// Index of the array among the families.
         family: usize,
         /// Indices of these elements in the mesh.
         elements: Vec<usize>,
@@ -165,7 +165,7 @@ fn is_along(law: &Material) -> bool {
     law.fibre_directions().iter().all(|d| d[1] == 0.0 && d[2] == 0.0)
 }
 
-/// Of a point its unit tangent at the nearest point of a line, and the way from there; `None` for a line that has no length.
+/// Unit tangent at the point of a line nearest to a given point, and the vector from there to the point; `None` for a line of zero length.
 ///
 /// Tangents at the points of the line are the mean of the adjacent segments', and are interpolated between them.
 fn along_line(line: &[Vec3]) -> Option<impl Fn(Vec3) -> Option<(Vec3, Vec3)>> {

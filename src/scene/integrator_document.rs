@@ -140,13 +140,13 @@ impl IntegratorDocument {
     pub fn implicit(step_s: f64) -> Self {
         Self::implicit_with(step_s, default_theta(), default_energy_gate())
     }
-    /// Implicit steps of a length [s] with a weight θ [-] and an energy gate [-].
+    /// Implicit steps of a length [s] with a weight θ [-] and a limit on the energy balance error [-].
     pub fn implicit_with(step_s: f64, theta: f64, energy_gate: f64) -> Self {
         let (newton_tolerance, smallest_step_s) = (default_newton_tolerance(), None);
         let (xi, energy_momentum) = (None, false);
         Self::Implicit { step_s, theta, xi, energy_momentum, newton_tolerance, smallest_step_s, energy_gate }
     }
-    /// Explicit steps of at most a length [s] with an energy gate [-].
+    /// Explicit steps of at most a length [s] with a limit on the energy balance error [-].
     pub fn explicit_with(max_step_s: Option<f64>, energy_gate: f64) -> Self {
         Self::Explicit {
             safety_factor: Self::SAFETY,

@@ -13,7 +13,7 @@ pub enum MeshDocument {
     File(MeshFileDocument),
     /// Generated from a few parameters.
     Generator(Generator),
-    /// Made of the labels of a scan, or of closed surfaces.
+    /// Made from the labels of a scan, or from closed surfaces.
     Segmentation(SegmentationDocument),
 }
 
@@ -172,7 +172,7 @@ pub enum Generator {
 }
 
 impl MeshDocument {
-    /// Numbers of elements by direction; of a scan, along a metre; of a mesh from a file, into how many each of its elements is split along an edge.
+    /// Numbers of elements by direction; of a scan, along a metre; of a mesh from a file, the number into which each element is split along an edge.
     pub fn counts(&self) -> Vec<u32> {
         match self {
             Self::Generator(generator) => {

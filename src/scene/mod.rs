@@ -4,7 +4,7 @@
 //! makes one from the other in five stages and collects all problems:
 //!
 //! 1. `json`: bytes → JSON value; repeated keys.
-//! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy, in which
+//! 2. `structure`: against the schema generated from the document's types; what is broken is repaired in a copy, in which
 //!    `named_materials` then puts the sets of the library in the place of their names.
 //! 3. `validate`: what the document alone shows.
 //! 4. `build`: the meshes, in their places, with material axes; then what only they show.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PartDocument {
-    /// Name of the part in the mesh; `*` stands for every part without an entry of its own.
+    /// Name of the part in the mesh; `*` stands for every part without a separate entry.
     pub part: String,
     /// Density at rest [kg/m³]; a set of the library brings its own.
     #[schemars(with = "Option<f64>", transform = not_null)]
@@ -28,17 +28,17 @@ pub struct PartDocument {
     #[schemars(skip)]
     pub library: Option<String>,
     /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): adds 2 η dev d to the stress of the law, where d is the rate of
-    /// deformation. Not in quasi-static runs. Null omits that of a set of the library.
+    /// deformation. Ignored in quasi-static runs. Null omits the viscosity of a set of the library.
     #[serde(default, skip_serializing_if = "is_nothing")]
     #[schemars(with = "Option<f64>")]
     pub shear_viscosity_pa_s: f64,
     /// Stress relaxation of a split law. A quasi-static run uses the fully relaxed response, unless its time is real.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prony_series: Option<PronyDocument>,
-    /// Softening of a split law beyond a strain energy, as of skin that begins to tear. Explicit steps only.
+    /// Softening of a split law beyond a strain energy, as for the onset of damage in skin. Explicit steps only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub softening: Option<SofteningDocument>,
-    /// Limits beyond which elements are eroded, as for skin that tears. Explicit steps only.
+    /// Limits beyond which elements are eroded, as for the rupture of skin. Explicit steps only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<ErosionDocument>,
     /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
@@ -63,8 +63,8 @@ pub struct StiffnessFactorDocument {
     pub rounded_to_ratio: Option<f64>,
 }
 
-/// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the
-/// nodes. The limits apply to the mean over the element.
+/// Erosion of a part: stress and strain energy of an element beyond a limit vanish permanently; its mass remains at the
+/// nodes. The limits apply to the mean deformation of the element.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErosionDocument {
@@ -74,7 +74,7 @@ pub struct ErosionDocument {
     /// Smallest admissible volume, as a fraction of the volume at rest [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_ratio: Option<f64>,
-    /// Largest admissible damage of a part with softening: fraction of the stress that it has lost [-].
+    /// Largest admissible damage of a part with softening [-]: 1 − damage is the remaining fraction of the stress.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damage: Option<f64>,
 }

@@ -20,7 +20,7 @@ pub struct SegmentationDocument {
     /// File name relative to the scene's folder (`.nii`, `.nii.gz`, `.nrrd`, `.mha`), or the id of an uploaded scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Closed surfaces in the place of a scan, from the outside to the inside: what is in several belongs to the last of them.
+    /// Closed surfaces instead of a scan, from the outside to the inside: a point inside several belongs to the last of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<ClosedSurfaceDocument>,
     /// Largest edge of the voxels that the surfaces are filled with [m]; by default half of the smallest of `size_m`, `near` and
@@ -47,7 +47,7 @@ pub struct SegmentationDocument {
     /// Volume below which a group of voxels is noise, and takes the label around it [m³]; by default that of 30 voxels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_m3: Option<f64>,
-    /// Largest number of elements; by default what is left of the limit of all bodies.
+    /// Largest number of elements; by default what the limit for all bodies leaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_elements: Option<u64>,
 }

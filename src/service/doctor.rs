@@ -20,7 +20,7 @@ pub struct LostJob {
 /// What an examination found.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnosis {
-    /// Faults of the job store, in words.
+    /// Faults of the job store, as text.
     pub store: Vec<String>,
     /// Sequence numbers of jobs that cannot be read.
     pub unreadable: Vec<i64>,

@@ -26,7 +26,7 @@ pub struct PairLedger {
 /// Energies and momenta of one body at t_n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BodyEnergy {
-    /// Kinetic energy, `½ v₋ᵀ M v₊` including the flight velocity, and the rotation of a rigid body [J].
+    /// Kinetic energy, `½ v₋ᵀ M v₊` including the rigid-body velocity V, and the rotation of a rigid body [J].
     pub kinetic_j: f64,
     /// Strain energy, ∫ψ dV, including that of the stabilisation of one-point elements and of Prony series branches
     /// [J].

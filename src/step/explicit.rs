@@ -80,7 +80,7 @@ pub(super) struct ExplicitStepper<'p> {
     /// Impulses of the contacts on the nodes [N s]; empty if nothing is prescribed.
     touched: Vec<Vec3>,
     x: Vec<Vec3>,
-    /// v₊, relative to the flight [m/s].
+    /// v₊, relative to the rigid-body velocity V [m/s].
     v_after: Vec<Vec3>,
     contact: Option<ContactStep<'p>>,
     rigid: Option<RigidStep<'p>>,

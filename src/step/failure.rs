@@ -30,7 +30,7 @@ pub enum FailureCause {
     /// In a quasi-static step, a load on an unsupported body is not balanced.
     #[serde(alias = "nothing_holds")]
     UnderConstrained,
-    /// The energy balance exceeded its gate.
+    /// The error of the energy balance exceeded its limit.
     EnergyGate,
     /// The step is longer than a rigid body's rotation allows.
     StepTooLong,

@@ -23,7 +23,7 @@ pub struct Frame<'a> {
     /// Displacement u_n in each body's own inertial frame [m], nodes × 3. In a [`super::FrameCopy`] it is complete at
     /// the field times, and otherwise available at boundary nodes only (of all bodies, if they erode).
     pub u: &'a [Vec3],
-    /// Velocity of the half step before t_n, relative to the bodies' flight [m/s], nodes × 3; in a [`super::FrameCopy`]
+    /// Velocity of the half step before t_n, relative to the rigid-body velocities V of the bodies [m/s], nodes × 3; in a [`super::FrameCopy`]
     /// empty between the look times, and if neither the plan requests the velocity nor a part is viscous.
     pub v: &'a [Vec3],
     /// Velocity of the half step after t_n, as `v`.

@@ -188,7 +188,7 @@ fn relax(
     relaxation: DynamicRelaxation,
     options: &RunOptions,
 ) -> Result<Option<Interrupt>, Failure> {
-    // Bodies in flight are held in their initial positions.
+    // Moving bodies are held in their initial positions.
     let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
     state.time = -relaxation.duration;
     let flying = plan.bodies.iter().filter(|body| body.flight_velocity != Vec3::zeros());

@@ -21,7 +21,7 @@ pub struct State {
     pub step: u64,
     /// Displacement u_n in each body's own inertial frame [m], nodes × 3: x = X + V_b max(t, 0) + u.
     pub u: Vec<Vec3>,
-    /// Velocity relative to the body's flight [m/s], nodes × 3: v₋ of the last half step in explicit runs, v_n in
+    /// Velocity relative to the rigid-body velocity V of the body [m/s], nodes × 3: v₋ of the last half step in explicit runs, v_n in
     /// implicit ones; for the spin of a rigid body [rad/s], in its axes.
     pub v: Vec<Vec3>,
     /// Orientation of each rigid body at t_n.

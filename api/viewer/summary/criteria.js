@@ -4,7 +4,7 @@ import { html, table } from "../dom.js";
 import { number, setting } from "../format.js";
 import { bracketed, errorWords, hasError } from "./headline.js";
 
-/** The criteria: what each says, and what it is compared with; those that do not apply behind a door. Null where a summary has none. */
+/** The criteria: what each says, and what it is compared with; those that do not apply are collapsed. Null where a summary has none. */
 export function injuryCriteria({ injury_measures: measures = [], notice }) {
   if (!measures.length) return null;
   const [applicable, others] = [true, false].map((applies) => measures.filter((measure) => measure.applicable === applies));

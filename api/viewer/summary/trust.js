@@ -19,7 +19,7 @@ export function reason(summary) {
   return null;
 }
 
-/** Checks, warnings and where the errors come from, behind a door of its own. */
+/** Checks, warnings and sources of error, collapsed. */
 export function trustPanel(summary, concerns) {
   const stopped = stoppedAt(summary);
   return html(

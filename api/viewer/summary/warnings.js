@@ -1,4 +1,4 @@
-// What to know before the numbers are used: the worst in one line, and a door to all.
+// What to know before the numbers are used: the most severe in one line, with a link to all.
 
 import { html } from "../dom.js";
 import { headline, isMiss, isResolved } from "./headline.js";
@@ -19,7 +19,7 @@ export function concerns(summary) {
     const words = isUnknown ? `The uncertainty of ${count} was not estimated.` : `The mesh is too coarse for ${count}: an order of magnitude, no more.`;
     found.push({ kind: "warn", words, isMeshed: true });
   }
-  // The program lists the gravest first.
+  // The program lists the most severe first.
   return [...found, ...summary.warnings.map((words) => ({ kind: "warn", words }))];
 }
 

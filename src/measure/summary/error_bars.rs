@@ -128,7 +128,7 @@ pub struct LoweredBulkModulus {
     pub as_given: Compared,
     /// Run with those of the run itself.
     pub lowered: Compared,
-    /// What was found, in words.
+    /// Finding as a sentence.
     pub words: String,
 }
 

@@ -43,7 +43,7 @@ impl<'a> Listed<'a> {
         let Exceeded { quantity, resolution, is_peak, .. } = exceeded;
         Self { spacing: *resolution, is_peak: *is_peak, ..Self::sum(quantity) }
     }
-    /// Of a contact patch with so many nodes along its short axis.
+    /// Number of a contact patch with `nodes_across` nodes along its short axis.
     fn patch(quantity: &'a mut Quantity, nodes_across: u32) -> Self {
         Self { is_too_coarse: nodes_across < NODES_ACROSS, ..Self::sum(quantity) }
     }

@@ -100,7 +100,7 @@ pub struct Summary {
     pub erosion: Vec<ErosionOfPart>,
     /// Checks that the run passed or failed.
     pub gates: Vec<Gate>,
-    /// Caveats to read before the numbers are used, the gravest first.
+    /// Caveats to read before the numbers are used, most severe first.
     pub warnings: Vec<String>,
     /// Source of the error bars, or why there are none.
     pub error_bars: String,

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Whether the run passed its gates.
+/// Whether the run passed its acceptance checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GateResult {
-    /// All gates of the run were passed.
+    /// The run passed all acceptance checks.
     Passed,
-    /// At least one gate of the run failed.
+    /// At least one acceptance check failed.
     Failed,
 }
 
@@ -19,7 +19,7 @@ pub struct Quantity {
     pub value: f64,
     /// Estimate of its numerical error.
     pub error: ErrorEstimate,
-    /// Whether the run that produced it passed its gates.
+    /// Whether the run that produced it passed its acceptance checks.
     pub gate: GateResult,
 }
 

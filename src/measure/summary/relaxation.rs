@@ -37,7 +37,7 @@ impl RelaxationOfBody {
         format!("relaxation of {} over {}", self.body, seconds(self.relaxation_time_s))
     }
 
-    /// Its energies in words.
+    /// Dissipated and stored energy as text.
     pub fn in_words(&self) -> String {
         format!("{} J dissipated, {} J stored", number(self.dissipated_j), number(self.stored_j))
     }

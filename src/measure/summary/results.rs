@@ -44,11 +44,11 @@ pub struct Headline {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// Results of a run that passed its gates.
+    /// Results of a run that passed its acceptance checks.
     Results(Results),
-    /// Results withheld because a gate failed.
+    /// Results withheld because an acceptance check failed.
     Withheld {
-        /// The failed gate, and by how much.
+        /// The failed check, with its value and limit.
         reason: String,
         /// Suggested change of the scene.
         remedy: &'static str,
@@ -222,7 +222,7 @@ pub struct Split {
 /// A peak with its place and time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Located {
-    /// Value of the peak, with its error.
+    /// Largest value over time and place, in the unit of the field that holds it, with its numerical error.
     #[serde(flatten)]
     pub quantity: Quantity,
     /// Reference position of the peak [m].
@@ -248,7 +248,7 @@ pub struct SignificantStress {
     pub depth_time_s: f64,
     /// Largest reference volume above the threshold at any field time [mm³].
     pub volume_mm3: Quantity,
-    /// That volume at the end [mm³].
+    /// Reference volume above the threshold at the end of the run [mm³].
     pub volume_at_end_mm3: Quantity,
     /// Edge of the largest cube represented by a quadrature point above the threshold [mm]: half of it times the
     /// surface of a sphere of that volume is part of the volumes' errors.
@@ -272,11 +272,11 @@ pub struct StressedLayer {
     /// if no surface is given or found to measure it from, and if only single points exceed the threshold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<[f64; 2]>,
-    /// Its largest volume above the threshold at any field time [mm³].
+    /// Largest reference volume of the part above the threshold at any field time [mm³].
     pub volume_mm3: f64,
 }
 
-/// What exceeds a threshold that the scene sets.
+/// Field to which a threshold of the scene applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DoseMeasure {
     /// Strain energy density [J/m³].
@@ -300,13 +300,13 @@ impl DoseMeasure {
 /// The volume in which a measure exceeds a threshold that the scene sets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DoseVolume {
-    /// What exceeds the threshold.
+    /// Field that the threshold applies to.
     pub measure: DoseMeasure,
     /// The threshold, in the unit of the measure.
     pub threshold: f64,
     /// Largest reference volume above it at any field time [mm³].
     pub volume_mm3: Quantity,
-    /// As of [`SignificantStress`] [mm].
+    /// Edge of the largest cube represented by a quadrature point, as in [`SignificantStress`] [mm].
     pub point_spacing_mm: f64,
 }
 
@@ -324,12 +324,12 @@ pub struct ExceededInVolume {
 /// A value exceeded in a volume, with its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Exceeded {
-    /// The value, with its error.
+    /// Largest value that is exceeded in the volume at any field time, with its numerical error.
     #[serde(flatten)]
     pub quantity: Quantity,
     /// Field time at which the value is largest [s].
     pub time_s: f64,
-    /// Its difference from the value exceeded in a volume with half a point spacing more all around, part of its error.
+    /// Difference from the value exceeded in a volume enlarged by half a point spacing all around; part of the error.
     #[serde(skip)]
     pub resolution: f64,
     /// Whether fewer than 64 points, or eight hexahedra, represent the volume: then it is treated as a peak at a point.

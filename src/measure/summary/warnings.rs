@@ -1,4 +1,4 @@
-//! Warnings: the caveats that accompany the numbers, the gravest first.
+//! Warnings: the caveats that accompany the numbers, most severe first.
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::Measures;
@@ -52,7 +52,7 @@ fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<Stri
     ))
 }
 
-/// What a warning takes from the numbers, the gravest first.
+/// How much a warning limits the use of the numbers, most severe first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Gravity {
     /// The scene has no impact on the tissue.
@@ -82,14 +82,14 @@ impl Warnings {
         }
     }
 
-    /// The gravest first; those of one gravity in the order in which they were found.
+    /// Most severe first; those of one gravity in the order in which they were found.
     fn into_words(mut self) -> Vec<String> {
         self.0.sort_by_key(|(gravity, _)| *gravity);
         self.0.into_iter().map(|(_, warning)| warning).collect()
     }
 }
 
-/// Warnings of validation, of the stepper and of the measures, the gravest first and without repetition.
+/// Warnings of validation, of the stepper and of the measures, most severe first and without repetition.
 pub(super) fn warnings(
     measures: &Measures,
     plan: &Plan,

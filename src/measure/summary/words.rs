@@ -7,7 +7,7 @@ use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 
 /// Sentences on the numbers of a run that has reached a time [s], for readers without a technical background.
-/// `torn` has those on what softened or eroded.
+/// `torn` holds the sentences on softened and eroded tissue.
 pub(super) fn plain_words(
     results: &Shown,
     (state, time): (&RunState, f64),

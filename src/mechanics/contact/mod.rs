@@ -136,7 +136,7 @@ pub struct Contact {
     pub gap: f64,
     /// Point of action of the reaction, at the start of the step [m]: the slave node, or a point of a rigid body.
     pub point: Vec3,
-    /// V_slave − V_master: the difference of the flight velocities of the two bodies [m/s], to which nodal velocities
+    /// V_slave − V_master: the relative rigid-body velocity of the two bodies [m/s], to which nodal velocities
     /// are relative. Zero from detection, which does not know it: [`Contact::complete`].
     pub drift: Vec3,
     /// Its law, likewise; frictionless from detection.

@@ -37,9 +37,9 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// Local gradients of a nodal field at all points; or local stresses, work-conjugate to them.
     type Local<R: Real>: Copy;
 
-    /// Of nodal values `u[component][node]`.
+    /// Local gradients of nodal values `u[component][node]` at all points.
     fn local_gradients<R: Real>(u: &[[R; N]; 3]) -> Self::Local<R>;
-    /// That at point `q`, rows of components.
+    /// Local gradient at point `q`, one row per component.
     fn local_gradient_at<R: Real>(g: &Self::Local<R>, q: usize) -> Tensor<R>;
     /// No stress at any point.
     fn no_stress<R: Real>(zero: R) -> Self::Local<R>;

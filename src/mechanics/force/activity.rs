@@ -38,7 +38,7 @@ impl Activity {
         &self.active
     }
 
-    /// Those of a range of nodes that have to be stepped, ascending.
+    /// Nodes of a range that have to be stepped, ascending.
     pub fn stepped(&self, nodes: Range<u32>) -> impl Iterator<Item = usize> {
         let (first, end) = (nodes.start as usize, nodes.end as usize);
         let blocks = (first / Self::NODES..end.div_ceil(Self::NODES)).filter(|block| self.active[*block]);

@@ -53,7 +53,7 @@ type NodeTensor = [f64; 6];
 pub struct AssembledBound {
     /// λ(S_a) of each node [1/s²].
     of_nodes: Vec<f64>,
-    /// Of all chunks of all blocks, in their order.
+    /// Bounds of all chunks of all blocks, in order.
     chunks: Vec<ChunkBound>,
     of_bodies: Vec<OfBody>,
     /// Fractions and weights, chunk by chunk.
@@ -85,7 +85,7 @@ struct OfBody {
 }
 
 impl AssembledBound {
-    /// Of the blocks of so many nodes and bodies.
+    /// Bounds for blocks with the given numbers of nodes and bodies.
     pub fn new(blocks: &[ElementBlock], nodes: usize, bodies: usize) -> Self {
         let of_block = |(index, block)| {
             let block: &ElementBlock = block;

@@ -17,7 +17,7 @@ pub struct Assembly {
 }
 
 impl Assembly {
-    /// Of all blocks of a plan.
+    /// Assembly of all blocks of a plan.
     pub fn new(node_count: usize, blocks: &[ElementBlock]) -> Self {
         let chunks = || blocks.iter().flat_map(|b| (0..b.chunk_count()).map(|c| b.nodes_of_chunk(c)));
         let mut start = vec![0_u32; node_count + 1];
@@ -45,7 +45,7 @@ impl Assembly {
         &self.places[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// The same with nodes that follow others.
+    /// As `self`, with nodes that follow others.
     #[must_use]
     pub fn with(self, followers: Arc<Followers>) -> Self {
         Self { followers, ..self }

@@ -31,7 +31,7 @@ pub struct ElementBlock {
     pub(super) chunks: Vec<Chunk>,
     /// Global nodes of all chunks, see [`Chunk::nodes`].
     pub(super) chunk_nodes: Vec<u32>,
-    /// Of the formulation that averages pressure over nodes.
+    /// Nodal volumes, where the formulation averages pressure over nodes.
     pub(super) nodal_volumes: Option<NodalVolumes>,
 }
 
@@ -39,7 +39,7 @@ impl ElementBlock {
     /// Packs elements into batches. `first_slot` is the [`ElementBlock::end_slot`] of the block before, 0 for the first.
     ///
     /// # Errors
-    /// Where the elements are not of one kind, or that has not the formulation, or the law has not its volumetric energy.
+    /// If the elements are not of one kind, the kind does not support the formulation, or the law lacks the volumetric energy that it needs.
     pub fn new(
         body: usize,
         parameters: BlockParameters,
@@ -95,7 +95,7 @@ impl ElementBlock {
         self.bulk_rows() + self.memory_points() * self.memory_rows() + of_nodes
     }
 
-    /// Those of them that are of bulk viscosity.
+    /// History rows used by bulk viscosity.
     pub(super) fn bulk_rows(&self) -> usize {
         if self.parameters.has_bulk_viscosity() { BULK_ROWS } else { 0 }
     }

@@ -23,7 +23,7 @@ impl BranchTotals {
         self.work[1] += other.work[1];
     }
 
-    /// Of batches in order, each with the energies of `count` branches: branch by branch.
+    /// Sums over batches in order, each with the energies of `count` branches; one entry per branch.
     pub(super) fn of_batches(count: usize, batches: &[Row]) -> [Self; MAX_BRANCHES] {
         let mut sums = [Self::default(); MAX_BRANCHES];
         if count == 0 {

@@ -95,17 +95,17 @@ pub struct ChunkForces {
     pub(super) shortest: f64,
     /// History at t_n, [`ElementBlock::history_rows`](super::ElementBlock::history_rows) a batch.
     pub(super) history: Vec<Row>,
-    /// Elements of each batch that are gone, a bit a lane; empty as long as there are none.
+    /// Bit mask of eroded elements of each batch, one bit per lane; empty while there are none.
     pub(super) eroded: Vec<u8>,
-    /// Those beyond the limits of erosion, where these were checked.
+    /// Elements beyond the erosion limits, where these were checked.
     pub(super) eroding: Vec<u8>,
     /// Sums and extremes of each batch.
     pub(super) batches: Vec<BatchTotals>,
-    /// Of the whole chunk.
+    /// Sums over the whole chunk.
     pub(super) totals: BlockTotals,
     /// Energies of the branches of relaxation of each batch in the last step, three rows a branch; empty without.
     pub(super) branches: Vec<Row>,
-    /// Of the whole chunk, branch by branch.
+    /// Sums over the whole chunk, one entry per branch.
     pub(super) branch_totals: [BranchTotals; MAX_BRANCHES],
 }
 
@@ -115,7 +115,7 @@ impl ChunkForces {
         u32::MAX >> (Chunk::BATCHES - count)
     }
 
-    /// Elements of the i-th batch that are gone, a bit a lane.
+    /// Bit mask of eroded elements of the i-th batch, one bit per lane.
     #[inline]
     pub(super) fn eroded_lanes(&self, i: usize) -> u8 {
         self.eroded.get(i).copied().unwrap_or(0)

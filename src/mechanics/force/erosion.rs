@@ -59,7 +59,7 @@ impl Erosion {
         &self.elements
     }
 
-    /// Whether an element is gone.
+    /// Whether an element is eroded.
     pub fn contains(&self, element: u32) -> bool {
         self.elements.binary_search(&element).is_ok()
     }
@@ -78,7 +78,7 @@ impl Erosion {
         self.lanes[eroding.chunk][eroding.batch] |= 1 << eroding.lane;
     }
 
-    /// Those of a batch of a block, by lane.
+    /// Eroding elements of a batch of a block: bit mask, one bit per lane.
     pub(super) fn of_batch(&self, block: &ElementBlock, b: usize) -> u8 {
         let lanes = self.lanes.get(block.chunk_number(b / Chunk::BATCHES));
         lanes.map_or(0, |lanes| lanes[b % Chunk::BATCHES])
@@ -106,7 +106,7 @@ impl ElementForces {
     pub fn take_out(&mut self, erosion: &Erosion) {
         for (chunk, lanes) in self.chunks.iter_mut().zip(&erosion.lanes) {
             chunk.eroded.clone_from(lanes);
-            // What is known of lengths is of elements that are gone, too.
+            // The known lengths include those of eroded elements.
             chunk.shortest = 0.0;
         }
     }
@@ -149,7 +149,7 @@ impl ElementBlock {
     }
 }
 
-/// Checks the elements of a chunk that are active and not gone, at the displacements of its last evaluation.
+/// Checks the elements of a chunk that are active and not eroded, at the displacements of its last evaluation.
 struct ErosionCheck<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,

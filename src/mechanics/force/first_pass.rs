@@ -27,7 +27,7 @@ pub(super) struct FirstPass<R, const Q: usize> {
 }
 
 impl<R: Real, const Q: usize> FirstPass<R, Q> {
-    /// Of elements at rest, without volume.
+    /// First pass of elements at rest, without volume.
     #[inline(always)]
     pub fn new(zero: R) -> Self {
         let none = Tensor::diagonal(zero);
@@ -43,7 +43,7 @@ impl<R: Real, const Q: usize> FirstPass<R, Q> {
 }
 
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
-    /// Of the elements of a register with nodal displacements `u` [m].
+    /// First pass of the elements of a register with nodal displacements `u` [m].
     #[inline(always)]
     pub fn first_pass<S: Registers>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> FirstPass<Lane<S>, Q> {
         let mut out = FirstPass::new(Lane::splat(simd, 0.0));
@@ -51,7 +51,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
         out
     }
 
-    /// The same, to a place that is used again for the next elements: a new one costs as much as a tenth of the evaluation.
+    /// As [`Self::first_pass`], into an existing place: a new one costs as much as a tenth of the evaluation.
     #[inline(always)]
     pub fn first_pass_to<S: Registers>(
         &self,

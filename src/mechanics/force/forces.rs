@@ -143,7 +143,7 @@ impl ElementForces {
     }
 }
 
-/// Of a chunk that is wholly active.
+/// Empty output for a chunk whose elements are all active.
 fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> ChunkForces {
     let batches = block.chunks[chunk].batches.len();
     let nodes = block.nodes_of_chunk(chunk).len();

@@ -20,7 +20,7 @@ use crate::registers::Registers;
 use crate::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
-/// Of the elements of a batch: the fraction of their volumetric stiffness in the critical time step, and their weights d [-].
+/// Per element of a batch: the fraction of the volumetric stiffness in the critical time step, and the weight d [-].
 pub type AssembledRows = [Row; 2];
 
 /// Elements that keep all of their stiffness, with equal weights.

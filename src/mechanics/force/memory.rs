@@ -80,9 +80,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
 
 /// Forces of a batch [N], `[component][node]`.
 struct MemoryForces<const N: usize> {
-    /// Of stress that relaxes.
+    /// Forces of the relaxing stress.
     relaxing: [[Row; N]; 3],
-    /// Of stress that is lost by softening; not set without it.
+    /// Forces of the stress removed by damage; not set without softening.
     lost: [[Row; N]; 3],
 }
 
@@ -140,7 +140,7 @@ impl<S: Simd> History<Lane<S>> for Past<'_, S> {
     fn set(&mut self, _: usize, _: Lane<S>) {}
 }
 
-/// The same without derivative: what is past does not depend on the end of the step.
+/// History without derivative: the past does not depend on the end of the step.
 impl<S: Simd> History<Dual<Lane<S>>> for Past<'_, S> {
     #[inline(always)]
     fn before(&self, index: usize) -> Dual<Lane<S>> {
@@ -168,7 +168,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, E, N, Q>
         let tension = Tension::new(self.block, first_pass.mean);
         let reduced = self.elements.one_point.get(self.batch);
         if let Some(reduced) = reduced {
-            // Of one-point elements the mean gradient.
+            // One-point elements use the mean gradient.
             first_pass.H.0[0] = reduced.mean_gradient(simd, part, u);
             first_pass.j.0[0] = volume_change(&first_pass.H.0[0]);
         }

@@ -98,7 +98,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Dilatations
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // Of a constant: nothing is compiled for elements without the formulation.
+        // The condition is a constant: nothing is compiled for elements without the formulation.
         if !const { Formulation::NodalPressure.is_of(E::KIND) } {
             return;
         }

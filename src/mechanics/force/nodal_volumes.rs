@@ -37,7 +37,7 @@ pub(super) struct NodalVolumes {
 }
 
 impl NodalVolumes {
-    /// Of the elements of a block and its chunks with their nodes, if its formulation asks for them.
+    /// Nodal volumes of a block from its elements, chunks and nodes; `None` if the formulation does not average pressure.
     pub fn new(
         parameters: &BlockParameters,
         inputs: &[BlockInput],

@@ -26,7 +26,7 @@ pub(super) struct Batch<E, const N: usize, const Q: usize> {
     /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
     /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
     pub length: Row,
-    /// Of the corner penalty: energy [J], inverse of the lack of a flat corner [1/m³] and hardening [-]; zero in padding.
+    /// Parameters of the corner penalty: energy [J], inverse of the volume deficit of a flat corner [1/m³] and hardening [-]; zero in padding.
     pub corner_stiffness: [Row; 3],
     /// 1/(ρ V_c), V_c the least volume of a corner: ω² of a stiffness is at most that times its norm [1/kg]; zero in padding.
     pub inverse_least_mass: Row,
@@ -93,7 +93,7 @@ macro_rules! in_blocks {
             ($dollar packed:expr, $dollar material:expr; $dollar elements:ident, $dollar law:ident => $dollar body:expr) => {
                 match $dollar packed {
                     $($crate::force::packed::Elements::$Kind($dollar elements) => {
-                        // Of a constant: the branch that is not taken is not compiled.
+                        // The condition is a constant: the branch not taken is not compiled.
                         if <$crate::element::$Kind as $crate::element::Element<$N, $Q>>::KERNELS_OF_LAWS {
                             $crate::material::with_kernel_law!($dollar material, $dollar law => $dollar body)
                         } else {

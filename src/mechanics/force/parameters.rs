@@ -36,10 +36,10 @@ impl Formulation {
 /// Elements that no block can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BlockError {
-    /// Their kind has no such formulation.
+    /// The kind of the elements does not support the formulation.
     #[error("elements of kind {0:?} have no formulation {1:?}")]
     Formulation(ElementKind, Formulation),
-    /// They are of several kinds, or have not the nodes of their kind.
+    /// The elements are of several kinds, or lack nodes of their kind.
     #[error("the elements of a block are of one kind, with all its nodes")]
     Kinds,
 }

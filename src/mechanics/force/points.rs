@@ -97,7 +97,7 @@ pub struct PointInput<'a> {
     pub v: &'a [Vec3],
     /// History of each chunk of all blocks at the same time; without any all has relaxed.
     pub history: &'a [Vec<Row>],
-    /// Elements that are gone: without stress or deformation.
+    /// Eroded elements: without stress or deformation.
     pub erosion: &'a Erosion,
     /// Whether stress is requested; otherwise F, σ, von Mises stress and pressure of a [`PointBatch`] mean nothing.
     pub with_stress: bool,
@@ -263,7 +263,7 @@ struct Points<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     reduced: Option<&'a E::OnePoint>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
-    /// Elements that are gone, a bit a lane.
+    /// Bit mask of eroded elements, one bit per lane.
     eroded: u8,
     u: &'a [Vec3],
     /// η [Pa s] and velocities [m/s], where there is a viscous stress.

@@ -32,7 +32,7 @@ pub(super) struct Barrier {
 }
 
 impl Barrier {
-    /// Of a law with the shear modulus μ at rest [Pa].
+    /// Barrier of a law with the shear modulus μ at rest [Pa].
     pub fn new(mu: f64) -> Self {
         Self { stiffness: BARRIER_STIFFNESS * mu }
     }

@@ -65,7 +65,7 @@ pub(super) trait OnePointBatch<const N: usize>:
     fn mean_gradient<S: Registers>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> Tensor<Lane<S>>;
 }
 
-/// Of elements that have no such formulation.
+/// Stands in for elements without a one-point formulation; has no values.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NoOnePoint {}
 

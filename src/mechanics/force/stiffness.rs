@@ -236,7 +236,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, E, N, Q> {
 
 /// The stiffness of one-point elements.
 trait OnePointStiffness<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    /// Of the elements of a register.
+    /// Evaluates the stiffness of the elements of a register.
     fn eval_stiffness<S: Simd>(&self, simd: S, part: usize, to: &mut Stiffness<'_, E, N, Q>);
 }
 

@@ -83,7 +83,7 @@ impl BlockTotals {
         fibre_exponent: (0.0, 0),
     };
 
-    /// Of batches in order, the first of which begins at the slot `first`.
+    /// Sums over batches in order, the first of which begins at slot `first`.
     pub(super) fn of_batches(first: usize, batches: &[BatchTotals]) -> Self {
         let mut sum = Self::NONE;
         for (b, batch) in batches.iter().enumerate() {

@@ -4,12 +4,12 @@
 //! S_iso = (1 − d) S°_iso        τ(t) = max over time of √(2 ψ°)        1 − d = τ₀/τ e^(−(τ − τ₀)/τ_s)   for τ > τ₀
 //! ```
 //!
-//! with ψ° and S° of the material without damage. U(J) and its pressure are reduced likewise, and part of ψ°, where J > 1: a torn
+//! with ψ° and S° of the material without damage. U(J) and its pressure are degraded likewise, and part of ψ°, where J > 1: a fully damaged
 //! volume bears pressure, but no tension. With relaxation ψ° is the energy of slow loading, and the stress that relaxes is
 //! reduced by the same factor. Stretched to failure, a volume dissipates `∫ψ° dd = ½ τ₀² +
 //! τ₀ τ_s`, whatever its law. An element of size L dissipates the fracture energy G_c per area of a crack across it if that is
-//! G_c/L: `τ_s = G_c/(L τ₀) − ½ τ₀`, so that the energy of a tear does not depend on the mesh. It must be positive: an element
-//! larger than `2 G_c/τ₀² = G_c/ψ₀` would store more energy at the onset than its tear consumes. There the onset is lower
+//! G_c/L: `τ_s = G_c/(L τ₀) − ½ τ₀`, so that the fracture energy does not depend on the mesh. It must be positive: an element
+//! larger than `2 G_c/τ₀² = G_c/ψ₀` would store more energy at the onset than its fracture dissipates. There the onset is lower
 //! (Bažant & Oh 1983), so that the fracture energy stays.
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
@@ -17,7 +17,7 @@ use crate::real::Real;
 
 /// Least τ_s over τ₀ [-].
 const LEAST_SLOPE: f64 = 0.01;
-/// Fraction of the stress that always remains [-], so that a torn element keeps its shape.
+/// Residual fraction of the stress at full damage [-], so that a fully damaged element keeps its shape.
 pub const RESIDUAL: f64 = 1e-3;
 
 /// Softening of the isochoric stress.
@@ -84,7 +84,7 @@ struct Tear<R> {
 }
 
 impl Softening {
-    /// That of elements of a size [m].
+    /// Onset and slope of the damage curve for elements of a size [m].
     #[inline(always)]
     fn tear<R: Real>(&self, size: R) -> Tear<R> {
         let per_volume = size.constant(self.fracture_energy) / size;

@@ -20,7 +20,7 @@ pub struct ElementTime {
 }
 
 impl ElementTime {
-    /// Of the neo-Hookean law, with the families of Holzapfel–Gasser–Ogden in addition.
+    /// Times of the neo-Hookean law; `family` is that of Holzapfel–Gasser–Ogden.
     pub const NEO_HOOKEAN: Self = Self {
         mean_dilatation: [167.0, 233.0],
         full: [196.0, 256.0],
@@ -28,7 +28,7 @@ impl ElementTime {
         family: [48.0, 31.0],
     };
 
-    /// Of a law that takes `extra` [ns] longer than the neo-Hookean one at each integration point: estimated from its
+    /// Times of a law that takes `extra` [ns] longer than the neo-Hookean one at each integration point: estimated from its
     /// operations, not measured.
     pub const fn neo_hookean_and(extra: f64) -> Self {
         let base = Self::NEO_HOOKEAN;

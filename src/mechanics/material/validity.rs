@@ -22,12 +22,12 @@ impl Deformations {
 /// Least stretch or J that is distinguished from zero [-].
 const VANISHING: f64 = 1e-9;
 
-/// Which of two ranges were given for a law.
+/// Which of the two ranges are given for a law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Given {
-    /// That of the principal stretches.
+    /// The range of principal stretches is given.
     pub stretch: bool,
-    /// That of the volume ratio.
+    /// The range of the volume ratio is given.
     pub jacobian: bool,
 }
 

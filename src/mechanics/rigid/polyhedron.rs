@@ -87,7 +87,7 @@ fn moments(x: &[Vec3], triangles: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
 }
 
 impl Solid {
-    /// Of a closed surface of triangles, counter-clockwise seen from outside; positions in metres.
+    /// Convex hull of a closed surface of triangles, counter-clockwise seen from outside; positions in metres.
     ///
     /// # Errors
     /// Why it has no hull.

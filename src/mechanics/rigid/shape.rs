@@ -183,7 +183,7 @@ impl Shape {
 pub struct Feet<'a> {
     points: [Vec3; Feet::MOST],
     count: usize,
-    /// Those of a polyhedron, which has no others.
+    /// Corners of a polyhedron; empty for other shapes.
     corners: &'a [Vec3],
 }
 

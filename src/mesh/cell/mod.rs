@@ -33,7 +33,7 @@ impl CellKind {
     /// All kinds, in the order of their declaration.
     pub const ALL: [Self; 4] = [Self::Hex8, Self::Tet4, Self::Tet10, Self::Wedge6];
 
-    /// Its table of properties.
+    /// Static properties of the kind: node positions, edges, faces, Gmsh and VTK types, finite element.
     pub fn table(self) -> &'static CellTable {
         match self {
             Self::Hex8 => &hex8::TABLE,
@@ -43,7 +43,7 @@ impl CellKind {
         }
     }
 
-    /// Its finite element.
+    /// Finite element that cells of this kind are computed with.
     pub fn element(self) -> ElementKind {
         self.table().element
     }

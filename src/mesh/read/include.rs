@@ -8,7 +8,7 @@ pub type Include<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 /// The arrays of elements that are read beside the mesh; all others are only noted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FieldNames {
-    /// Those of these names.
+    /// The arrays with these names.
     Named(BTreeSet<String>),
     /// All that have one component or three and do not name parts.
     All,

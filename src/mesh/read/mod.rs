@@ -176,7 +176,7 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
 /// by `fields`, as far as the file has them.
 ///
 /// # Errors
-/// Those of [`read_mesh`], and `Unsupported` for a file that cannot be included.
+/// As [`read_mesh`], and `Unsupported` for a file that cannot be included.
 pub fn read_mesh_with(
     bytes: &[u8],
     format: MeshFormat,

@@ -51,7 +51,7 @@ pub struct Smoothing<'a> {
     homes: Vec<Vec3>,
     /// Classes that meet at each node that is moved onto a surface; empty for others.
     pub meeting: Vec<Vec<u8>>,
-    /// The same of all nodes, with those that hang.
+    /// Classes that meet at each node, hanging nodes included.
     meeting_at: Vec<Vec<u8>>,
     /// Thickness of the skin [m].
     pub thickness: f64,
@@ -59,14 +59,14 @@ pub struct Smoothing<'a> {
     neighbours: Vec<Vec<u32>>,
     /// Nodes that hang on each node.
     followers: Vec<Vec<u32>>,
-    /// Elements that a move of each node changes; empty for hanging nodes.
+    /// Elements affected by moving each node; empty for hanging nodes.
     changed: Vec<Vec<u32>>,
     /// Longest edge of the elements at each node [m].
     edges: Vec<f64>,
     /// Shortest edge that each element may get [m].
     shortest: Vec<f64>,
     /// Scaled Jacobian of the elements that are below the limit of the mesh, which moves may not make worse; infinite for all others.
-    /// Those of a new layer are, where the surface below has an edge.
+    /// Elements of a new layer start below it where the surface underneath has an edge.
     unsound: Vec<f64>,
 }
 

@@ -56,7 +56,7 @@ pub fn read_febio(
     scene_of_febio(&found.bytes, name, units).map_err(|error| mesh_problem(&error, &here).value(name))
 }
 
-/// The same of the bytes of a file.
+/// Mesh and scene of a FEBio file, from its bytes.
 ///
 /// # Errors
 /// Why it cannot be read, or has no mesh.

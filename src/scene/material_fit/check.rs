@@ -79,7 +79,7 @@ fn check_test(question: &FitQuestion, test: &TestDocument, here: &Pointer, out: 
     });
     let list = here.key(if test.csv.is_some() { "csv" } else { "points" });
     for (i, &[x, y]) in test.points.iter().enumerate() {
-        // Of a file, the point is named by its number.
+        // Points from a file are named by their number.
         let place = if test.csv.is_some() { list.clone() } else { list.index(i) };
         let (is_possible, limit) = match test.kind {
             TestKind::Uniaxial | TestKind::Equibiaxial => (x > 0.0, "a stretch > 0"),

@@ -59,7 +59,7 @@ pub enum TestKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Errors {
-    /// Of the same size at all points [Pa]: Σ (model − measured)² is minimised.
+    /// Constant at all points [Pa]: Σ (model − measured)² is minimised.
     #[default]
     Absolute,
     /// Proportional to the value: Σ ln²(model/measured) is minimised.

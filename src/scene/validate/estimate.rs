@@ -112,7 +112,7 @@ pub fn check(
 
 /// Shortest crossing time of a wave through one element, and crossing time of the whole body [s].
 fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
-    // Of each law; every one belongs to some element, or is that of a part.
+    // Wave speed of each law: those of the parts, and those of elements with a stiffness factor.
     let mut speeds = vec![0.0; body.materials.len()];
     let of_parts = (0..written.parts.len()).map(|entry| (entry, entry));
     let of_elements =

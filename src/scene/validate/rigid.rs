@@ -39,7 +39,7 @@ pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut
         let place = here.key("inertia_kg_m2");
         check_inertia(inertia, &place, out);
     }
-    // Of a shape from a file, when it has been read.
+    // The shape of a file is checked once it has been read.
     if let Some(shape) = rigid.shape.shape() {
         check_of_shape(index, body, rigid, &shape, out);
     }

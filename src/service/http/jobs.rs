@@ -272,7 +272,7 @@ pub async fn delete(
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/summary", tag = "jobs", operation_id = "get_summary", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 200, description = "Numbers with unit, estimated numerical error and the gate that they passed", body = serde_json::Value),
+        (status = 200, description = "Numbers with unit, estimated numerical error and the result of the acceptance checks", body = serde_json::Value),
         (status = 404, description = "No such job, or it has no summary", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
     )

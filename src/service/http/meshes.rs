@@ -127,7 +127,7 @@ pub async fn get(
     Ok(Json(mesh))
 }
 
-/// Of what a scene is begun, and how a ball comes to it.
+/// What a first scene is made from, and how a ball approaches it.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]

@@ -50,7 +50,7 @@ pub enum JobState {
     Queued,
     /// A worker is running it.
     Running,
-    /// The end time was reached, and the gates were passed.
+    /// The end time was reached, and the acceptance checks were passed.
     Succeeded,
     /// It ended early; `failure` gives the reason.
     Failed,

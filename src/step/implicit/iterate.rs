@@ -71,7 +71,7 @@ struct Conserving {
 
 /// A trial end of the step.
 pub(super) struct Iterate {
-    /// v⁺, relative to the flight [m/s].
+    /// v⁺, relative to the rigid-body velocity V [m/s].
     pub v: Vec<Vec3>,
     /// Cᵀ p, the impulses of the contacts on the nodes [N s].
     pub impulse: Vec<Vec3>,

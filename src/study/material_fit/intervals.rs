@@ -100,7 +100,7 @@ impl Intervals {
                 self.deviation.filter(|_| self.is_bounded[i]).map(|s| s * self.inverse[(i, i)].sqrt());
             let (standard_error, interval) = match error {
                 None => (None, None),
-                // Of the logarithm.
+                // The interval of the logarithm.
                 Some(e) if parameter.has_fixed_sign => {
                     let ends = [value * (-t * e).exp(), value * (t * e).exp()];
                     (Some(value.abs() * e), Some([ends[0].min(ends[1]), ends[0].max(ends[1])]))

@@ -89,7 +89,7 @@ impl Cache {
         Ok(Self::on_shelf(Arc::new(blobs), ""))
     }
 
-    /// The same results; `note` receives the keys of those that are used through this copy.
+    /// A view of the same results; `note` receives the keys of those that are used through it.
     #[must_use]
     pub fn noting(&self, note: Note) -> Self {
         Self { kept: Arc::clone(&self.kept), note: Some(note) }

@@ -24,7 +24,7 @@ pub struct CaseAnswer {
     pub parameters: BTreeMap<String, f64>,
     /// Changes of the base scene: JSON pointers and new values, sufficient to run it separately.
     pub edits: BTreeMap<String, Value>,
-    /// `finished`; `nothing_touched` if it finished without contact; `withheld` if a gate failed; `invalid` if the
+    /// `finished`; `nothing_touched` if it finished without contact; `withheld` if an acceptance check failed; `invalid` if the
     /// scene cannot run; otherwise the cause of the failure.
     pub ending: String,
     /// Why there are no numbers.

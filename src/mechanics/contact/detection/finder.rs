@@ -286,7 +286,7 @@ impl Finder<'_> {
 
     /// Whether the face at the start of a step with fast faces still holds the node: it closes and moves little, or
     /// touches and closes, or stays open and no impact follows. The plane of a face, continued beyond it, must not
-    /// stop a node that flies past.
+    /// stop a node that passes by.
     fn holds(&self, master: &Boundary, p: &Proximity, node: u32, is_fast: bool, is_hit: bool) -> bool {
         let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
         let face = &master.faces[p.face as usize];

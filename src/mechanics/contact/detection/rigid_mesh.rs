@@ -1,4 +1,4 @@
-//! The mesh of a pair with a rigid body, in parts that threads range_of.
+//! Mesh side of a pair with a rigid body, divided into parts that threads process independently.
 
 use super::boundary::Boundary;
 use super::part::range_of;

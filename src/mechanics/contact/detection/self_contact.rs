@@ -50,7 +50,7 @@ impl Exclusions {
 /// Motion of a surface relative to itself since its list was made.
 ///
 /// For two nodes with displacements d and e, ‖d − e‖ is at most the diagonal of the box around all displacements: a
-/// body in flight, however far, has not moved relative to itself.
+/// body that translates, however far, has not moved relative to itself.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OwnMotion {
     /// Positions of its nodes at that time [m]; empty before the first list.

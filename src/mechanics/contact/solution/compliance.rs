@@ -96,7 +96,7 @@ impl NodeCompliance {
                         }
                     }
                 }
-                // Its products with the columns of Cᵀ, up to the diagonal; the rest by symmetry.
+                // Products with the columns of Cᵀ, up to the diagonal; the rest by symmetry.
                 for d in 0..=c {
                     let mut sum = Vec3::zeros();
                     for (place, entry) in &places[d] {
@@ -153,7 +153,7 @@ impl NodeCompliance {
         blocks
     }
 
-    /// That of `nodes` (ascending), if the pattern has all their entries.
+    /// The block of the compliance that belongs to `nodes` (ascending), if the pattern has all their entries.
     fn of_pattern(nodes: Vec<u32>, unknowns: &Unknowns, inverse: &PatternInverse) -> Option<Self> {
         let n = 3 * nodes.len();
         let mut values = vec![0.0; n * n];
@@ -220,7 +220,7 @@ fn row_entries<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<It
 }
 
 /// Velocity that enters the contact law: `C v + drift + max(gap, 0)/h n`, in the local frame [m/s], with nodal
-/// velocities `v` relative to the flight of the bodies and the step `h` [s].
+/// velocities `v` relative to the rigid-body velocities V and the step `h` [s].
 pub fn closing_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], h: f64) -> Local {
     let [n, t1, t2] = relative_velocity(contact, rigid, v, contact.drift);
     [n + contact.gap.max(0.0) / h, t1, t2]

@@ -92,7 +92,7 @@ pub(super) struct NormalRow<T = ()> {
     /// Its nodes and their signed weights.
     stencil: Stencil,
     normal: Vec3,
-    /// Normal drift + max(gap, 0)/h [m/s].
+    /// Normal component of the relative rigid-body velocity, plus max(gap, 0)/h [m/s].
     bias: f64,
     /// Magnitude of the velocities that make up the bias.
     bias_size: f64,
@@ -110,7 +110,7 @@ pub(super) struct NormalRow<T = ()> {
 pub(super) struct Row<T = ()> {
     pub normal: NormalRow<T>,
     tangents: [Vec3; 2],
-    /// Tangential drift along t1 and t2 [m/s].
+    /// Relative rigid-body velocity along t1 and t2 [m/s].
     bias: [f64; 2],
     /// Diagonal block `C M⁻¹ Cᵀ` of this contact, in the local frame.
     pub W: LocalOperator,

@@ -1,6 +1,6 @@
-//! What softening takes from the elements of a register: from their forces, their strain energy, and to their dissipation.
+//! Damage of the elements of a register: what it removes from forces and strain energy, and adds to dissipation.
 //!
-//! Unlike stress that relaxes, which is an addition with a work of its own, lost stress is taken from that of the elastic law, so
+//! Unlike relaxing stress, which is an addition with a separate work, damage degrades the stress of the elastic law, so
 //! that the ledger compares the work of what is left with (1 − d) ψ and the energy that damage dissipates.
 
 use crate::force::block::ElementBlock;
@@ -26,7 +26,7 @@ pub(in crate::force) struct Tension<R> {
 }
 
 impl<R: Real> Tension<R> {
-    /// Of elements with a mean dilatation J̄ − 1 [-].
+    /// Tension of elements with a mean dilatation J̄ − 1 [-].
     #[inline(always)]
     pub fn new(block: &ElementBlock, mean: R) -> Self {
         let U = block.parameters.material.volumetric().filter(|_| block.parameters.memory.softens());
@@ -55,7 +55,7 @@ impl<R: Real> Tension<R> {
     }
 }
 
-/// What a point loses at full damage, and its damage.
+/// Stress and energy removed at a point by full damage, and its damage.
 #[derive(Clone, Copy)]
 pub(super) struct Lost<R> {
     /// Isochoric part of the first Piola–Kirchhoff stress, F S_iso [Pa].
@@ -77,7 +77,7 @@ impl<R: Real> Lost<R> {
         let P = Tensor::diagonal(zero);
         Self { P, of_pressure: P, energy: [zero; 2], damage: zero, dissipated: zero }
     }
-    /// Of a point with the pressure U′ [Pa].
+    /// Degradable stress of a point with the pressure U′ [Pa].
     #[inline(always)]
     pub fn new(elastic: &ElasticPoint<R>, point: &Inelastic<R>, pressure: R) -> Self {
         Self {
@@ -90,7 +90,7 @@ impl<R: Real> Lost<R> {
     }
 }
 
-/// What all points of the elements of a register lose.
+/// Stress and energy removed by damage at all points of the elements of a register.
 pub(super) struct LostAtPoints<'a, R, const Q: usize> {
     pub points: &'a [Lost<R>; Q],
     /// Whether the first stands for all.

@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, HashMap};
 /// Reads an `.inp` file.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut reader = Reader::new(bytes);
     for (offset, line) in Lines::new(bytes) {

@@ -70,7 +70,7 @@ impl Origin {
 /// Reads a `.feb` file.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let text = String::from_utf8_lossy(bytes);
     Ok(read_xml(&Xml::new(&text)?)?.mesh)
@@ -79,7 +79,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
 /// The mesh of a parsed file, the names of its node sets, and which elements have material axes.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(crate) fn read_xml(xml: &Xml) -> Result<Found, MeshError> {
     let mesh = mesh_section(xml)?;
     let mut reader = Reader {

@@ -12,7 +12,7 @@ use contents::Contents;
 /// Reads a `.msh` file.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut cursor = Cursor::new(bytes);
     skip_comments(&mut cursor)?;

@@ -8,7 +8,7 @@ pub(super) enum Format {
     /// Numbers of nodes and elements in 8 columns.
     #[default]
     Standard,
-    /// Those in 10 columns.
+    /// Node and element numbers in 10 columns.
     I10,
     /// All fields in 20 columns.
     Long,

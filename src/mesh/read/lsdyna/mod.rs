@@ -26,7 +26,7 @@ use std::collections::{BTreeMap, HashSet};
 /// Reads a keyword file; `include` reads the files that it names.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8], include: Include) -> Result<Mesh, MeshError> {
     let deck = Deck::new(bytes, include)?;
     let mut reader = Reader::new(&deck);
@@ -59,7 +59,7 @@ enum Block {
     },
     /// Shells, of which only the nodes count.
     Shells,
-    /// Elements that we have not, of this name.
+    /// Unsupported elements, by name.
     Others(&'static str),
     /// Titles and numbers of parts; the title if its number comes next.
     Parts {

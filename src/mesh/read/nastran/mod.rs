@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, HashSet};
 /// Reads a bulk data file.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut reader = Reader {
         bytes,
@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     reader.into_mesh()
 }
 
-/// Solid elements: name, kind, and name with midside nodes that we have not.
+/// Solid elements: card, kind, and the name of the unsupported element with midside nodes.
 const SOLIDS: [(&str, CellKind, &str); 3] = [
     ("CTETRA", CellKind::Tet4, "tetrahedron of 10 nodes without some of them"),
     ("CHEXA", CellKind::Hex8, "hexahedron of 20 nodes"),

@@ -29,9 +29,9 @@ pub(super) struct Grid<'a> {
     parts: Option<(usize, Labels)>,
     /// Name and marks of each node set.
     sets: Vec<(String, Vec<i64>)>,
-    /// Names of the arrays of cells that are requested.
+    /// Names of the requested cell arrays.
     requested: Option<&'a FieldNames>,
-    /// Those of them that were read, of all cells.
+    /// The requested arrays that the file has, one value per cell.
     fields: ElementFields,
     /// Arrays that are not used.
     unused: Unused,
@@ -116,7 +116,7 @@ impl<'a> Grid<'a> {
     /// The mesh; `place` names the place of a byte offset.
     ///
     /// # Errors
-    /// Those of [`read_mesh`](crate::mesh::read::read_mesh).
+    /// As [`read_mesh`](crate::mesh::read::read_mesh).
     pub(super) fn into_mesh(mut self, place: impl Fn(usize) -> Place) -> Result<Mesh, MeshError> {
         let at = self.cells_at;
         self.check().map_err(|message| MeshError::Malformed { place: place(at), message })?;

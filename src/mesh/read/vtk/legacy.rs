@@ -12,7 +12,7 @@ use std::borrow::Cow;
 /// Reads a legacy file.
 ///
 /// # Errors
-/// Those of [`read_mesh`](crate::mesh::read::read_mesh).
+/// As [`read_mesh`](crate::mesh::read::read_mesh).
 pub(super) fn read(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
     let mut cursor = Cursor::new(bytes);
     let version = read_version(&mut cursor)?;

@@ -21,7 +21,7 @@ use crate::mesh::{Mesh, MeshError};
 /// Reads a legacy `.vtk` file.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read_legacy(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
     legacy::read(bytes, fields)
 }
@@ -29,7 +29,7 @@ pub(super) fn read_legacy(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, Mes
 /// Reads a `.vtu` file.
 ///
 /// # Errors
-/// Those of [`super::read_mesh`].
+/// As [`super::read_mesh`].
 pub(super) fn read_unstructured(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
     unstructured::read(bytes, fields)
 }

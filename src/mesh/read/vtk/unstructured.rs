@@ -21,7 +21,7 @@ const END: &str = "</VTKFile>";
 /// Reads a `.vtu` file.
 ///
 /// # Errors
-/// Those of [`read_mesh`](crate::mesh::read::read_mesh).
+/// As [`read_mesh`](crate::mesh::read::read_mesh).
 pub(super) fn read(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, MeshError> {
     let appended = bytes.windows(APPENDED.len()).position(|window| window == APPENDED);
     let (head, appended) = bytes.split_at(appended.unwrap_or(bytes.len()));

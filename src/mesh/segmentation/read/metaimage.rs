@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// Reads a volume of at most `limit` bytes.
 ///
 /// # Errors
-/// Those of [`read_labels`](super::read_labels).
+/// As [`read_labels`](super::read_labels).
 pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
     let is_last = |line: &str| line.to_ascii_lowercase().starts_with("elementdatafile");
     let header = TextHeader::read(bytes, "=", is_last)?;

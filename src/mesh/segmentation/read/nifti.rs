@@ -30,7 +30,7 @@ fn version(bytes: &[u8]) -> Option<(usize, bool)> {
 /// Reads a volume of at most `limit` bytes.
 ///
 /// # Errors
-/// Those of [`read_labels`](super::read_labels).
+/// As [`read_labels`](super::read_labels).
 pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
     if !gzip::begins(bytes) {
         let (layout, start) = header(bytes)?;

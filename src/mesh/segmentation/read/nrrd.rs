@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Reads a volume of at most `limit` bytes.
 ///
 /// # Errors
-/// Those of [`read_labels`](super::read_labels).
+/// As [`read_labels`](super::read_labels).
 pub(super) fn read(bytes: &[u8], limit: u64) -> Result<LabelVolume, MeshError> {
     let header = TextHeader::read(bytes, ":", str::is_empty)?;
     let in_one_file = "save it as one file .nrrd";

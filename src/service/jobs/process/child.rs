@@ -53,7 +53,7 @@ pub(super) struct Death {
 }
 
 impl Death {
-    /// How it ended, in words.
+    /// How the process ended, as text.
     pub fn how(&self) -> String {
         self.status.map_or_else(|| "its end is unknown".to_owned(), |status| status.to_string())
     }
