@@ -38,7 +38,7 @@ pub struct ContactProblemArgs {
     /// Print the answer as JSON, including the reactions.
     #[arg(long)]
     pub json: bool,
-    /// Use every solver, and draw the performance profile (Dolan & Moré 2002): as PNG if the file name ends in .png,
+    /// Run every solver, and draw the performance profile (Dolan & Moré 2002): as PNG if the file name ends in .png,
     /// otherwise as SVG.
     #[arg(long, value_name = "FILE", conflicts_with = "json", value_parser = picture_path)]
     pub profile: Option<PathBuf>,

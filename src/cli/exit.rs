@@ -39,7 +39,7 @@ pub enum CliError {
     /// An output file could not be written.
     #[error("cannot write {path}")]
     File {
-        /// Path of the file.
+        /// The file, as it was given on the command line.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
@@ -47,7 +47,7 @@ pub enum CliError {
     /// An input file could not be read.
     #[error("cannot read {path}")]
     Input {
-        /// Path of the file.
+        /// The file, as it was given on the command line.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,

@@ -23,7 +23,7 @@ pub struct MaterialArgs {
     /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.
     #[arg(required_unless_present = "library")]
     pub file: Option<PathBuf>,
-    /// A set of the library in place of a file: its law alone, without Prony series and viscosity.
+    /// Set of the library to use instead of a file: its law alone, without Prony series and viscosity.
     #[arg(long, value_name = "NAME", conflicts_with = "file", requires = "path")]
     pub library: Option<String>,
     /// Output format of the answer.

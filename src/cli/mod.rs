@@ -142,7 +142,7 @@ pub enum Command {
     /// Make a bearer token for a service.
     #[cfg(feature = "service")]
     Token(token::TokenArgs),
-    /// Ask a service whether it is ready.
+    /// Check whether a service is ready.
     #[cfg(feature = "service")]
     Health(serve::HealthArgs),
 }

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Subcommands on scene documents.
 #[derive(Debug, Subcommand)]
 pub enum SceneCommand {
-    /// Write a first scene of a mesh file, a scan or surfaces: bodies, parts and sets with guessed roles; of a FEBio file also materials, conditions,
+    /// Write a first scene from a mesh file, a scan or surfaces: bodies, parts and sets with guessed roles; from a FEBio file also materials, conditions,
     /// loads and contact. What cannot be guessed is left blank, and `contuse validate` names it.
     From(FromArgs),
 }

@@ -81,7 +81,7 @@ pub struct ServeArgs {
     /// Wall-clock limit of a job in seconds.
     #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
     deadline_s: u64,
-    /// Free space of the disk in bytes below which no job is accepted or begun.
+    /// Free disk space in bytes below which no job is accepted or started.
     #[arg(long, env = "CONTUSE_LEAST_FREE", default_value = "64M", value_parser = size)]
     least_free: u64,
     /// Days after which jobs that have ended, with their recordings, and meshes are deleted [default: never]
@@ -90,17 +90,17 @@ pub struct ServeArgs {
     /// Grace period for running jobs and open responses after SIGTERM, in seconds; then jobs return to the queue.
     #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
     grace_s: u64,
-    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them), read again when it changes; without it,
+    /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them), reloaded when it changes; without it,
     /// everyone on this machine has access, and no one else.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
     /// Log format on standard error: lines of text, or JSON objects.
     #[arg(long, env = "CONTUSE_LOG_FORMAT", default_value = "text")]
     pub(super) log_format: LogFormat,
-    /// Name under which a service without tokens is reached, beside localhost; may be given several times.
+    /// Additional host name of a service without tokens, besides localhost; may be given several times.
     #[arg(long = "host", env = "CONTUSE_HOSTS", value_delimiter = ',')]
     hosts: Vec<String>,
-    /// Origin of web pages elsewhere that may use the service; may be given several times.
+    /// Origin of other web pages that may use the service; may be given several times.
     #[arg(long = "cors-origin", env = "CONTUSE_CORS_ORIGINS", value_delimiter = ',')]
     cors_origins: Vec<String>,
 }
@@ -209,7 +209,7 @@ pub struct PurgeArgs {
     /// Where the service, which is not running, stores its data.
     #[command(flatten)]
     store: StoreAddress,
-    /// Age of what is deleted, in days: jobs since their end, meshes since their upload; 0 for all.
+    /// Minimum age in days of what is deleted: jobs since their end, meshes since their upload; 0 for all.
     #[arg(long)]
     older_than_days: u32,
 }

@@ -11,10 +11,10 @@ use uuid::Uuid;
 pub struct TokenArgs {
     /// Name of the owner of the token, without spaces.
     name: String,
-    /// What it allows: `submit` (everything with the owner's jobs and meshes), `read` (to read them), `metrics` (the counters alone).
+    /// Scope: `submit` (full access to the owner's jobs and meshes), `read` (read-only access to them), `metrics` (the counters alone).
     #[arg(long, default_value = "submit", value_parser = scope)]
     scope: Scope,
-    /// Last day on which it is accepted, in UTC, such as 2026-12-31 [default: no last day]
+    /// Last day on which the token is accepted, in UTC, such as 2026-12-31 [default: no expiry]
     #[arg(long, value_parser = day)]
     until: Option<String>,
 }

@@ -52,9 +52,9 @@ impl Outside {
 /// Range of deformation of one part of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartRange {
-    /// Name of the body.
+    /// Name of the body, as in the scene.
     pub body: String,
-    /// Name of the part.
+    /// Name of the part, as in the scene.
     pub part: String,
     /// Range of validity of its law.
     pub validity: Validity,

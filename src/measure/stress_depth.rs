@@ -47,7 +47,7 @@ pub struct Exceedance {
     pub numerical_at: (f64, f64),
     /// Bit set of the ends of the tissue adjacent to its elements, see [`StressDepth::ends`].
     pub reached: u32,
-    /// The same for each part, in the order of [`TissueParts::names`].
+    /// Exceedance in each part, in the order of [`TissueParts::names`].
     pub layers: Vec<Layer>,
 }
 

@@ -36,9 +36,9 @@ pub trait Registers: Copy + Debug {
     fn multiply_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
     /// `√a`.
     fn square_root(self, a: Self::Numbers) -> Self::Numbers;
-    /// The larger of two.
+    /// Lane-wise maximum.
     fn larger(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
-    /// The smaller of two.
+    /// Lane-wise minimum.
     fn smaller(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// `if a > 0 { yes } else { no }`.
     fn where_positive(self, a: Self::Numbers, yes: Self::Numbers, no: Self::Numbers) -> Self::Numbers;

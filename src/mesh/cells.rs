@@ -29,7 +29,7 @@ enum Layout {
 /// A view of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell<'a, N = u32> {
-    /// Kind of the cell.
+    /// Kind, which fixes the number and the order of the nodes.
     pub kind: CellKind,
     /// Nodes of the cell, as many as the kind has, in the order of its table.
     pub nodes: &'a [N],

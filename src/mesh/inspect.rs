@@ -32,14 +32,14 @@ pub struct Inspection {
 pub struct KindCount {
     /// Name of the kind ("hex8").
     pub kind: &'static str,
-    /// Number of its elements.
+    /// Number of elements of this kind.
     pub elements: usize,
 }
 
 /// Volume of a part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartVolume {
-    /// Name of the part.
+    /// Name of the part, as the mesh has it.
     pub part: String,
     /// Sum over its elements, in the cube of the unit of the file.
     pub volume: f64,

@@ -38,7 +38,7 @@ pub struct Section {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PartSection {
-    /// Name of the part.
+    /// Name of the part, as the mesh has it.
     pub part: String,
     /// Label of the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]

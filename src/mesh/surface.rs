@@ -123,9 +123,9 @@ pub enum TopologyProblem {
     },
     /// An element that uses a node twice.
     RepeatedNode {
-        /// Index of the element.
+        /// Index of the element in the mesh, from 0.
         element: u32,
-        /// Index of the node.
+        /// Index of the node in the mesh, from 0.
         node: u32,
     },
     /// A face shared by three or more elements.

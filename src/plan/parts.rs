@@ -16,7 +16,7 @@ pub enum CompileError {
     /// The Jacobian of an element is not positive at a quadrature point.
     #[error("element {element} of body `{body}` has a Jacobian of {ratio:.3} of its mean: it is inverted")]
     InvertedElement {
-        /// Name of the body.
+        /// Name of the body, as in the scene.
         body: String,
         /// Index of the element in the body.
         element: usize,
@@ -26,7 +26,7 @@ pub enum CompileError {
     /// A node belongs to no element, or only to elements without mass.
     #[error("node {node} of body `{body}` has no mass")]
     MasslessNode {
-        /// Name of the body.
+        /// Name of the body, as in the scene.
         body: String,
         /// Index of the node in the body.
         node: usize,
@@ -42,7 +42,7 @@ pub enum CompileError {
     /// A follower is held or driven, but its masters are not.
     #[error("node {node} of body `{body}` is held or driven, but follows nodes that are not all")]
     HeldFollower {
-        /// Name of the body.
+        /// Name of the body, as in the scene.
         body: String,
         /// Index of the node in the body.
         node: u32,

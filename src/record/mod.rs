@@ -48,7 +48,7 @@ pub enum RecordError {
     /// Error of the file system.
     #[error("{path}: {source}", path = path.display())]
     File {
-        /// Path of the file.
+        /// The file that could not be read or written.
         path: PathBuf,
         /// Error of the operating system.
         source: std::io::Error,
@@ -56,7 +56,7 @@ pub enum RecordError {
     /// Another run has the file open for its recording.
     #[error("{path} is being written by another run: name another file", path = path.display())]
     InUse {
-        /// Path of the file.
+        /// The file that is in use.
         path: PathBuf,
     },
     /// Error of the MCAP writer or reader.

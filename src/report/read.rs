@@ -29,18 +29,18 @@ pub enum ReadError {
     /// The file is not MCAP, or is damaged.
     #[error("{path} is not a readable recording: {source}")]
     Mcap {
-        /// Path of the file.
+        /// The file, as it was given.
         path: PathBuf,
         /// Error of the MCAP reader.
         source: McapError,
     },
-    /// Its fields cannot be exported.
+    /// The fields of the recording cannot be exported.
     #[error("cannot export the fields: {0}")]
     Fields(#[source] RecordError),
     /// There are no fields at a requested time.
     #[error("{path} has no fields at {} ms: they are from {} to {} ms", 1e3 * requested, 1e3 * first, 1e3 * last)]
     NoSuchTime {
-        /// Path of the file.
+        /// The file, as it was given.
         path: PathBuf,
         /// The requested time [s].
         requested: f64,
@@ -52,7 +52,7 @@ pub enum ReadError {
     /// The numbers of its summary are not those of this version.
     #[error("the numbers of {path} are not those of this version of the program: {source}")]
     Numbers {
-        /// Path of the file.
+        /// The file, as it was given.
         path: PathBuf,
         /// What is missing or of another kind.
         source: serde_json::Error,
@@ -60,7 +60,7 @@ pub enum ReadError {
     /// There is no summary: the run did not end, or another program wrote the file.
     #[error("{path} has no summary: the run did not end, or another program wrote the file")]
     NoSummary {
-        /// Path of the file.
+        /// The file, as it was given.
         path: PathBuf,
     },
 }
@@ -86,7 +86,7 @@ pub struct RecordedRun {
     pub summary: Value,
     /// Its numbers, withheld or not; `None` where a withheld one is not finite.
     pub values: Option<Results>,
-    /// Its injury criteria.
+    /// Published injury criteria, as the summary evaluated them.
     pub criteria: Vec<InjuryMeasure>,
     /// Scene document in the recording.
     pub scene: Value,

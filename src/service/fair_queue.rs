@@ -106,7 +106,7 @@ impl FairQueue {
 
     fn join(&self, owner: &str, lane: Lane) -> Result<oneshot::Receiver<Slot>, Refusal> {
         let mut state = self.state();
-        // Those who left count no more.
+        // Clients that left no longer count.
         state.waiting.retain(|waiter| !waiter.slot.is_closed());
         let in_lane = || state.waiting.iter().filter(|waiter| waiter.lane == lane);
         let (all, own) = (in_lane().count(), in_lane().filter(|waiter| waiter.owner == owner).count());

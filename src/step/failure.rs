@@ -66,7 +66,7 @@ pub struct ElementPlace {
     pub part: String,
     /// Index of the element in the body, from 0.
     pub element: u32,
-    /// Its centre at that time [m]; absent if not finite.
+    /// Centre of the element at that time [m]; absent if not finite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_m: Option<[f64; 3]>,
 }

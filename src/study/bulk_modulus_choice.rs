@@ -77,7 +77,7 @@ fn scaled(variants: &Variants, scene: &Scene, factor: f64) -> Result<Scene, Stri
     Ok(scaled)
 }
 
-/// Changes of the required results [-], `None` where one of them is unknown; results that the scene has not are omitted.
+/// Changes of the required results [-], `None` where one of them is unknown; results that the scene lacks are omitted.
 fn changes(
     lowered: &Compared,
     as_given: &Compared,

@@ -1,4 +1,4 @@
-// A curve of second degree through computed points, and how far it is off on a point that it has not seen.
+// A curve of second degree through computed points, and its error at a point that it was not fitted to.
 
 /** Coefficients of Σ cₖ xᵏ by least squares, of the second degree or as many as there are points for; x is scaled to −1 … 1. */
 function leastSquares(points) {

@@ -55,7 +55,7 @@ pub struct AccuracyOf {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracyScale {
-    /// The number itself.
+    /// The magnitude of the number.
     Number,
     /// The largest energy that the tissue absorbed, which an elastic rebound takes back: the energy given to the tissue is
     /// the small difference of two large ones then.

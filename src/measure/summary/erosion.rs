@@ -8,9 +8,9 @@ use serde::Serialize;
 /// Eroded elements of one part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ErosionOfPart {
-    /// Name of the body.
+    /// Name of the body, as in the scene.
     pub body: String,
-    /// Name of the part.
+    /// Name of the part, as in the scene.
     pub part: String,
     /// Number of eroded elements.
     pub elements: usize,

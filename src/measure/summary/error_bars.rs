@@ -85,7 +85,7 @@ impl Compared {
     /// The numbers in listing order, with forces over the windows of the `own` results.
     fn numbers(&self, own: &Results) -> Vec<f64> {
         let mut results = self.over_windows_of(own);
-        // A number that this run has not gives no error.
+        // A number that this run lacks gives no error.
         let value = |listed: Option<Listed>| listed.map_or(f64::NAN, |listed| listed.quantity.value);
         results.list_mut().into_iter().map(value).collect()
     }

@@ -12,9 +12,9 @@ const NOTABLE_FRACTION: f64 = 1e-3;
 /// A part whose law was used beyond its fitted range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawRange {
-    /// Name of the body.
+    /// Name of the body, as in the scene.
     pub body: String,
-    /// Name of the part.
+    /// Name of the part, as in the scene.
     pub part: String,
     /// Least and largest principal stretch at any field time [-].
     pub stretch: [f64; 2],

@@ -81,7 +81,7 @@ impl Impact {
 }
 
 impl Results {
-    /// All numbers, in a fixed order, with a gap for each that this run has not.
+    /// All numbers, in a fixed order, with a gap for each that this run lacks.
     pub(super) fn list_mut(&mut self) -> Vec<Option<Listed<'_>>> {
         let mut all = Vec::new();
         let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);

@@ -25,7 +25,7 @@ pub struct Numerics {
     pub balance_error: f64,
     /// Energy lost by lumped contact nodes at impact activation, all pairs [J]: a discretisation error.
     pub numerical_contact_dissipation_j: f64,
-    /// The same over the energy scale, or over the total dissipation if that is larger [-].
+    /// Numerical contact dissipation over the energy scale, or over the total dissipation if that is larger [-].
     pub numerical_contact_dissipation_fraction: f64,
     /// Energy lost by rigid bodies that planes or other rigid bodies have stopped, all pairs [J]: they do not rebound.
     pub rigid_impact_dissipation_j: f64,
@@ -36,17 +36,17 @@ pub struct Numerics {
     pub hourglass_energy_fraction: f64,
     /// Largest penetration depth between the sides of a pair at a field time [m].
     pub deepest_penetration_m: f64,
-    /// The same over the size of the nearest face [-].
+    /// Deepest penetration over the size of the nearest face [-].
     pub deepest_penetration_fraction: f64,
     /// Largest overlapping volume of the sides of a pair at a field time [m³].
     pub overlapped_volume_m3: f64,
-    /// The same over the volume of the smaller body [-].
+    /// Largest overlap over the volume of the smaller body [-].
     pub overlapped_volume_fraction: f64,
     /// Largest difference between the two computations of the absorbed energy over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
     /// Largest fraction of a body's strain energy beyond the limits of its laws [-]; 1 if elements have inverted.
     pub energy_fraction_beyond_law: f64,
-    /// The same beyond the limits that the scene, or the set of its library, declares for them.
+    /// As above, beyond the limits that the scene, or the set of its library, declares for the laws.
     pub energy_fraction_beyond_declared_limits: f64,
 }
 

@@ -6,7 +6,7 @@ use crate::scene::document::RequestedNumber;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A quantity of interest.
+/// A result of the summary whose convergence can be studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum QuantityOfInterest {

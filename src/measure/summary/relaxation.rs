@@ -8,7 +8,7 @@ use serde::Serialize;
 /// Energy of a branch of the Prony series of a body, of all its parts with this relaxation time, at the end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RelaxationOfBody {
-    /// Name of the body.
+    /// Name of the body, as in the scene.
     pub body: String,
     /// Relaxation time of the branch [s].
     pub relaxation_time_s: f64,

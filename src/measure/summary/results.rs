@@ -60,7 +60,7 @@ pub enum Shown {
 /// Results of one contact pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
-    /// Name of the pair.
+    /// Name of the pair: those of its two bodies, joined by a dash.
     pub pair: String,
     /// Names of slave and master.
     pub between: [String; 2],
@@ -266,7 +266,7 @@ pub struct SignificantStress {
 /// Region of one part above a threshold of von Mises stress.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StressedLayer {
-    /// Name of the part.
+    /// Name of the part, as in the scene.
     pub part: String,
     /// Least and largest depth below the surface at which its stress exceeds the threshold, over all field times [mm]; absent
     /// if no surface is given or found to measure it from, and if only single points exceed the threshold.
@@ -340,7 +340,7 @@ pub struct Exceeded {
 /// Percentiles by reference volume in a part of the tissue, maxima over the field times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
-    /// Name of the part.
+    /// Name of the part, as in the scene.
     pub part: String,
     /// Reference volume of the part [mm³].
     pub volume_mm3: f64,

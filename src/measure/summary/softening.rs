@@ -7,9 +7,9 @@ use serde::Serialize;
 /// Softened volume of one part, at the field times.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SofteningOfPart {
-    /// Name of the body.
+    /// Name of the body, as in the scene.
     pub body: String,
-    /// Name of the part.
+    /// Name of the part, as in the scene.
     pub part: String,
     /// Largest reference volume whose stress was reduced [mm³].
     pub softened_mm3: f64,

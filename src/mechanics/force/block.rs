@@ -15,7 +15,7 @@ pub(super) const BULK_ROWS: usize = 2;
 /// A block of elements, ready to be evaluated.
 #[derive(Debug)]
 pub struct ElementBlock {
-    /// Index of the body.
+    /// Index of the body in the plan.
     pub body: usize,
     /// Law, density, viscosity and formulation of all elements of the block.
     pub parameters: BlockParameters,

@@ -4,7 +4,7 @@ use crate::element::{ElementKind, ReferenceGeometry};
 use crate::material::{FIBRE_EXPONENT_LIMIT, Material, Memories};
 use crate::tensor::{Mat3, Vec3};
 
-/// The same as [`FIBRE_EXPONENT_LIMIT`] in single precision, where e⁸⁸ is the largest number [-].
+/// [`FIBRE_EXPONENT_LIMIT`] in single precision, where e⁸⁸ is the largest number [-].
 const SINGLE_EXPONENT_LIMIT: f64 = 60.0;
 
 /// How the energy of an element is integrated.

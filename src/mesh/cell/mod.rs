@@ -15,7 +15,7 @@ pub use table::{AbaqusName, CellFace, CellTable, Foreign, Oblique, Split};
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// A kind of cell.
+/// Topology of a mesh cell: its shape and its nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CellKind {
     /// Hexahedron of eight nodes, trilinear.

@@ -51,9 +51,9 @@ pub struct FittedParameter {
     pub start: f64,
     /// Fitted value, in the unit of the parameter.
     pub value: f64,
-    /// Its standard error; null where it has none.
+    /// Standard error of the parameter, in its unit; null if undetermined.
     pub standard_error: Option<f64>,
-    /// Its 95 % confidence interval; null where it has none.
+    /// 95 % confidence interval of the parameter, in its unit; null if undetermined.
     pub interval: Option<[f64; 2]>,
     /// Whether the logarithm was fitted; the interval is then symmetric in it.
     pub is_logarithm: bool,

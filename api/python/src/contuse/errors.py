@@ -51,7 +51,7 @@ class JobFailed(ContuseError):
 
 
 class RecordingError(ContuseError):
-    """A file is no whole recording, or it has not what was asked of it."""
+    """The file is not a complete recording, or lacks what was requested of it."""
 
 
 class NotMeasured(ContuseError):

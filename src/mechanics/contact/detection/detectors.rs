@@ -17,7 +17,7 @@ use crate::threads::Threads;
 pub struct ContactModel<'a> {
     /// The surfaces of all pairs.
     pub surfaces: &'a [Surface],
-    /// The pairs.
+    /// Contact pairs, in the order of the plan.
     pub pairs: &'a Pairs,
     /// All rigid bodies.
     pub rigid: &'a [RigidBody],

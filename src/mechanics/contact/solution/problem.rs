@@ -42,9 +42,9 @@ pub enum ProblemError {
     /// A coefficient of friction that is negative or NaN.
     #[error("mu[{contact}] = {mu} is not a coefficient of friction (0 or more)")]
     Friction {
-        /// Index of the contact.
+        /// Index of the contact in the problem, from 0.
         contact: usize,
-        /// Its coefficient of friction μ [-].
+        /// Coefficient of friction μ of that contact [-].
         mu: f64,
     },
 }

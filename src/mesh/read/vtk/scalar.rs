@@ -152,7 +152,7 @@ fn integers<const N: usize, T: Into<i64>>(
 /// Reads `count` numbers at the cursor: words of text, or bytes.
 ///
 /// # Errors
-/// `Malformed` when the file has not as many, or something else.
+/// `Malformed` when the file has fewer values, or something else.
 pub(super) fn read_values(
     cursor: &mut Cursor,
     scalar: Scalar,
