@@ -37,7 +37,7 @@ export class WhatIfProposal {
     });
     const { cases } = this.#surrogates[0];
     this.element.replaceChildren(
-      table(`Proposed, not computed: a polynomial through ${cases} cases, with the numerical error of the base in proportion, and the error of the polynomial at a case that was left out of the fit`, ["number", "proposed"], rows),
+      table(`Proposed, not computed: a polynomial through ${cases} cases, with the numerical error of the base in proportion, and the error of the polynomial at a case that is not in the fit`, ["number", "proposed"], rows),
     );
   }
 
