@@ -114,7 +114,7 @@ fn markdown(study: &StabilityStudy, requested: usize, table: fn(&[Cell]) -> Stri
     // Statistics, table, and the diagnoses of what did not finish.
     let _ = writeln!(
         text,
-        "{} cells; of {} physical ones {} finish within their gates ({:.1} %); {} without a diagnosis",
+        "{} cells; of {} physical ones {} finish within their limits ({:.1} %); {} without a diagnosis",
         study.cells.len(),
         study.physical,
         study.physical_finished,

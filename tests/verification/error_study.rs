@@ -1,4 +1,4 @@
-//! The study of error against run time finds known orders, and knows exact values.
+//! The study of error against run time: it finds known orders, and uses exact values.
 
 use crate::record::{assert_at_most, assert_close, assert_order};
 use contuse::measure::QuantityOfInterest;

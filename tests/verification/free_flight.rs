@@ -1,4 +1,4 @@
-//! Bodies that nothing touches: uniform flight is exact to the last bit, a spinning block keeps its momenta and energy.
+//! Free bodies without contact: uniform translation is exact to the last bit, a spinning block conserves momenta and energy.
 
 use crate::rig::{assert_at_most, assert_close, assert_order, order, plan, run};
 use contuse::mechanics::tensor::Vec3;

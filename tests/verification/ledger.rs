@@ -1,4 +1,4 @@
-//! What ends a run, and what it says then: the energy gate, inversion, interruption, a recorder that fails.
+//! What ends a run, and what it says then: the limit on the energy balance, inversion, interruption, a recorder that fails.
 
 use crate::rig::{plan, run, run_on};
 use contuse::plan::Plan;

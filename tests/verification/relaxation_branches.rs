@@ -1,4 +1,4 @@
-//! Energies of the branches of a Prony series, each on its own.
+//! Energies of the branches of a Prony series, branch by branch.
 
 use crate::relaxation::{BRANCHES, G, cube};
 use crate::rig::{assert_at_most, assert_close, plan, run, run_on};

@@ -1,4 +1,4 @@
-//! A rigid solid ball on a plane with friction: it slides, or it rolls.
+//! A rigid solid ball on a plane with friction: sliding and rolling.
 //!
 //! I = 2/5 m R². Friction takes at most μ times the normal impulse m v_n, and never more than makes it roll: from then on
 //! v_t = ω R = 5/7 of the tangential velocity that it came with.

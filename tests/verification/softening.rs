@@ -1,4 +1,4 @@
-//! Tissue that softens: what a tear consumes, whatever the elements, and where its energy is.
+//! Softening of tissue: fracture energy independent of the mesh, and its place in the energy ledger.
 
 use crate::rig::{assert_at_most, assert_close, loaded, plan, run, summary};
 use serde_json::{Value, json};

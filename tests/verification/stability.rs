@@ -1,4 +1,4 @@
-//! The short matrices: every cell ends within its gates or with a diagnosis.
+//! The short matrices: every cell ends within its limits or with a diagnosis.
 
 use contuse::study::stability::{Stepping, Verdict, cases, ordinary_impacts, study_stability};
 

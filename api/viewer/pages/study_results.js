@@ -79,7 +79,7 @@ function stabilityTables({ cells, physical, physical_finished: finished, wrong }
     axis, value, steppingWords(stepping), html("span", { class: `badge ${VERDICTS[verdict] ?? ""}` }, verdict), reason ?? "", remedy ?? "",
   ]);
   return [
-    html("p", {}, `${cells.length} cells. Of ${physical} physical ones ${finished} finish within their gates; ${wrong} ended without a diagnosis.`),
+    html("p", {}, `${cells.length} cells. Of ${physical} physical ones ${finished} finish within their limits; ${wrong} ended without a diagnosis.`),
     table("Stiff and extreme cases", ["axis", "value", "stepping", "verdict", "reason", "remedy"], rows),
   ];
 }

@@ -1,5 +1,5 @@
 //! Stability study: a matrix of stiff and extreme cases and one of ordinary impacts, each of which must finish within
-//! its gates or be diagnosed.
+//! its limits or be diagnosed.
 
 mod ordinary;
 mod picture;
@@ -64,7 +64,7 @@ impl std::fmt::Display for Stepping {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The run finished within its gates.
+    /// The run finished within its limits.
     Finished,
     /// The scene was refused before the run, with a reason.
     Refused,
@@ -124,7 +124,7 @@ pub struct StabilityStudy {
     pub cells: Vec<Cell>,
     /// Number of physically possible cells.
     pub physical: usize,
-    /// Number of those that finished within their gates.
+    /// Number of those that finished within their limits.
     pub physical_finished: usize,
     /// Number of cells that neither finished nor were diagnosed: must be zero.
     pub wrong: usize,

@@ -50,7 +50,7 @@ fn draw(
     area.fill(&WHITE)?;
     let text = ("sans-serif", 14).into_font();
     let title = format!(
-        "{} of {} physical cells finish within their gates; colour: error of the energy balance",
+        "{} of {} physical cells finish within their limits; colour: error of the energy balance",
         study.physical_finished, study.physical
     );
     area.draw(&Text::new(title, (12, 12), ("sans-serif", 16).into_font()))?;

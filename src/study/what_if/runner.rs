@@ -187,7 +187,7 @@ fn errors_below(numbers: &Numbers, bars: &ErrorBars) -> Vec<Option<f64>> {
     numbers.von_mises_below_pa.iter().enumerate().map(error).collect()
 }
 
-/// Numbers to keep of a run. A run that did not finish, failed its gates, or had no contact has none.
+/// Numbers to keep of a run. A run that did not finish, failed its checks, or had no contact has none.
 fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
     let (ending, reason) = match (&outcome.ending, &summary.results) {
         (Ending::Failed { failure }, _) => (ending_name(&outcome.ending), Some(failure.message.clone())),
