@@ -49,7 +49,7 @@ pub(super) fn is_febio(path: &Path) -> bool {
     format_of(path) == Some(MeshFormat::Febio)
 }
 
-/// The mesh of a FEBio file, and a scene of it or what of it has no counterpart in a scene.
+/// The mesh of a FEBio file, and a scene of it, or the parts of the file without a counterpart in a scene.
 pub(super) fn read_febio_file(
     path: &Path,
     units: Option<UnitSystem>,

@@ -155,7 +155,7 @@ pub fn fitted_limit(levels: &[(f64, f64)]) -> Option<Reference> {
     Some(Reference::Fitted { value: line.limit, meshes: levels.len(), uncertainty })
 }
 
-/// What the values differ by from one to the next, on average.
+/// Mean difference of successive values.
 fn spread(levels: &[(f64, f64)]) -> f64 {
     let values = levels.iter().map(|(_, phi)| *phi);
     (values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min))

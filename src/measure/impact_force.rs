@@ -84,7 +84,7 @@ impl ImpactForce {
         self.now
     }
 
-    /// Whether the contact goes on at the latest sample, be it between two touches of a stiff body that chatters.
+    /// Whether the contact continues at the latest sample, be it between two touches of a stiff body that chatters.
     pub fn is_in_contact(&self) -> bool {
         self.now.patch.nodes > 0 || !self.touches.has_ended(self.now.time)
     }

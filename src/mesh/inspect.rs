@@ -1,4 +1,4 @@
-//! What is in a mesh: kinds, parts, sets, size, and the quality of its elements with the worst of them.
+//! Contents of a mesh: kinds, parts, sets, size, and element quality with the worst elements.
 
 use super::Mesh;
 use super::quality::{ElementQuality, element_quality};

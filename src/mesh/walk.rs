@@ -42,7 +42,7 @@ impl TriangulatedSurface {
     /// circle on a ball. Its length is measured on the facets.
     ///
     /// # Errors
-    /// What ends the way before: a border, an edge where the surface turns by more than 60°, or the beginning.
+    /// What ends the path earlier: a border, an edge where the surface turns by more than 60°, or the beginning.
     pub fn walk(&self, from: &SurfacePoint, direction: &Vec3, length: f64) -> Result<SurfacePoint, WalkEnd> {
         let left = from.normal.cross(direction).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
         let cut = Cut { point: from.place, left };

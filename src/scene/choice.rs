@@ -57,7 +57,7 @@ impl Choice {
             _ => None,
         }
     }
-    /// What to write to make the choice.
+    /// Text to write in the document to make the choice.
     pub(super) fn words(&self) -> Vec<String> {
         match self {
             Self::Word(word) | Self::Tag(_, word) => vec![word.as_str().unwrap_or_default().to_owned()],

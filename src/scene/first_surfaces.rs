@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 /// A closed surface of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceFile {
-    /// What scenes call the file: its name in their folder, or the id of an upload.
+    /// Reference to the file in scenes: its name in their folder, or the id of an upload.
     pub file: String,
     /// Name that the file has on the user's disk, of what is in it.
     pub name: String,

@@ -223,7 +223,7 @@ fn with_bodies(scene: &Scene, document: &SceneDocument, bodies: Vec<SceneBody>) 
     }
 }
 
-/// What a valid document is turned into.
+/// Everything that a valid document is loaded into.
 struct Parts {
     bodies: Vec<SceneBody>,
     summaries: Vec<BodySummary>,

@@ -47,7 +47,7 @@ pub(super) fn not_null(schema: &mut Schema) {
     schema.insert("type".into(), "number".into());
 }
 
-/// Puts the sets of the library in the place of their names in a scene document.
+/// Replaces the names of sets of the library in a scene document by the sets.
 pub(super) fn resolve_scene(checked: &mut Checked) {
     let mut mended = std::mem::take(&mut checked.mended);
     let bodies = Pointer::root().key("bodies");
@@ -103,7 +103,7 @@ enum Found {
     Nothing,
 }
 
-/// Puts the law of a set in the place of its name.
+/// Replaces the name of a set by its law.
 fn resolve_material(material: &mut Value, here: &Pointer, checked: &mut Checked) -> Found {
     let Some(beside) = material.as_object_mut() else { return Found::Law };
     let Some(Value::String(name)) = beside.remove("library") else { return Found::Law };

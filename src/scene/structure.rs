@@ -256,7 +256,7 @@ fn description(schema: &Value) -> Option<String> {
     schema.get("description").and_then(Value::as_str).map(|text| format!("it means: {text}"))
 }
 
-/// What a member has to be, in a word or two.
+/// Expected type of a member, in a word or two.
 fn describe(schema: &Value) -> String {
     match schema.get("type") {
         Some(Value::String(name)) => format!("present ({name})"),

@@ -1,4 +1,4 @@
-//! What the loop needs of an integrator, explicit or implicit.
+//! Interface of an integrator, explicit or implicit, to the time loop.
 
 use super::energy::Energy;
 use super::failure::Stop;

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Least and greatest factor on the bulk modulus [-].
 pub const FACTORS: [f64; 2] = [1e-3, 1e3];
 
-/// What to study, and how.
+/// Subject and settings of the study.
 pub struct BulkRequest<'a> {
     /// Scene with a definite time integration.
     pub document: &'a SceneDocument,

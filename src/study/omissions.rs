@@ -14,7 +14,7 @@ use crate::step::{Ending, Interrupt};
 use serde::Serialize;
 use std::path::Path;
 
-/// What to study, and how.
+/// Subject and settings of the study.
 pub struct OmissionsRequest<'a> {
     /// Scene to run; anything it keeps itself is kept in every run.
     pub scene: &'a Scene,

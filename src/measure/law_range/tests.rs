@@ -37,7 +37,7 @@ fn points(size: f64, damage: f64) -> PointBatch {
     points
 }
 
-/// What every point adds on its own, in the order of the elements.
+/// Contribution of each point, in the order of the elements.
 fn point_by_point(ranges: &mut LawRanges, points: &PointBatch) {
     for lane in 0..BATCH {
         let part = &mut ranges.parts[ranges.part_of[lane] as usize];

@@ -116,7 +116,7 @@ impl Accuracy {
 }
 
 impl AccuracyScale {
-    /// What follows the percentage.
+    /// Text after the percentage.
     fn words(self) -> &'static str {
         match self {
             Self::Number => "",

@@ -38,7 +38,7 @@ pub struct InjuryMeasure {
     pub unit: Cow<'static, str>,
     /// Reference range; for a single reference value, that value twice.
     pub reference: [f64; 2],
-    /// What the reference means.
+    /// Meaning of the reference value.
     pub meaning: Cow<'static, str>,
     /// Whether the criterion applies: its experiments cover this scene, and the run provides what it needs.
     pub applicable: bool,

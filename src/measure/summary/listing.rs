@@ -10,7 +10,7 @@ const NOTABLE_WORK: f64 = 1e-3;
 
 /// The numbers of one contact, or of the tissue.
 pub struct Group<'a> {
-    /// What they are of.
+    /// Subject of the rows.
     pub title: String,
     /// Whether nothing touched: then the numbers describe no impact.
     pub nothing_touched: bool,
@@ -28,7 +28,7 @@ pub struct Row<'a> {
     pub of: Option<Of>,
     /// Name for other systems; absent for details, and for contacts other than that of the headline.
     pub code: Option<String>,
-    /// What limits or explains it.
+    /// Remark that limits or explains the number.
     pub note: String,
     entry: Entry<'a>,
 }

@@ -60,7 +60,7 @@ pub struct AssembledBound {
     fractions: Vec<Vec<AssembledRows>>,
 }
 
-/// What a chunk adds; empty in formulations without a mean dilatation.
+/// Contribution of a chunk; empty in formulations without a mean dilatation.
 #[derive(Debug)]
 struct ChunkBound {
     block: usize,

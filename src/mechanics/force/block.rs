@@ -23,7 +23,7 @@ pub struct ElementBlock {
     pub elements: Vec<u32>,
     /// First slot of the block in arrays over all slots, at the beginning of a chunk.
     pub first_slot: usize,
-    /// What its elements are.
+    /// Kind of the elements.
     pub kind: ElementKind,
     pub(super) packed: Elements,
     /// Fibre directions in reference axes: `[batch × families][axis][lane]`.

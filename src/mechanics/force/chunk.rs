@@ -68,7 +68,7 @@ pub(super) fn cut_chunks<const N: usize>(
     (chunks, chunk_nodes)
 }
 
-/// What an evaluation of one chunk writes.
+/// Output of the evaluation of one chunk.
 #[derive(Debug)]
 pub struct ChunkForces {
     /// Block and chunk in the block.

@@ -36,7 +36,7 @@ pub struct Eroding {
     pub body: usize,
     /// Strain energy that goes with it, that in branches of Prony series included [J].
     pub energy: f64,
-    /// What of it is in branches of Prony series [J].
+    /// Energy stored in the branches of Prony series [J].
     pub in_branches: f64,
     /// Energies of each branch of relaxation.
     pub branches: [BranchTotals; MAX_BRANCHES],

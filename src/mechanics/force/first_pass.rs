@@ -10,7 +10,7 @@ use crate::real::Real;
 use crate::registers::Registers;
 use crate::tensor::Tensor;
 
-/// What the elements of a register have at their points.
+/// Kinematics of the elements of a register at their points.
 pub(super) struct FirstPass<R, const Q: usize> {
     /// Cofactors of the local gradients of the scaled reference positions: `P cof` is the local stress, weight included.
     pub cof_X: Aligned<[Tensor<R>; Q]>,

@@ -14,7 +14,7 @@ use crate::lanes::{BATCH, Row, dispatch_single, dispatch_wide};
 use crate::material::{Law, MAX_BRANCHES};
 use crate::tensor::Vec3;
 
-/// What an internal force evaluation of all blocks writes, chunk by chunk.
+/// Output of an internal force evaluation of all blocks, chunk by chunk.
 #[derive(Debug)]
 pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,

@@ -26,7 +26,7 @@ pub type AssembledRows = [Row; 2];
 /// Elements that keep all of their stiffness, with equal weights.
 pub(super) const WHOLE: AssembledRows = [Row([1.0; BATCH]); 2];
 
-/// What an evaluation reads of the state.
+/// Inputs of an evaluation from the state.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceInput<'a> {
     /// Displacement u_n [m], nodes × 3.

@@ -187,7 +187,7 @@ impl NodalVolumes {
     }
 }
 
-/// What an evaluation knows of the nodes of a block; empty in other formulations.
+/// Nodal quantities of a block during an evaluation; empty in other formulations.
 #[derive(Debug, Default)]
 pub(super) struct NodalState {
     /// J_a − 1 [-].

@@ -50,7 +50,7 @@ pub struct PointBatch {
     pub least_principal_strain: PointScalar,
     /// J = det F [-].
     pub jacobian: PointScalar,
-    /// Fraction of the isochoric stress that is lost for good [-]; 0 without softening, or without a history.
+    /// Damage: fraction by which the isochoric stress is degraded, irreversibly [-]; 0 without softening, or without a history.
     pub damage: PointScalar,
 }
 
@@ -228,7 +228,7 @@ struct BatchHistory<'a> {
 }
 
 impl BatchHistory<'_> {
-    /// What they add to the response of a point.
+    /// Contribution of memory to the response of a point.
     #[inline(always)]
     fn inelastic<S: Simd>(
         &self,
@@ -373,7 +373,7 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
             (None, _) => (zero, zero),
         };
 
-        // What memories add, and what softening takes.
+        // Memory adds stress; softening degrades it.
         let tension = Tension::new(of.block, mean);
         let mut inelastic = None;
         if let Some(memory) = &of.memory {

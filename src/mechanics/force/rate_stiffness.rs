@@ -60,7 +60,7 @@ impl ElementBlock {
         }));
     }
 
-    /// What the points of a batch remember; empty without memory.
+    /// History of the points of a batch; empty without memory.
     fn history_of<'a>(&self, batch: usize, history: &'a [Vec<Row>]) -> &'a [Row] {
         let rows = self.history_rows();
         let first = batch % Chunk::BATCHES * rows;

@@ -55,7 +55,7 @@ pub(super) struct ReducedBatch {
     pub length: Row,
 }
 
-/// What all passes need of the batches of a one-point formulation.
+/// Interface of the batches of a one-point formulation, common to all passes.
 pub(super) trait OnePointBatch<const N: usize>:
     std::fmt::Debug + Send + Sync + Sized + 'static
 {

@@ -10,7 +10,7 @@ use crate::registers::Registers;
 pub struct BatchTotals {
     /// Strain energy of each element, that of its stabilisation included [J].
     pub strain: Row,
-    /// What of it is the stabilisation's [J]; 0 in formulations that need none.
+    /// Strain energy in the stabilisation [J]; 0 in formulations without one.
     pub hourglass: Row,
     /// Energy that bulk viscosity and damage dissipated in the last step [J].
     pub viscous: Row,
@@ -20,7 +20,7 @@ pub struct BatchTotals {
     pub damage: Row,
     /// Largest critical time step [s].
     pub stable_step: Row,
-    /// What damping takes from it: half of the largest viscous eigenvalue [1/s]; of bulk and shear viscosity.
+    /// Reduction by damping: half of the largest viscous eigenvalue, of bulk and shear viscosity [1/s].
     pub damping: Row,
     /// Smallest J − 1 over the points [-]; ≤ −1 means inverted.
     pub smallest_j: Row,
@@ -57,7 +57,7 @@ impl BatchTotals {
 pub struct BlockTotals {
     /// Strain energy, that of the stabilisation included [J].
     pub strain: f64,
-    /// What of it is the stabilisation's [J].
+    /// Strain energy in the stabilisation [J].
     pub hourglass: f64,
     /// Energy that bulk viscosity and damage dissipated in the last step [J].
     pub viscous: f64,

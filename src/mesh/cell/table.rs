@@ -42,7 +42,7 @@ pub struct Foreign {
     pub order: &'static [usize],
 }
 
-/// Name of a kind in Abaqus, whose order of nodes and faces we share.
+/// Name of a kind in Abaqus; nodes and faces are in the order of Abaqus.
 #[derive(Debug)]
 pub struct AbaqusName {
     /// Element type in Abaqus ("C3D8").

@@ -3,7 +3,7 @@
 use super::grid::{ClassGrid, OUTSIDE};
 
 impl ClassGrid {
-    /// This grid with everything within `depth` [m] of the outside made outside; beyond the box, the body goes on.
+    /// This grid with everything within `depth` [m] of the outside made outside; beyond the box, the body continues.
     #[must_use]
     pub fn eroded(&self, depth: f64) -> Self {
         let mut squares: Vec<f32> =

@@ -187,7 +187,7 @@ fn nearest_axes(unit: &[Vec3]) -> [usize; 3] {
     orders.into_iter().max_by(|a, b| fit(a).total_cmp(&fit(b))).unwrap_or([0, 1, 2])
 }
 
-/// What is in a scan.
+/// Contents of a scan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScanInspection {
     /// Number of voxels along each axis of the file.

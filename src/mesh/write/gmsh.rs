@@ -18,7 +18,7 @@ pub enum Version {
 /// Encoding of numbers in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// Decimal text, readable by people.
+    /// Decimal text, human-readable.
     Ascii,
     /// Binary, least significant byte first.
     LittleEndian,

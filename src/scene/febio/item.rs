@@ -1,4 +1,4 @@
-//! What is taken of an element of the file, one child after another; the others are refused.
+//! Reads the children of an XML element one after another; children that remain unread are refused.
 
 use super::deck::Deck;
 use super::node::{elements, text, title};

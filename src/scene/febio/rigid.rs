@@ -28,7 +28,7 @@ const FLAGS: [&str; 6] = ["Rx_dof", "Ry_dof", "Rz_dof", "Ru_dof", "Rv_dof", "Rw_
 const OF_THE_MATERIAL: [&str; 7] =
     ["density", "center_of_mass", "override_com", "override_moi", "moi", "E", "v"];
 
-/// What a law without effect is made of: soft, so that it does not shorten explicit steps.
+/// Constants of a law without effect: soft, so that it does not shorten explicit steps.
 const C10_PA: f64 = 1e3;
 const BULK_MODULUS_PA: f64 = 1e5;
 const DENSITY: f64 = 1e3;

@@ -22,14 +22,14 @@ pub(super) struct RigidBody {
 }
 
 impl RigidBody {
-    /// What of the set is fixed.
+    /// Fixed components of the node set.
     pub(super) fn fixed(&self, set: &str) -> Option<FixedDocument> {
         let is_fixed = |axis: &Axis| matches!(self.motions[*axis as usize], Some(Motion::Fixed));
         let axes: Vec<Axis> = AXES.into_iter().filter(is_fixed).collect();
         (!axes.is_empty()).then(|| FixedDocument { set: set.to_owned(), axes })
     }
 
-    /// What of the set is prescribed. Displacements with one load curve are one vector.
+    /// Prescribed components of the node set. Displacements with one load curve form one vector.
     pub(super) fn prescribed(&self, set: &str) -> Vec<PrescribedDocument> {
         let mut found: Vec<PrescribedDocument> = Vec::new();
         for axis in AXES {

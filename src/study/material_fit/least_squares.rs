@@ -65,7 +65,7 @@ pub fn minimise(
     Some(Minimum { x, residual, jacobian, iterations: ITERATIONS, has_converged: false })
 }
 
-/// What came of the search for a step.
+/// Outcome of the search for a step.
 enum Step {
     /// The unknowns and residuals after it.
     Taken(Box<(DVector<f64>, DVector<f64>)>),

@@ -1,4 +1,4 @@
-//! What a law says of the tests of a fit, as a function of scaled unknowns.
+//! Predictions of a law for the tests of a fit, as a function of scaled unknowns.
 
 use crate::mechanics::material::{MaterialError, PathPoint, eval_path};
 use crate::scene::material_fit::{Constants, Errors, FitQuestion, Parameter, TestDocument};
@@ -13,7 +13,7 @@ pub struct Model<'a> {
     pub parameters: Vec<Parameter>,
 }
 
-/// What the law says of one test.
+/// Prediction of the law for one test.
 #[derive(Clone, Debug, Default)]
 pub struct Prediction {
     /// Nominal stress, or relaxation modulus, at each point [Pa].
@@ -47,7 +47,7 @@ impl<'a> Model<'a> {
         self.constants.with_numbers(self.parameters.iter().map(|p| p.pointer.as_str()).zip(values))
     }
 
-    /// What constants say of every test.
+    /// Prediction of the law for every test with the given constants.
     ///
     /// # Errors
     /// The index of the first test at which the law has no stress, and why.

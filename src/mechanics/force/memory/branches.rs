@@ -14,7 +14,7 @@ use crate::real::Real;
 use crate::tensor::Sym;
 use pulp::Simd;
 
-/// What a batch remembers of its memory, and the energies of its branches.
+/// History of a batch, and the energies of its branches.
 pub(super) struct BranchRows<'a> {
     /// History at t_{n−1}, `None` at rest.
     pub before: Option<&'a [Row]>,

@@ -2,10 +2,10 @@
 
 use crate::mesh::CellKind;
 
-/// What a cell type is to us.
+/// How a VTK cell type is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CellType {
-    /// A cell that we have, and the place in the file's list of each of our nodes.
+    /// A supported cell, and the position in the file's list of each of its nodes.
     Volume(CellKind, &'static [usize]),
     /// A volume of another kind, by its name.
     Other(&'static str),

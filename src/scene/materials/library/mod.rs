@@ -29,7 +29,7 @@ const FAMILIES: [(&str, &str); 6] = [
 pub struct MaterialSet {
     /// Name, `family/set`: what `"material": {"library": …}` of a part names.
     pub name: String,
-    /// What it is a set of.
+    /// Material and test that the set represents.
     pub tissue: String,
     /// The law with its parameters, as a scene has it; `valid_to` in it is the range that is stated.
     #[cfg_attr(feature = "service", schema(value_type = Object))]
@@ -56,7 +56,7 @@ pub struct MaterialSet {
     pub strain_range: String,
     /// Rates or frequencies of the test.
     pub rate_range: String,
-    /// What was fitted to what, by whom.
+    /// What was fitted to which data, and by whom.
     pub fitted: String,
     /// What is derived here from the source, and how.
     pub derived: String,
@@ -102,7 +102,7 @@ pub struct SetSource {
     pub citation: String,
     /// Address (URL) of the source.
     pub url: String,
-    /// What of it was read: full text, abstract, card, table.
+    /// Extent to which the source was read: full text, abstract, card, table.
     pub read: String,
 }
 
@@ -153,7 +153,7 @@ pub fn find(name: &str) -> Option<&'static MaterialSet> {
     sets().iter().find(|set| set.name == name)
 }
 
-/// That there is no set of the name at `here`.
+/// Problem at `here`: the library has no set of that name.
 pub fn unknown(name: &str, here: &Pointer) -> Problem {
     Problem::error("unknown_material", here, format!("the library has no {name:?}"))
         .value(name)
@@ -161,7 +161,7 @@ pub fn unknown(name: &str, here: &Pointer) -> Problem {
         .remedy(nearest_to(name))
 }
 
-/// What to say to a name that there is none of: the nearest, those of its family, or some of all.
+/// Suggestions for an unknown name: the nearest one, those of its family, or some of all.
 pub fn nearest_to(wrong: &str) -> String {
     let names = || sets().iter().map(|set| set.name.as_str());
     let family = wrong.split_once('/').map_or(wrong, |(family, _)| family);

@@ -91,7 +91,7 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
     }
 }
 
-/// A file that is here as a whole; the service ends a process whose answer no one waits for.
+/// A file that was received completely; the service ends a process whose answer no one waits for.
 fn whole<'a>(bytes: &'a mut &[u8], format: Option<MeshFormat>) -> MeshFile<'a> {
     MeshFile { bytes: bytes.len() as u64, content: bytes, format, is_wanted: &|| true }
 }
