@@ -52,6 +52,33 @@ fn a_miss_says_so_first_and_shows_no_number() {
 }
 
 #[test]
+fn the_headline_contact_is_that_of_what_the_projectile_pushes_onto_the_tissue() {
+    let stiff = json!({"law": "neo_hookean", "c10_pa": 1e6, "bulk_modulus_pa": 1e7});
+    let plate = json!({
+        "name": "plate", "role": "other",
+        "mesh": {"generator": {"kind": "block", "min_m": [-0.02, -0.02, 0.0402], "max_m": [0.02, 0.02, 0.0442], "elements": [6, 6, 2]}},
+        "parts": [{"part": "block", "density_kg_per_m3": 1000, "material": stiff}]
+    });
+    let mut scene = ball_on_gel([0.0, 0.0, -15.0], 2e-3);
+    scene["bodies"][0]["mesh"]["generator"]["center_m"] = json!([0, 0, 0.055]);
+    scene["bodies"].as_array_mut().unwrap().push(plate);
+    scene["contact"] = json!({"friction": 0.3});
+    scene["solver"] = json!({"error_bars": "none"});
+    let of_plate = summary(&scene, None);
+    let impact = of_plate.values().headline_impact().unwrap();
+    assert!(
+        impact.between.contains(&"plate".into()) && impact.between.contains(&"gel".into()),
+        "{}",
+        impact.pair
+    );
+    assert!(impact.impulse_n_s.value > 0.01 && impact.peak_force_n.value > 10.0);
+    // Away from the ball the plate, which nothing pushes, strikes nothing.
+    scene["bodies"][0]["mesh"]["generator"]["center_m"] = json!([0, 0, 0.1]);
+    let of_ball = summary(&scene, None);
+    assert!(of_ball.values().headline_impact().unwrap().between.contains(&"ball".into()));
+}
+
+#[test]
 fn a_number_of_unknown_error_is_no_plain_one() {
     let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
     scene["solver"] = json!({"error_bars": "none"});
