@@ -1,25 +1,69 @@
 // The line of the impact: where the projectile meets the surface, and straight in from there.
 
-import { flatPatch } from "./flat_patch.js";
+import { surfaceOf, valuesAlong } from "../mesh/cells.js";
+import { cross, dot, flatPatch } from "./flat_patch.js";
+import { isOn, mainPair } from "./main_pair.js";
+
+/** Facets around an edge that face elsewhere are not those that were struck: least cosine [-]. */
+const FACING = 0.5;
+/** The surface is looked for from at least so far outside [m]. */
+const LEAST_REACH = 1e-3;
 
 /** Mean of points, x y z each. */
 function middleOf(points) {
   return [0, 1, 2].map((k) => points.reduce((sum, c, i) => (i % 3 === k ? sum + c : sum), 0) / (points.length / 3));
 }
 
-/** Through the centre of the first contacts that were recorded, into the tissue: {centre, direction}; null without contact. */
+/**
+ * Where the surface at rest is struck, and straight in from there: {centre, direction}. The place is that of the first recorded contacts of
+ * the main pair, without the displacements of the tissue's nodes there; the direction is the mean normal of the undeformed facets around
+ * these nodes. Null without contact.
+ */
 export function impactLine(recording) {
-  const { tissue } = recording;
-  for (const frame of recording.frames) {
-    const pairs = (frame.contacts ?? []).filter(({ pair }) => tissue && pair.includes(tissue.name)).map(flatPatch).filter(Boolean);
-    if (!pairs.length || !tissue) continue;
-    const [{ centre, normal }] = pairs;
-    // Inwards is where the tissue is.
-    const middle = middleOf(tissue.X);
-    const side = normal.reduce((sum, n, k) => sum + n * (middle[k] - centre[k]), 0);
-    return { centre, direction: normal.map((n) => (side < 0 ? -n : n)) };
-  }
-  return null;
+  const { tissue, frames } = recording;
+  const isTouching = ({ pair, node }) => tissue && node?.length && isOn(tissue.name, pair);
+  const found = frames.flatMap((frame) => (frame.contacts ?? []).filter(isTouching).map((contacts) => ({ frame, contacts })));
+  const main = mainPair(recording);
+  const { frame, contacts } = found.find(({ contacts: { pair } }) => pair === main) ?? found[0] ?? {};
+  const state = frame?.bodies.get(tissue.name);
+  return state ? lineAtRest(tissue, contacts, state.positions, tissue.X.map((x, i) => x + tissue.V[i % 3] * Math.max(frame.time, 0))) : null;
+}
+
+/** The line at the `rest` of a tissue whose nodes are at `positions` [m]. */
+function lineAtRest(tissue, contacts, positions, rest) {
+  const { points, normal } = flatPatch(contacts);
+  const { triangles } = surfaceOf(tissue.cells, rest.length / 3);
+  const surface = [...new Set(triangles)];
+  const at = (i) => contacts.position_m.subarray(3 * i, 3 * i + 3);
+  const touched = points.map(({ node }, i) => (contacts.slave === tissue.name ? node : nearest(surface, positions, at(i))));
+  const places = touched.map((node, i) => Array.from(at(i), (x, k) => x - positions[3 * node + k] + rest[3 * node + k]));
+  const total = points.reduce((sum, { force }) => sum + force, 0);
+  const weights = points.map(({ force }) => (total > 0 ? force / total : 1 / points.length));
+  const place = [0, 1, 2].map((k) => places.reduce((sum, p, i) => sum + weights[i] * p[k], 0));
+  const direction = inwards(triangles, rest, new Set(touched), normal);
+  // Contacts lie off the nodes, and the mean of points of a curved surface off it: back out beyond the nodes, and in to the first crossing.
+  const reach = LEAST_REACH + Math.max(...touched.map((node) => Math.hypot(...place.map((c, k) => c - rest[3 * node + k]))));
+  const origin = place.map((c, k) => c - reach * direction[k]);
+  const hit = valuesAlong({ cells: tissue.cells, positions: rest, values: rest, origin, direction }).find(({ s }) => s >= 0);
+  return { centre: hit ? origin.map((c, k) => c + hit.s * direction[k]) : place, direction };
+}
+
+/** Of some nodes the one nearest to a place. */
+function nearest(nodes, positions, [x, y, z]) {
+  const away = (n) => (positions[3 * n] - x) ** 2 + (positions[3 * n + 1] - y) ** 2 + (positions[3 * n + 2] - z) ** 2;
+  return nodes.reduce((best, n) => (away(n) < away(best) ? n : best), nodes[0]);
+}
+
+/** The mean inward normal of the facets around the touched nodes, by their areas, of those that face along the contacts' `normal`. */
+function inwards(triangles, rest, touched, normal) {
+  const at = (node) => [rest[3 * node], rest[3 * node + 1], rest[3 * node + 2]];
+  const areas = Array.from({ length: triangles.length / 3 }, (_, t) => triangles.subarray(3 * t, 3 * t + 3))
+    .filter((nodes) => nodes.some((node) => touched.has(node)))
+    .map((nodes) => Array.from(nodes, at))
+    .map(([a, b, c]) => cross(a.map((x, k) => b[k] - x), a.map((x, k) => c[k] - x)));
+  const facing = areas.filter((area) => Math.abs(dot(area, normal)) > FACING * Math.hypot(...area));
+  const mean = [0, 1, 2].map((k) => (facing.length ? facing : areas).reduce((sum, area) => sum - area[k], 0));
+  return mean.map((c) => c / Math.hypot(...mean));
 }
 
 /** Before anything touches: from the projectile along its velocity to the first node of the tissue near that path; null without one. */

@@ -1,17 +1,8 @@
 // The plots of runs over time: force, impulse, energy. One run, or several for comparison.
 
 import { setting, timeUnit } from "../format.js";
+import { mainPair } from "./main_pair.js";
 import { Plot } from "./plot.js";
-
-/** The pair with the largest impulse, of those with the tissue if there are any. */
-export function mainPair(recording) {
-  const pairs = [...recording.series.pairs];
-  const tissue = recording.tissue?.name;
-  const touches = ([name]) => recording.frames.length && tissue && name.includes(tissue);
-  const candidates = pairs.some(touches) ? pairs.filter(touches) : pairs;
-  const last = ([, columns]) => columns.impulseNorm.at(-1) ?? 0;
-  return candidates.reduce((best, pair) => (!best || last(pair) > last(best) ? pair : best), null)?.[0];
-}
 
 /** Values on a common axis: those of `values` at `times`, in the order of `axis`, null elsewhere. */
 function onAxis(axis, times, values) {

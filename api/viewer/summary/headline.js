@@ -69,18 +69,19 @@ export function headline(summary) {
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, summary) },
+    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, results, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, note: impact && patchNote(impact) },
     depth(results),
     { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, note: tissue && energyNote(tissue) },
   ];
 }
 
-/** When the force was largest, and over what it is a mean: the steps are of the computation, not of the impact. */
-function forceNote({ force_average: average, peak_force_time_s: time }, { end_time_s: end }) {
+/** When the force was largest, and over what it is a mean (the steps are of the computation, not of the impact); of several on the tissue, which. */
+function forceNote({ pair, force_average: average, peak_force_time_s: time }, { impacts }, { end_time_s: end }) {
   const { factor, name } = timeUnit(end);
   const when = time && time.value > 0 ? `${number(time.value * factor, 3)} ${name} after the start` : null;
-  return [average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, ""), when].filter(Boolean).join(", ");
+  const isOneOfSeveral = impacts.filter((impact) => impact.on_tissue).length > 1;
+  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, ""), when].filter(Boolean).join(", ");
 }
 
 function patchNote({ patch_long_axis_mm: long, patch_short_axis_mm: short }) {
