@@ -173,7 +173,7 @@ class Comparison {
     });
     shown.forEach(({ frame, own, has }, i) => {
       this.#views[i].show(frame, (body, state) => settings.valuesOf(body, state), settings.cut);
-      this.#clocks[i].textContent = has ? words(own) : `${words(frame.time)} (it has no ${words(own)})`;
+      this.#clocks[i].textContent = has ? words(own) : `${own > frame.time ? "ended" : "begins"} at ${words(frame.time)}`;
     });
     const isEqual = shown.every(({ has }) => has);
     this.#views[2]?.show(shown[0].frame, (body, state) => {

@@ -24,7 +24,8 @@ export class Plot {
   #watcher;
 
   /**
-   * `x` {label, unit, values}; `curves` [{label, values, style?, width?}], null where there is no value; `y` {label, unit};
+   * `x` {label, unit, values}; `curves` [{label, values, style?, width?, end?}], null where there is no value, `end` the last x of what it
+   * is a curve of; `y` {label, unit};
    * `group` names the plots that share a cursor; `onSeek(x)` when a place is clicked; `levels` [{value, label}] horizontal lines.
    */
   constructor(options) {
@@ -78,7 +79,10 @@ export class Plot {
     const axis = { font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", stroke: "#33475b", grid: { stroke: "#e3e8ee", width: 1 }, ticks: { stroke: "#c3ccd6" } };
     const named = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
     const shown = (unit) => (_, value) => (value == null ? "–" : `${number(value)}${unit ? ` ${unit}` : ""}`);
-    const nearest = (curve) => (u, value, _, i) => shown(y.unit)(u, i == null || !curve.style?.spanGaps ? value : valueNear(curve.values, i));
+    const read = (curve) => (u, value, _, i) => {
+      if (i != null && x.values[i] > curve.end) return `ended at ${shown(x.unit)(u, curve.end)}`;
+      return shown(y.unit)(u, i == null || !curve.style?.spanGaps ? value : valueNear(curve.values, i));
+    };
     return {
       width,
       height: HEIGHT,
@@ -94,7 +98,7 @@ export class Plot {
           label: curve.label,
           width: curve.width ?? 2,
           points: { show: false },
-          value: nearest(curve),
+          value: read(curve),
           ...lineStyle(i),
           ...curve.style,
         })),
@@ -210,13 +214,11 @@ function borderStyle(dash) {
   return dash[0] > 4 ? "dashed" : "dotted";
 }
 
-/** The value at a place of a curve that has gaps, or the nearest one that there is. */
+/** The value at a place of a curve that has gaps, or the nearest one of those around the gap; null before the first and after the last. */
 function valueNear(values, at) {
-  for (let away = 0; away < values.length; away++) {
-    const value = values[at - away] ?? values[at + away];
-    if (value != null) return value;
-  }
-  return null;
+  const [before, after] = [values.findLastIndex((value, i) => i <= at && value != null), values.findIndex((value, i) => i >= at && value != null)];
+  if (before < 0 || after < 0) return null;
+  return values[at - before < after - at ? before : after];
 }
 
 /** A number at an axis, without zeros behind the point. */

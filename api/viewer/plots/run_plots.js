@@ -14,6 +14,9 @@ function onAxis(axis, times, values) {
 const timesOfForces = ({ recording, shift = 0 }) => recording.series.forceTimes.map((time) => time - shift);
 const timesOfEnergies = ({ recording, shift = 0 }) => recording.series.energyTimes.map((time) => time - shift);
 
+/** The last of some times, in the unit of a plot. */
+const endOf = (times, unit) => times.at(-1) * unit.factor;
+
 /** Force and impulse of the runs' main pairs, [{label, recording, window, shift}], as plots. */
 export function contactPlots(runs, shared) {
   const withContact = runs.filter(({ recording }) => mainPair(recording) && recording.series.forceTimes.length > 1);
@@ -24,6 +27,7 @@ export function contactPlots(runs, shared) {
   const curve = ({ label, ...run }, words, values, more) => ({
     label: runs.length > 1 ? `${label}: ${words}` : words,
     values: onAxis(axis, timesOfForces(run), values),
+    end: endOf(timesOfForces(run), unit),
     style: { spanGaps: true, ...more?.style },
     width: more?.width,
   });
@@ -78,6 +82,7 @@ export function energyPlot(runs, shared) {
     const curves = runs.map(({ label, ...run }) => ({
       label: `${label}: absorbed by the tissue`,
       values: onAxis(axis, timesOfEnergies(run), run.recording.series.energy.absorbed),
+      end: endOf(timesOfEnergies(run), unit),
       style: { spanGaps: true },
     }));
     return new Plot({ ...common, title: "Absorbed energy", curves });
