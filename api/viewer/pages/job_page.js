@@ -145,7 +145,7 @@ class JobPage {
     );
     if (!job.recording) return picture.replaceWith(html("p", { class: "panel quiet" }, "There is no recording, so there is no picture."));
     const recording = await this.#showRecording(rest, summary, picture);
-    if (recording) layers.replaceChildren(layerSentences(summary, boneDepth(recording)) ?? "");
+    if (recording) layers.replaceChildren(layerSentences(summary, boneIn(recording)) ?? "");
   }
 
   /** The answer to a what-if question. */
@@ -214,12 +214,14 @@ class JobPage {
   }
 }
 
-/** Depth of the bone below the place of the impact [mm]; null where there is no bone in the scene, or no impact. */
-function boneDepth(recording) {
+/** The bone {depth_mm} below the place of the impact; of no known depth where held surfaces may stand for it; null where nothing does. */
+function boneIn(recording) {
   const [bone, line] = [recording.scenery.get("bone"), impactLine(recording)];
-  if (!bone || !line) return null;
+  const tissue = recording.scene?.bodies?.find(({ name }) => name === recording.tissue?.name);
+  if (!bone) return tissue?.fixed?.length ? { depth_mm: null } : null;
+  if (!line) return null;
   const away = Array.from({ length: bone.X.length / 3 }, (_, i) => Math.hypot(...line.centre.map((c, k) => bone.X[3 * i + k] - c)));
-  return 1e3 * Math.min(...away);
+  return { depth_mm: 1e3 * Math.min(...away) };
 }
 
 /** Why a job failed, where, and what to do. */

@@ -72,7 +72,7 @@ export function headline(summary) {
     { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, results, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, note: impact && patchNote(impact) },
     depth(results),
-    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, note: tissue && energyNote(tissue) },
+    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, note: tissue && energyNote(tissue, impact) },
   ];
 }
 
@@ -98,6 +98,7 @@ function depth(results) {
   return { label, unit: "mm", quantity: main?.depth_mm, note: main && `below the surface${least}` };
 }
 
-function energyNote(tissue) {
+function energyNote(tissue, impact) {
+  if (!impact?.contact_span_s) return "at the end";
   return tissue.contact_ended ? "when contact had ended" : "at the end; contact has not ended";
 }

@@ -65,8 +65,8 @@ function sentence(part, tissue) {
   return `${first}; above ${threshold(low.stress.threshold_pa)} ${extent(low.stress, low.layer.depth_mm)}, ${amount(low.stress, low.layer)}.`;
 }
 
-/** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the surface. */
-function onBone(tissue, depth_mm) {
+/** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the surface, if it is drawn. */
+function onBone(tissue, { depth_mm }) {
   if (depth_mm == null) return "not a separate solid in this model; fixed surfaces may represent it.";
   const words = `rigid in this model, ${number(depth_mm, 2)} mm deep`;
   const lowest = tissue.significant_stress[0];
@@ -77,8 +77,8 @@ function onBone(tissue, depth_mm) {
   return `${words}; the stress above ${threshold(lowest.threshold_pa)} ends ${number(above, 2)} mm before it.`;
 }
 
-/** The sentences on all layers; `boneDepth_mm` once it is known; null where nothing is known of the tissue. */
-export function layerSentences(summary, boneDepth_mm = null) {
+/** The sentences on all layers, with the `bone` {depth_mm} where there may be one; null where nothing is known of the tissue. */
+export function layerSentences(summary, bone = null) {
   const { tissue } = resultsOf(summary);
   if (!tissue?.significant_stress?.length || summary.withheld) return null;
   const parts = partsOf(tissue);
@@ -87,6 +87,6 @@ export function layerSentences(summary, boneDepth_mm = null) {
     "section",
     { class: "layers", "aria-label": "What happened to each layer" },
     html("h2", {}, "What happened to each layer ", html("small", {}, term("stress", ABOUT_STRESS), ", at its largest")),
-    html("ul", {}, parts.map((part) => item(part, sentence(part, tissue))), parts.includes("bone") ? null : item("bone", onBone(tissue, boneDepth_mm))),
+    html("ul", {}, parts.map((part) => item(part, sentence(part, tissue))), bone && !parts.includes("bone") ? item("bone", onBone(tissue, bone)) : null),
   );
 }
