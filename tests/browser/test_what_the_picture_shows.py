@@ -167,3 +167,4 @@ def test_two_runs_are_compared_at_equal_times(page, jobs):
     page.keyboard.press("End")
     expect(page.get_by_text("differences are at equal times since first contact only")).to_be_visible()
     expect(clocks.nth(2)).to_have_text("none at this time")
+    assert sorted(text.startswith("ended at") for text in clocks.all_inner_texts()[:2]) == [False, True]

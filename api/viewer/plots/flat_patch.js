@@ -13,8 +13,9 @@ export function flatPatch(contacts) {
   if (!count) return null;
   const at = (array, i) => [array[3 * i], array[3 * i + 1], array[3 * i + 2]];
   const normal = scaled([0, 1, 2].map((k) => contacts.normal.reduce((total, c, i) => (i % 3 === k ? total + c : total), 0)));
-  const total = contacts.normal_force_n.reduce((a, b) => a + b, 0) || 1;
-  const centre = [0, 1, 2].map((k) => contacts.normal_force_n.reduce((sum, f, i) => sum + f * contacts.position_m[3 * i + k], 0) / total);
+  const total = contacts.normal_force_n.reduce((a, b) => a + b, 0);
+  const weight = (f) => (total > 0 ? f / total : 1 / count);
+  const centre = [0, 1, 2].map((k) => contacts.normal_force_n.reduce((sum, f, i) => sum + weight(f) * contacts.position_m[3 * i + k], 0));
   const least = normal.map(Math.abs).indexOf(Math.min(...normal.map(Math.abs)));
   const first = scaled(cross(normal, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
   const second = cross(normal, first);

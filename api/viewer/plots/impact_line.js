@@ -15,9 +15,8 @@ function middleOf(points) {
 }
 
 /**
- * Where the surface at rest is struck, and straight in from there: {centre, direction}. The place is that of the first recorded contacts of
- * the main pair, without the displacements of the tissue's nodes there; the direction is the mean normal of the undeformed facets around
- * these nodes. Null without contact.
+ * Where the surface at rest is struck, and straight in from there: {centre, direction}. The line goes through the centre of the force
+ * of the first recorded contacts of the main pair, along the mean normal of the undeformed facets that they touch. Null without contact.
  */
 export function impactLine(recording) {
   const { tissue, frames } = recording;
@@ -31,21 +30,16 @@ export function impactLine(recording) {
 
 /** The line at the `rest` of a tissue whose nodes are at `positions` [m]. */
 function lineAtRest(tissue, contacts, positions, rest) {
-  const { points, normal } = flatPatch(contacts);
+  const { points, normal, centre } = flatPatch(contacts);
   const { triangles } = surfaceOf(tissue.cells, rest.length / 3);
   const surface = [...new Set(triangles)];
-  const at = (i) => contacts.position_m.subarray(3 * i, 3 * i + 3);
-  const touched = points.map(({ node }, i) => (contacts.slave === tissue.name ? node : nearest(surface, positions, at(i))));
-  const places = touched.map((node, i) => Array.from(at(i), (x, k) => x - positions[3 * node + k] + rest[3 * node + k]));
-  const total = points.reduce((sum, { force }) => sum + force, 0);
-  const weights = points.map(({ force }) => (total > 0 ? force / total : 1 / points.length));
-  const place = [0, 1, 2].map((k) => places.reduce((sum, p, i) => sum + weights[i] * p[k], 0));
+  const touched = points.map(({ node }, i) => (contacts.slave === tissue.name ? node : nearest(surface, positions, contacts.position_m.subarray(3 * i, 3 * i + 3))));
   const direction = inwards(triangles, rest, new Set(touched), normal);
-  // Contacts lie off the nodes, and the mean of points of a curved surface off it: back out beyond the nodes, and in to the first crossing.
-  const reach = LEAST_REACH + Math.max(...touched.map((node) => Math.hypot(...place.map((c, k) => c - rest[3 * node + k]))));
-  const origin = place.map((c, k) => c - reach * direction[k]);
+  // Out beyond the touched nodes at rest, and in to the first crossing.
+  const reach = LEAST_REACH + Math.max(...touched.map((node) => Math.hypot(...centre.map((c, k) => c - rest[3 * node + k]))));
+  const origin = centre.map((c, k) => c - reach * direction[k]);
   const hit = valuesAlong({ cells: tissue.cells, positions: rest, values: rest, origin, direction }).find(({ s }) => s >= 0);
-  return { centre: hit ? origin.map((c, k) => c + hit.s * direction[k]) : place, direction };
+  return { centre: hit ? origin.map((c, k) => c + hit.s * direction[k]) : centre, direction };
 }
 
 /** Of some nodes the one nearest to a place. */
