@@ -51,6 +51,11 @@ pub fn f32s(message: &Stress, name: &str) -> Option<Vec<f32>> {
     Some(array.data.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
 }
 
+/// 1 for each eroded element of a message; empty if the body cannot erode.
+pub fn eroded(message: &Stress) -> &[u8] {
+    message.element.iter().find(|array| array.name == ERODED).map_or(&[], |array| &array.data)
+}
+
 /// The velocities of the nodes of one body at t_n: the means of the adjacent half steps, including the rigid-body velocity V.
 fn velocities(frame: &Frame, nodes: std::ops::Range<usize>, flight: Vec3) -> impl Iterator<Item = Vec3> {
     let halves = frame.v[nodes.clone()].iter().zip(&frame.v_after[nodes]);

@@ -36,6 +36,8 @@ pub struct Body {
     pub cells: Cells,
     /// Part of each cell, an index into `parts`.
     pub part_of: Vec<u32>,
+    /// 1 for each eroded cell; empty if none can erode.
+    pub eroded: Vec<u8>,
     /// Positions of the nodes at rest [m].
     pub rest: Vec<[f64; 3]>,
     /// Velocity of its flight [m/s].
@@ -157,11 +159,13 @@ fn at_rest(mesh: &ReferenceMesh) -> Option<Body> {
     is_whole.then_some(body)
 }
 
-/// Adds positions and stress; `None` if the fields are not those of the mesh.
+/// Adds positions, stress and which cells have eroded; `None` if the fields are not those of the mesh.
 fn put_state(body: &mut Body, fields: &Stress) -> Option<()> {
     body.positions = stress::positions(fields, &body.rest, body.flight)?;
     let stress = stress::f32s(fields, stress::VON_MISES).unwrap_or_default();
-    let is_whole = stress.is_empty() || stress.len() == body.rest.len();
+    body.eroded = stress::eroded(fields).to_vec();
+    let is_of = |entries: usize, count: usize| entries == 0 || entries == count;
+    let is_whole = is_of(stress.len(), body.rest.len()) && is_of(body.eroded.len(), body.cells.len());
     body.stress = stress.into_iter().map(f64::from).collect();
     is_whole.then_some(())
 }

@@ -71,12 +71,14 @@ impl Plane {
 }
 
 impl Section {
-    /// The section of a body; without recorded stress all values are 0.
+    /// The section of a body without its eroded cells; without recorded stress all values are 0.
     pub fn of(body: &Body, plane: &Plane) -> Self {
         let mut section = Self::default();
         // Faces that the plane cuts, unless the cells on both sides are of one part: the line, and the part on one side.
         let mut faces: BTreeMap<Vec<u32>, (Line, u32)> = BTreeMap::new();
-        for (cell, &part) in body.cells.iter().zip(&body.part_of) {
+        let is_intact = |cell: usize| body.eroded.get(cell).is_none_or(|&gone| gone == 0);
+        let cells = body.cells.iter().zip(&body.part_of).enumerate();
+        for (_, (cell, &part)) in cells.filter(|(index, _)| is_intact(*index)) {
             let at = |corner: usize| body.positions[cell.nodes[corner] as usize];
             let value =
                 |corner: usize| body.stress.get(cell.nodes[corner] as usize).copied().unwrap_or_default();
@@ -190,6 +192,10 @@ mod tests {
         }
         // Three sides of each square, and one between them.
         assert_eq!(section.outlines.len(), 7);
+        // Without the upper one, the four sides of the lower.
+        let eroded = Section::of(&Body { eroded: vec![0, 1], ..tower() }, &plane());
+        assert_eq!(eroded.polygons, section.polygons[..1]);
+        assert_eq!(eroded.outlines.len(), 4);
     }
 
     #[test]
