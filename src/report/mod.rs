@@ -16,6 +16,7 @@ mod pictures;
 mod read;
 mod section;
 mod section_frame;
+mod section_impact;
 mod section_picture;
 mod section_scale;
 pub mod surface;

@@ -1,7 +1,9 @@
 //! What the picture of a section shows: plane, scale and size.
 
 use super::instant::{Body, Instant};
-use super::section::{Corner, Plane, dot, minus};
+use super::section::{Corner, Plane};
+use super::section_impact::Impact;
+use crate::mechanics::tensor::Vec3;
 use serde_json::Value;
 
 /// Size of the picture, where its ruler ends at the left, and where the names of the layers begin at the right [px].
@@ -18,60 +20,38 @@ pub(super) struct Frame {
     pub plane: Plane,
     /// Pixels to a metre.
     pub scale: f64,
-    /// The surface above the impact at rest, in the picture [m].
+    /// The surface at rest at the point of impact, upwards in the picture [m].
     pub skin: f64,
 }
 
 impl Frame {
-    /// Around the impact, across the longest side of the tissue; `None` without a moving projectile.
+    /// Around the impact, along the outward normal of the surface at rest there and across the longest side of the tissue;
+    /// `None` without a moving projectile.
     pub fn of(instant: &Instant, tissue: &Body, scene: &Value) -> Option<Self> {
-        let bodies = scene["bodies"].as_array()?;
-        let velocity =
-            bodies.iter().find(|body| body["role"] == "projectile")?["velocity_m_per_s"].as_array()?;
-        let velocity: Vec<f64> = velocity.iter().filter_map(Value::as_f64).collect();
-        let velocity: [f64; 3] = velocity.try_into().ok()?;
-        let speed = dot(velocity, velocity).sqrt();
-        let direction = velocity.map(|v| v / speed);
-        let points = projectile(instant);
-        let (low, high) = bounds(points.iter().copied())?;
-        let centre: [f64; 3] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
-        let radius = (0..3).map(|k| 0.5 * (high[k] - low[k])).fold(0.0, f64::max);
-        // Across the longest side of the tissue that does not run along the impact.
+        let direction = direction(scene)?;
+        let (low, high) = bounds(projectile(instant).into_iter())?;
+        let radius = 0.5 * (high - low).max();
+        let centre = 0.5 * (low + high);
+        let impact = Impact::of(tissue, centre, direction)?;
+        let up = impact.outward;
+        // Across the longest side of the tissue; one along the normal or the path counts less.
         let (low, high) = bounds(tissue.rest.iter().copied())?;
-        let length = |k: usize| if direction[k].abs() > 0.7 { 0.0 } else { high[k] - low[k] };
-        let axis = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b)))?;
-        let normal: [f64; 3] = std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
-        let along = dot(direction, normal);
-        let up: [f64; 3] = std::array::from_fn(|k| along * normal[k] - direction[k]);
-        let norm = dot(up, up).sqrt();
-        let up = up.map(|x| x / norm);
-        let right = [
-            up[1] * normal[2] - up[2] * normal[1],
-            up[2] * normal[0] - up[0] * normal[2],
-            up[0] * normal[1] - up[1] * normal[0],
-        ];
-        // The node of the surface where the path of the projectile meets the tissue at rest.
-        let off = |x: &[f64; 3]| {
-            let arm = minus(*x, centre);
-            let s = dot(arm, direction);
-            (dot(arm, arm) - s * s).max(0.0).sqrt()
-        };
-        let nearest = tissue.rest.iter().map(off).fold(f64::INFINITY, f64::min);
-        let skin = tissue.rest.iter().filter(|x| off(x) < nearest + 0.003);
-        let skin = skin.max_by(|a, b| dot(**a, up).total_cmp(&dot(**b, up)))?;
+        let sides = high - low;
+        let across = |k: usize| sides[k] * (1.0 - up[k].abs().max(direction[k].abs()).powi(2)).max(0.0);
+        let axis = (0..3).max_by(|&a, &b| across(a).total_cmp(&across(b))).filter(|&k| across(k) > 0.0)?;
+        let normal = Vec3::ith(axis, 1.0);
+        let normal = (normal - up * up[axis]).normalize();
         // Not through the nodes that often lie in the plane of symmetry.
-        let mut origin: [f64; 3] = *skin;
-        origin[axis] = centre[axis] + 0.004 * (high[axis] - low[axis]);
+        let aside = (centre - impact.at).dot(&normal) + 0.004 * sides[axis];
         let half = LEAST.max(AROUND * radius);
-        let shift = 0.3 * half;
-        for k in 0..3 {
-            origin[k] -= shift * up[k];
-        }
-        (norm > 0.1 && speed > 0.0).then_some(Self {
-            plane: Plane { origin, normal, right, up },
-            scale: 0.5 * SIZE[1] / half,
-            skin: shift,
-        })
+        let skin = 0.3 * half;
+        let plane = Plane {
+            origin: (impact.at + normal * aside - up * skin).into(),
+            normal: normal.into(),
+            right: up.cross(&normal).into(),
+            up: up.into(),
+        };
+        Some(Self { plane, scale: 0.5 * SIZE[1] / half, skin })
     }
 
     /// Place in the picture [px] of a place in the plane [m].
@@ -94,9 +74,51 @@ fn projectile(instant: &Instant) -> Vec<[f64; 3]> {
     if points.is_empty() { instant.rigid.iter().flatten().copied().collect() } else { points }
 }
 
-fn bounds(points: impl Iterator<Item = [f64; 3]>) -> Option<([f64; 3], [f64; 3])> {
-    points.fold(None, |bounds, p| {
+/// The direction of the projectile's flight, a unit vector; `None` if it rests.
+fn direction(scene: &Value) -> Option<Vec3> {
+    let bodies = scene["bodies"].as_array()?;
+    let velocity = bodies.iter().find(|body| body["role"] == "projectile")?["velocity_m_per_s"].as_array()?;
+    let velocity: Vec<f64> = velocity.iter().filter_map(Value::as_f64).collect();
+    Vec3::from(<[f64; 3]>::try_from(velocity).ok()?).try_normalize(0.0)
+}
+
+fn bounds(points: impl Iterator<Item = [f64; 3]>) -> Option<(Vec3, Vec3)> {
+    points.map(Vec3::from).fold(None, |bounds, p| {
         let (low, high) = bounds.unwrap_or((p, p));
-        Some((std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))))
+        Some((low.inf(&p), high.sup(&p)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::section::Section;
+    use super::*;
+    use crate::mesh::{CellKind, Cells};
+    use serde_json::json;
+
+    #[test]
+    fn depths_are_along_the_normal_of_the_surface_in_the_plane_of_the_path() {
+        let mut cells = Cells::default();
+        cells.push(CellKind::Hex8, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        let square = [[-0.03, -0.03], [0.03, -0.03], [0.03, 0.03], [-0.03, 0.03]];
+        let rest: Vec<[f64; 3]> =
+            [0.0, 0.02].into_iter().flat_map(|z| square.map(|[x, y]| [x, y, z])).collect();
+        let block = Body { cells, part_of: vec![0], positions: rest.clone(), rest, ..Body::default() };
+        let ball = [[-0.014, -0.006, 0.02], [-0.002, 0.006, 0.032], [-0.008, 0.0, 0.026]];
+        let instant = Instant { rigid: vec![ball], ..Instant::default() };
+        let frame_at = |velocity: Value| {
+            let scene = json!({"bodies": [{"role": "projectile", "velocity_m_per_s": velocity}]});
+            Frame::of(&instant, &block, &scene)
+        };
+        for (velocity, across) in [([8, 0, -8], Vec3::y()), ([0, 8, -8], Vec3::x())] {
+            let frame = frame_at(json!(velocity)).unwrap();
+            assert_eq!((Vec3::from(frame.plane.up), Vec3::from(frame.plane.normal)), (Vec3::z(), across));
+            let section = Section::of(&block, &frame.plane);
+            let depths = section.polygons[0].1.iter().map(|(at, _)| frame.skin - at[1]);
+            for depth in depths {
+                assert!(depth.abs() < 1e-12 || (depth - 0.02).abs() < 1e-12, "{depth}");
+            }
+        }
+        assert!(frame_at(json!([0, 0, 0])).is_none());
+    }
 }
