@@ -4,6 +4,7 @@ use super::RecordedRun;
 use crate::measure::summary::number;
 use crate::scene::part_document::PartDocument;
 use serde::Deserialize;
+use serde_json::Value;
 
 /// Bulk modulus of water, and about that of soft tissue [Pa].
 const BULK_MODULUS_OF_WATER_PA: f64 = 2.2e9;
@@ -14,9 +15,10 @@ pub(super) fn omissions(run: &RecordedRun) -> Vec<String> {
     let Some(tissue) = bodies.iter().find(|body| body["role"] == "tissue") else { return Vec::new() };
     let parts = tissue["parts"].as_array().map_or(&[][..], Vec::as_slice);
     let names: Vec<&str> = parts.iter().filter_map(|part| part["part"].as_str()).collect();
+    let described: Vec<String> = parts.iter().filter_map(described).collect();
     let mut all = vec![format!(
         "Tissue is layers of one material each ({}): no vessels, nerves or fasciae, no blood, no tension of active muscle.",
-        names.join(", ")
+        described.join(", ")
     )];
     if !names.contains(&"bone") {
         all.push("Bone is rigid and held in place, or absent: it neither moves nor breaks.".into());
@@ -53,14 +55,33 @@ pub(super) fn omissions(run: &RecordedRun) -> Vec<String> {
     all
 }
 
+/// Name of a part; of "*", which stands for all others, the material: its set of the library, or its law.
+fn described(part: &Value) -> Option<String> {
+    let name = part["part"].as_str()?;
+    if name != "*" {
+        return Some(name.to_owned());
+    }
+    let material = &part["material"];
+    let law = material["law"].as_str().map(|law| law.replace('_', " "));
+    material["library"].as_str().map(str::to_owned).or(law)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::{Value, json};
+    use serde_json::json;
 
     fn run(part: &Value) -> RecordedRun {
         let scene = json!({"bodies": [{"role": "tissue", "parts": [part]}]});
         RecordedRun { scene, ..RecordedRun::default() }
+    }
+
+    #[test]
+    fn parts_that_the_scene_does_not_name_are_those_of_their_material() {
+        let said = |material: Value| omissions(&run(&json!({"part": "*", "material": material}))).remove(0);
+        assert!(said(json!({"law": "neo_hookean", "c10_pa": 3e4})).contains("each (neo hookean):"));
+        assert!(said(json!({"library": "gel/ballistic_10"})).contains("each (gel/ballistic_10):"));
+        assert!(!said(json!({})).contains('*'));
     }
 
     #[test]
