@@ -75,7 +75,7 @@ pub fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<Exit, CliError> 
 fn export_numbers(args: &ExportArgs, out: &mut dyn Write) -> Result<(), CliError> {
     let run = read(&args.recording)?;
     if let Some(path) = &args.fhir {
-        let bundle = fhir::bundle(&run, &now());
+        let bundle = fhir::bundle(&run, &now(), None);
         let text = serde_json::to_string_pretty(&bundle).map_err(|error| CliError::Other(Box::new(error)))?;
         write_file(path, |file| writeln!(file, "{text}"))?;
         writeln!(out, "{}", path.display())?;

@@ -29,14 +29,15 @@ struct Common<'a> {
     run: &'a RecordedRun,
     /// Reference to the program.
     device: String,
-    /// Time of the computation or of the export, RFC 3339.
-    recorded: &'a str,
+    /// Time of the computation if it is known, RFC 3339.
+    computed: Option<&'a str>,
     /// What is observed: the model, not a person.
     focus: Value,
 }
 
-/// The bundle of a run; `recorded` is the time of the job, or of the export, RFC 3339.
-pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
+/// The bundle of a run, assembled at the time `recorded` of a computation that ended at `computed`, if that is known
+/// (RFC 3339): a recording has simulated times only.
+pub fn bundle(run: &RecordedRun, recorded: &str, computed: Option<&str>) -> Value {
     let hash = run.metadata.get("scene_hash").cloned().unwrap_or_default();
     let version = run.summary["engine_version"].as_str().unwrap_or("unknown").to_owned();
     let url = |name: &str| format!("urn:uuid:{}", name_based_uuid(&[&hash, &version, name]));
@@ -44,7 +45,7 @@ pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
         "identifier": {"system": SCENE_SYSTEM, "value": if hash.is_empty() { "unknown" } else { &hash }},
         "display": run.summary["scene"].as_str().unwrap_or("a scene")
     });
-    let common = Common { run, device: url("device"), recorded, focus: json!([model.clone()]) };
+    let common = Common { run, device: url("device"), computed, focus: json!([model.clone()]) };
     // Withheld numbers are reported as absent, with the reason.
     let listing = run.values.as_ref().map(listing).unwrap_or_default();
     let rows = listing.iter().flat_map(|group| &group.rows);
@@ -109,17 +110,20 @@ fn is_final(run: &RecordedRun) -> bool {
 
 /// An observation without value.
 fn without_value(code: &Value, common: &Common) -> Value {
-    json!({
+    let mut resource = json!({
         "resourceType": "Observation",
         "status": if is_final(common.run) { "final" } else { "preliminary" },
         "category": [{"text": "Computer simulation"}],
         "code": code,
         "focus": common.focus,
-        "effectiveDateTime": common.recorded,
         "device": {"reference": common.device},
         "method": {"text": "Finite elements with contact, computed on a model; not measured on a person"},
         "note": [{"text": common.run.summary["notice"].as_str().unwrap_or_default()}]
-    })
+    });
+    if let Some(computed) = common.computed {
+        resource["effectiveDateTime"] = computed.into();
+    }
+    resource
 }
 
 /// The observation of a row of the listing; `None` if the row is words.
@@ -226,7 +230,7 @@ mod tests {
 
     fn entries(run: &mut RecordedRun) -> Vec<Value> {
         run.take_numbers().unwrap();
-        let bundle = bundle(run, "2026-01-01T00:00:00Z");
+        let bundle = bundle(run, "2026-01-02T00:00:00Z", Some("2026-01-01T00:00:00Z"));
         bundle["entry"].as_array().unwrap().iter().map(|entry| entry["resource"].clone()).collect()
     }
 
@@ -273,6 +277,16 @@ mod tests {
         assert_eq!(impulse["effectiveDateTime"], "2026-01-01T00:00:00Z");
         assert_eq!(impulse["focus"][0]["identifier"]["system"], SCENE_SYSTEM);
         assert_eq!(impulse["category"][0]["text"], "Computer simulation");
+    }
+
+    #[test]
+    fn the_time_of_a_bundle_is_not_that_of_its_observations() {
+        let bundle = bundle(&example(), "2026-01-02T00:00:00Z", None);
+        assert_eq!(bundle["timestamp"], "2026-01-02T00:00:00Z");
+        let entries = bundle["entry"].as_array().unwrap();
+        let observations = entries.iter().filter(|e| e["resource"]["resourceType"] == "Observation");
+        assert!(observations.clone().count() > 5);
+        assert!(observations.clone().all(|e| e["resource"].get("effectiveDateTime").is_none()));
     }
 
     #[test]

@@ -33,7 +33,8 @@ def check(path: str) -> list[str]:
         code = resource["code"]["coding"][0]
         assert code["system"] == "urn:contuse:observation", "no codes of other systems"
         assert resource["device"]["reference"] in urls
-        assert resource["focus"][0]["identifier"]["value"] and resource["category"] and resource["effectiveDateTime"]
+        assert resource["focus"][0]["identifier"]["value"] and resource["category"]
+        assert "effectiveDateTime" not in resource, "a recording has simulated times only"
         values = {"valueQuantity", "valueString", "dataAbsentReason"} & resource.keys()
         assert len(values) == 1, values
         assert resource["status"] == "preliminary" or "dataAbsentReason" not in resource or not resource.get("component"), "final without a value"

@@ -86,7 +86,8 @@ pub async fn bundle(
     JobPath(id): JobPath,
 ) -> Result<Response, Problem> {
     let (run, row) = recorded(&app, &owner, id, "bundle").await?;
-    let bundle = fhir::bundle(&run, row.finished_at.as_deref().unwrap_or(&row.created_at));
+    let finished = row.finished_at.as_deref();
+    let bundle = fhir::bundle(&run, finished.unwrap_or(&row.created_at), finished);
     Ok(([(header::CONTENT_TYPE, "application/fhir+json")], bundle.to_string()).into_response())
 }
 
