@@ -288,11 +288,7 @@ fn diagnosis(failure: &Failure) -> String {
     let what = format!("contuse: the run failed: {}\n  {}\n", failure.cause.name(), failure.message);
     let when = failure.time_s.zip(failure.step);
     let when = when.map(|(time_s, step)| format!("  when: t = {time_s:.6e} s, step {step}\n"));
-    let place = failure.element.as_ref().map(|place| {
-        let at = place.position_m.map(|[x, y, z]| format!(", at ({x:.6}, {y:.6}, {z:.6}) m"));
-        let (element, part, body) = (place.element, &place.part, &place.body);
-        format!("  where: element {element} of part {part} of body {body}{}\n", at.unwrap_or_default())
-    });
+    let place = failure.place().map(|place| format!("  where: {place}\n"));
     what + &when.unwrap_or_default() + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
 }
 

@@ -5,8 +5,8 @@ use super::numbers::cards;
 use super::omissions::omissions;
 use super::pictures::pictures;
 use super::section_picture::section_picture;
-use super::text::escaped;
-use crate::measure::summary::{Group, InjuryMeasure, Row, listing, number};
+use super::text::{capitalised, escaped};
+use crate::measure::summary::{Group, InjuryMeasure, Row, listing, number, numerics_group};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -25,7 +25,7 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     provenance(&mut body, run);
     if !run.is_miss() {
         section(&mut body, run);
-        cards(&mut body, &listing);
+        cards(&mut body, &listing, run.withheld().is_some());
     }
     let (mut words, warnings) = (strings(&summary["plain_words"]), strings(&summary["warnings"]));
     words.retain(|sentence| !warnings.contains(sentence));
@@ -46,7 +46,9 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     }
     body += "</div></section>";
     listing.iter().filter(|_| !run.is_miss()).for_each(|group| group_table(&mut body, group));
-    quality_table(&mut body, summary);
+    let of_computation = run.numerics.as_ref().map(|numerics| numerics_group(numerics, &run.relaxation));
+    of_computation.iter().for_each(|group| group_table(&mut body, group));
+    quality_table(&mut body, run);
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>{title} – report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
@@ -82,6 +84,11 @@ fn header(out: &mut String, run: &RecordedRun) {
             summary["steps"]
         ),
     );
+    if let Some(failure) = &run.failure {
+        let place = failure.place().map_or_else(String::new, |place| format!(" Where: {place}."));
+        let text = format!("The run failed: {}{place} What to do: {}", failure.message, failure.remedy);
+        push(out, format_args!("<p class=\"withheld\">{}</p>", escaped(&text)));
+    }
     push(out, format_args!("<p class=\"notice\">{}</p></header>", text(&summary["notice"])));
     if run.is_miss() {
         out.push_str("<p class=\"withheld\">Nothing touched: there was no impact to evaluate.</p>\n");
@@ -173,7 +180,8 @@ fn criteria_table(out: &mut String, criteria: &[InjuryMeasure]) {
     );
 }
 
-fn quality_table(out: &mut String, summary: &Value) {
+fn quality_table(out: &mut String, run: &RecordedRun) {
+    let summary = &run.summary;
     let gate = |gate: &Value| {
         let value = |name: &str| gate[name].as_f64().unwrap_or(f64::NAN);
         vec![
@@ -187,6 +195,10 @@ fn quality_table(out: &mut String, summary: &Value) {
     table(out, "Checks of the computation", &["check", "value", "limit", "result"], &rows);
     let bars = escaped(summary["error_bars"].as_str().unwrap_or_default());
     push(out, format_args!("<p class=\"small\">Error bars: {bars}.</p>"));
+    if let Some(accuracy) = &run.accuracy {
+        let words = escaped(&capitalised(&accuracy.words()));
+        push(out, format_args!("<p class=\"small\">{words}.</p>"));
+    }
 }
 
 /// Engine, scene and recording, by which a reader finds them again.
@@ -208,6 +220,7 @@ fn provenance(out: &mut String, run: &RecordedRun) {
 mod tests {
     use super::super::tests::example;
     use super::*;
+    use serde_json::json;
 
     #[test]
     fn every_row_of_the_listing_is_in_the_page_and_a_miss_has_none() {
@@ -217,6 +230,24 @@ mod tests {
             assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
         }
         assert!(numbers.contains("(997.7) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
+        let of_computation = numerics_group(run.numerics.as_ref().unwrap(), &run.relaxation);
+        assert!(of_computation.rows.len() > 4 && numbers.contains("smallest Jacobian J</td><td>0.7353"));
+        for row in &of_computation.rows {
+            assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
+        }
+        let element = json!({"body": "gel", "part": "block", "element": 255});
+        run.summary["failure"] = json!({"cause": "element_inverted", "message": "J < 0.", "remedy": "Refine.", "element": element});
+        let of = json!({"number": "impulse", "relative": 0.02, "of": "number"});
+        run.summary["accuracy"] = json!({"reached": false, "requested": 0.01, "numbers": [of], "mesh_factor": 2.0, "is_estimated": false});
+        run.take_numbers().unwrap();
+        let failed = page(&run).unwrap();
+        let said =
+            "The run failed: J &lt; 0. Where: element 255 of part block of body gel. What to do: Refine.";
+        assert!(
+            failed.contains("<p class=\"small\">Accuracy of 1 % NOT reached with 2.00 times"),
+            "{failed}"
+        );
+        assert!(failed.contains(said) && !numbers.contains("The run failed"), "{failed}");
         run.summary["results"]["nothing_touched"] = true.into();
         run.take_numbers().unwrap();
         let miss = page(&run).unwrap();

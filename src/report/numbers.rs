@@ -5,8 +5,9 @@ use crate::measure::QuantityOfInterest;
 use crate::measure::summary::{Group, Quantity, Row, number, rounded};
 use std::fmt::Write as _;
 
-/// Cards of the four main results of a listing.
-pub(super) fn cards(out: &mut String, listing: &[Group]) {
+/// Cards of the four main results of a listing, which is empty if they are withheld.
+pub(super) fn cards(out: &mut String, listing: &[Group], is_withheld: bool) {
+    let none = if is_withheld { "Withheld." } else { "This run has no such number." };
     out.push_str("<section class=\"cards\">\n");
     for of in QuantityOfInterest::HEADLINE {
         let unit = of.unit();
@@ -18,8 +19,7 @@ pub(super) fn cards(out: &mut String, listing: &[Group]) {
             Some(quantity) => (" doubtful", format!("≈ {}", rounded(quantity.value))),
             None => (" doubtful", "–".into()),
         };
-        let words = quantity
-            .map_or_else(|| "This run has no such number.".into(), |quantity| in_words(quantity, unit));
+        let words = quantity.map_or_else(|| none.into(), |quantity| in_words(quantity, unit));
         let _ = writeln!(
             out,
             "<div class=\"card{class}\"><h2>{title}</h2><p class=\"value\">{value} <span>{unit}</span></p><p class=\"error\">{words}</p></div>"
@@ -65,7 +65,7 @@ mod tests {
         run.summary["results"]["headline"] = json!({"impact": 0});
         run.take_numbers().unwrap();
         let mut page = String::new();
-        cards(&mut page, &listing(run.results().unwrap()));
+        cards(&mut page, &listing(run.results().unwrap()), false);
         page
     }
 
@@ -80,6 +80,14 @@ mod tests {
         assert!(page.contains("This run has no such number"), "{page}");
         // Brackets once had others around them from the style sheet.
         assert!(!page.contains('(') && !include_str!("report.css").contains("content:"), "{page}");
+    }
+
+    #[test]
+    fn withheld_numbers_are_not_said_to_be_missing() {
+        let mut page = String::new();
+        cards(&mut page, &[], true);
+        assert_eq!(page.matches("Withheld.").count(), QuantityOfInterest::HEADLINE.len(), "{page}");
+        assert!(!page.contains("no such number"), "{page}");
     }
 
     #[test]

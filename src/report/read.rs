@@ -1,10 +1,11 @@
 //! Reads a recording: the summary, and force and energy over time, with one chunk in memory at a time.
 
 use super::instant::{Instant, instant};
-use crate::measure::summary::{InjuryMeasure, Results};
+use crate::measure::summary::{Accuracy, InjuryMeasure, Numerics, RelaxationOfBody, Results};
 use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
 use crate::record::reader::for_each_record_of;
+use crate::step::Failure;
 use ::mcap::McapError;
 use ::mcap::records::Record;
 use prost::Message as _;
@@ -86,6 +87,14 @@ pub struct RecordedRun {
     pub summary: Value,
     /// Its numbers, withheld or not; `None` where a withheld one is not finite.
     pub values: Option<Results>,
+    /// The quality of its computation; `None` where a number of a withheld run is not finite.
+    pub numerics: Option<Numerics>,
+    /// Energy of the branches of relaxation.
+    pub relaxation: Vec<RelaxationOfBody>,
+    /// Its accuracy, if one was requested.
+    pub accuracy: Option<Accuracy>,
+    /// Why it failed.
+    pub failure: Option<Failure>,
     /// Published injury criteria, as the summary evaluated them.
     pub criteria: Vec<InjuryMeasure>,
     /// Scene document in the recording.
@@ -159,13 +168,17 @@ impl RecordedRun {
 
     /// Takes the numbers from the summary.
     pub(super) fn take_numbers(&mut self) -> Result<(), serde_json::Error> {
-        self.values = match self.summary.get("results") {
+        let of = |name: &str| self.summary.get(name);
+        self.values = match of("results") {
             Some(results) => Some(Results::deserialize(results)?),
-            // JSON has no number for a value that is not finite.
-            None => Results::deserialize(&self.summary["withheld"]["values"]).ok(),
+            None => finite(self.summary.pointer("/withheld/values"), true)?,
         };
-        let criteria = self.summary.get("injury_measures").map(Vec::deserialize).transpose()?;
-        self.criteria = criteria.unwrap_or_default();
+        let is_withheld = of("withheld").is_some();
+        self.numerics = finite(of("numerics"), is_withheld)?;
+        self.relaxation = finite(of("relaxation"), is_withheld)?.unwrap_or_default();
+        self.accuracy = of("accuracy").map(Accuracy::deserialize).transpose()?;
+        self.failure = of("failure").map(Failure::deserialize).transpose()?;
+        self.criteria = of("injury_measures").map(Vec::deserialize).transpose()?.unwrap_or_default();
         Ok(())
     }
 
@@ -231,6 +244,17 @@ impl RecordedRun {
         }
         self.absorbed.push((energy.time_s, energy.absorbed_by_tissue_j));
         self.total.push((energy.time_s, energy.total_j));
+    }
+}
+
+/// Reads what is there. JSON has no number for a value that is not finite, so of a withheld run some may be missing.
+fn finite<'a, T: Deserialize<'a>>(
+    written: Option<&'a Value>,
+    is_withheld: bool,
+) -> Result<Option<T>, serde_json::Error> {
+    match written.map(T::deserialize) {
+        Some(Err(_)) if is_withheld => Ok(None),
+        read => read.transpose(),
     }
 }
 

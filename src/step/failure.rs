@@ -100,6 +100,14 @@ impl Failure {
         Self { cause, message, remedy, time_s: None, step: None, element: None }
     }
 
+    /// Where it failed, in words, if that is an element.
+    pub fn place(&self) -> Option<String> {
+        let place = self.element.as_ref()?;
+        let at = place.position_m.map(|[x, y, z]| format!(", at ({x:.6}, {y:.6}, {z:.6}) m"));
+        let (element, part, body) = (place.element, &place.part, &place.body);
+        Some(format!("element {element} of part {part} of body {body}{}", at.unwrap_or_default()))
+    }
+
     /// A failure at the time of `state`, with the remedy of its cause and no place.
     pub(super) fn new(state: &State, cause: FailureCause, message: String) -> Self {
         let time_s = Some(state.time).filter(|time| time.is_finite());

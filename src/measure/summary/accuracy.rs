@@ -4,7 +4,7 @@ use super::of_interest::QuantityOfInterest;
 use super::quantity::ErrorEstimate;
 use super::results::Results;
 use crate::scene::document::RequestedNumber;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Requested accuracy, and the mesh of the run.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub struct RequestedAccuracy {
 }
 
 /// Accuracy of a run compared with the request.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accuracy {
     /// Whether every number is accurate enough.
     pub reached: bool,
@@ -40,7 +40,7 @@ pub struct Accuracy {
 }
 
 /// Accuracy of one number.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyOf {
     /// The number in question.
     pub number: RequestedNumber,
@@ -52,7 +52,7 @@ pub struct AccuracyOf {
 }
 
 /// What an error bar is a fraction of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracyScale {
     /// The magnitude of the number.

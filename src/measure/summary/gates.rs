@@ -104,7 +104,7 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         ),
         gate(
             LAW_GATE,
-            "fraction of a body's strain energy beyond the declared limits of its laws; 1 if elements inverted",
+            "fraction of a body's strain energy beyond the declared limits of its laws at the times of the fields; 1 if elements had inverted there",
             numerics.energy_fraction_beyond_declared_limits,
             LAW_LIMIT,
         ),

@@ -45,7 +45,7 @@ impl<'a> Row<'a> {
     fn number(title: impl Into<String>, quantity: &'a Quantity, unit: &'static str) -> Self {
         Self::new(title.into(), Entry::Number(quantity, unit))
     }
-    fn words(title: impl Into<String>, words: impl Into<String>) -> Self {
+    pub(super) fn words(title: impl Into<String>, words: impl Into<String>) -> Self {
         Self::new(title.into(), Entry::Words(words.into()))
     }
     fn new(title: String, entry: Entry<'a>) -> Self {
@@ -76,7 +76,7 @@ impl<'a> Row<'a> {
     fn part(self) -> Self {
         Self { is_part: true, ..self }
     }
-    fn note(self, note: impl Into<String>) -> Self {
+    pub(super) fn note(self, note: impl Into<String>) -> Self {
         Self { note: note.into(), ..self }
     }
     fn code(self, code: impl Into<String>) -> Self {

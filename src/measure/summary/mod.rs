@@ -30,9 +30,10 @@ pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
 pub use listing::{Group, Row, listing};
-pub use numerics::Numerics;
+pub use numerics::{Numerics, numerics_group};
 pub use of_interest::QuantityOfInterest;
 pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
+pub use relaxation::RelaxationOfBody;
 pub use results::{
     DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
     Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
@@ -50,7 +51,7 @@ use gates::{Withholding, gates, withholding};
 use injury::injury_measures;
 use laws::left_laws;
 use numerics::numerics;
-use relaxation::{RelaxationOfBody, relaxation};
+use relaxation::relaxation;
 use serde::Serialize;
 use softening::{SofteningOfPart, softening};
 use warnings::warnings;

@@ -1,11 +1,14 @@
 //! Quality of the computation.
 
 use super::super::measures::Measures;
+use super::listing::{Group, Row};
+use super::relaxation::RelaxationOfBody;
+use super::written::{number, percent};
 use crate::step::Outcome;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Quality of the computation.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Numerics {
     /// Smallest Jacobian J at any time [-]; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,4 +82,30 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         overlapped_volume_fraction: measures.penetration.largest.fraction,
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
+}
+
+/// Its numbers in words, and those of the branches of relaxation.
+pub fn numerics_group(n: &Numerics, relaxation: &[RelaxationOfBody]) -> Group<'static> {
+    let joules = |energy: f64| format!("{} J", number(energy));
+    let smallest = n.smallest_jacobian.map(|J| Row::words("smallest Jacobian J", format!("{J:.4}")));
+    let evaluated = n
+        .active_element_fraction
+        .map(|of| Row::words("elements evaluated, mean over the steps", percent(of)));
+    let mut rows: Vec<Row> = smallest.into_iter().chain(evaluated).collect();
+    rows.push(Row::words("error of the energy balance", percent(n.balance_error)));
+    let fraction = percent(n.numerical_contact_dissipation_fraction);
+    let dissipated = format!("{} ({fraction})", joules(n.numerical_contact_dissipation_j));
+    rows.push(Row::words("numerical contact dissipation", dissipated));
+    if n.rigid_impact_dissipation_j > 0.0 {
+        let lost = joules(n.rigid_impact_dissipation_j);
+        rows.push(Row::words("lost in rigid–rigid impacts", lost).note("they do not rebound"));
+    }
+    rows.push(Row::words("friction dissipation", joules(n.friction_dissipation_j)));
+    rows.extend(relaxation.iter().map(|branch| Row::words(branch.title(), branch.in_words())));
+    if n.hourglass_energy_fraction > 0.0 {
+        rows.push(Row::words("strain energy in the stabilisation", percent(n.hourglass_energy_fraction)));
+    }
+    let (depth, of_face) = (1e3 * n.deepest_penetration_m, percent(n.deepest_penetration_fraction));
+    rows.push(Row::words("deepest penetration", format!("{} mm ({of_face} of a face)", number(depth))));
+    Group { title: "Numerics".into(), nothing_touched: false, rows }
 }

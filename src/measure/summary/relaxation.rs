@@ -3,10 +3,10 @@
 use super::written::{number, seconds};
 use crate::plan::Plan;
 use crate::step::{BranchEnergy, Energy};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Energy of a branch of the Prony series of a body, of all its parts with this relaxation time, at the end.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RelaxationOfBody {
     /// Name of the body, as in the scene.
     pub body: String,

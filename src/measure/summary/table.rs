@@ -3,9 +3,10 @@
 use super::Summary;
 use super::injury::InjuryMeasure;
 use super::listing::{Group, listing};
+use super::numerics::numerics_group;
 use super::results::Shown;
 use super::run_state::RunState;
-use super::written::{number, seconds};
+use super::written::seconds;
 use std::fmt::Write as _;
 
 /// Renders the summary as plain text, one number per line, with its unit and error.
@@ -56,6 +57,7 @@ impl Table {
         ));
         if let RunState::Failed { failure } = &summary.state {
             self.line(&format!("  {failure}"));
+            failure.place().iter().for_each(|place| self.line(&format!("  where: {place}")));
         }
         if summary.values().nothing_touched {
             self.line("  Nothing touched: there was no impact to evaluate.");
@@ -78,38 +80,7 @@ impl Table {
 
     /// Quality of the computation, its checks, and where the error bars come from.
     fn numerics(&mut self, summary: &Summary) {
-        let n = &summary.numerics;
-        self.heading("Numerics");
-        if let Some(J) = n.smallest_jacobian {
-            self.row("smallest Jacobian J", &format!("{J:.4}"), "");
-        }
-        if let Some(fraction) = n.active_element_fraction {
-            self.row("elements evaluated, mean over the steps", &percent(fraction), "");
-        }
-        self.row("error of the energy balance", &percent(n.balance_error), "");
-        let numerical = format!(
-            "{} J ({})",
-            number(n.numerical_contact_dissipation_j),
-            percent(n.numerical_contact_dissipation_fraction)
-        );
-        self.row("numerical contact dissipation", &numerical, "");
-        if n.rigid_impact_dissipation_j > 0.0 {
-            let lost = format!("{} J", number(n.rigid_impact_dissipation_j));
-            self.row("lost in rigid–rigid impacts", &lost, "they do not rebound");
-        }
-        self.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
-        for branch in &summary.relaxation {
-            self.row(&branch.title(), &branch.in_words(), "");
-        }
-        if n.hourglass_energy_fraction > 0.0 {
-            self.row("strain energy in the stabilisation", &percent(n.hourglass_energy_fraction), "");
-        }
-        let deepest = percent(n.deepest_penetration_fraction);
-        self.row(
-            "deepest penetration",
-            &format!("{} mm ({deepest} of a face)", number(1e3 * n.deepest_penetration_m)),
-            "",
-        );
+        self.group(&numerics_group(&summary.numerics, &summary.relaxation));
         for gate in &summary.gates {
             let verdict = format!("{:?}", gate.result).to_lowercase();
             self.row(
@@ -154,8 +125,4 @@ fn ending(state: &RunState) -> &'static str {
         RunState::Cancelled => "cancelled",
         RunState::Failed { .. } => "FAILED",
     }
-}
-
-fn percent(fraction: f64) -> String {
-    format!("{} %", number(100.0 * fraction))
 }

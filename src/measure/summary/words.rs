@@ -5,6 +5,7 @@ use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{ExceededInVolume, Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
 use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
+use crate::step::Failure;
 
 /// Sentences on the numbers of a run that has reached a time [s], for readers without a technical background.
 /// `torn` holds the sentences on softened and eroded tissue.
@@ -32,7 +33,10 @@ pub(super) fn plain_words(
         RunState::Finished => {}
         RunState::Running => words.push(until("The run has reached")),
         RunState::Cancelled => words.push(until("The run was stopped")),
-        RunState::Failed { .. } => words.push(until("The run failed")),
+        RunState::Failed { failure } => {
+            words.push(until("The run failed"));
+            words.push(why(failure));
+        }
     }
     if results.nothing_touched {
         words.insert(0, nothing_touched(results, *state == RunState::Finished));
@@ -49,6 +53,12 @@ pub(super) fn plain_words(
     words.extend(torn);
     words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     words
+}
+
+/// Why a run failed, where, and what to do.
+fn why(failure: &Failure) -> String {
+    let place = failure.place().map_or_else(String::new, |place| format!(" This was in {place}."));
+    format!("{}{place} {}", failure.message, failure.remedy)
 }
 
 /// First and only sentence on a run in which nothing touched.
@@ -260,6 +270,21 @@ mod tests {
         };
         assert_eq!(said(0.02), "about 0.24 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
+    }
+
+    #[test]
+    fn a_failure_is_said_with_its_cause_its_place_and_its_remedy() {
+        use crate::step::{ElementPlace, FailureCause};
+        let mut failure = Failure::of_no_run(FailureCause::StepTooLong, "It turned too far.");
+        let remedy = FailureCause::StepTooLong.remedy();
+        assert_eq!(why(&failure), format!("It turned too far. {remedy}"));
+        let (body, part) = ("gel".into(), "block".into());
+        failure.element = Some(ElementPlace { body, part, element: 7, position_m: None });
+        let said = why(&failure);
+        assert_eq!(
+            said,
+            format!("It turned too far. This was in element 7 of part block of body gel. {remedy}")
+        );
     }
 
     #[test]

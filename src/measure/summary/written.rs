@@ -89,6 +89,11 @@ pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
     format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
 }
 
+/// A fraction in percent.
+pub(super) fn percent(fraction: f64) -> String {
+    format!("{} %", number(100.0 * fraction))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
