@@ -1,7 +1,7 @@
 //! `contuse convert`: a mesh file, the elements of a scan, or the mesh of a body of a scene, in another format.
 
 use super::mesh_file::{is_scan, read_mesh_and_fields, read_scan_file};
-use super::output_file::write_file;
+use super::output_file::{MESH, check_distinct, check_output, write_file};
 use super::{CliError, Exit};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::read::FieldNames;
@@ -63,6 +63,8 @@ pub fn convert(args: &ConvertArgs, out: &mut dyn Write) -> Result<Exit, CliError
             format!("{output}: meshes are written to files whose names end in .msh (Gmsh) or .vtu (VTK)");
         return Err(CliError::Usage(message));
     }
+    check_distinct([&args.input, &args.output])?;
+    check_output(&args.output, &MESH, "OUTPUT")?;
     let (mesh, fields) = if has_extension(&args.input, "json") {
         body_of_scene(args)?
     } else if is_scan(&args.input) {

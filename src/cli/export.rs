@@ -1,6 +1,6 @@
 //! `contuse export`: a recorded run in other formats.
 
-use super::output_file::{check_writable, write_file};
+use super::output_file::{CSV, FHIR, PLY, STL, check_distinct, check_output, write_file};
 use super::recording_output::check_series;
 use super::report::read;
 use super::{CliError, Exit};
@@ -50,10 +50,18 @@ pub struct ExportArgs {
 /// # Errors
 /// The errors in the recording, or why a file cannot be written.
 pub fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    args.fhir.iter().try_for_each(|path| check_writable(path, "--fhir"))?;
-    args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
-    args.stl.iter().try_for_each(|path| check_writable(path, "--stl"))?;
-    args.ply.iter().try_for_each(|path| check_writable(path, "--ply"))?;
+    let kinds = [
+        (&args.fhir, &FHIR, "--fhir"),
+        (&args.csv, &CSV, "--csv"),
+        (&args.stl, &STL, "--stl"),
+        (&args.ply, &PLY, "--ply"),
+    ];
+    check_distinct(
+        [&args.recording].into_iter().chain(kinds.iter().flat_map(|(path, ..)| *path)).chain(&args.vtu),
+    )?;
+    for (path, kind, flag) in kinds {
+        path.iter().try_for_each(|path| check_output(path, kind, flag))?;
+    }
     args.vtu.iter().try_for_each(|path| check_series(path, "--vtu"))?;
     if args.fhir.is_some() || args.csv.is_some() {
         export_numbers(args, out)?;
@@ -106,7 +114,8 @@ fn export_surfaces(args: &ExportArgs, out: &mut dyn Write) -> Result<(), CliErro
     let files: [(&Option<PathBuf>, Writer); 2] = [(&args.stl, write_stl), (&args.ply, write_ply)];
     for (path, write) in files.into_iter().filter_map(|(path, write)| Some((path.as_ref()?, write))) {
         write_file(path, |file| write(&surfaces, file))?;
-        writeln!(out, "{}: at {} ms", path.display(), 1e3 * surfaces.time_s)?;
+        // As many digits as single precision has.
+        writeln!(out, "{}: at {} ms", path.display(), (1e3 * surfaces.time_s) as f32)?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Pictures written to files: SVG, or PNG rendered from it.
 
 use super::CliError;
+use super::output_file::{PICTURE, check_distinct, check_output, write_file};
 #[cfg(feature = "png")]
 use crate::study::png;
 use clap::Args;
@@ -35,14 +36,27 @@ impl PictureArgs {
         if self.svg.is_none() && self.png.is_none() {
             return Ok(());
         }
+        self.check()?;
         let picture = draw().map_err(CliError::Picture)?;
         if let Some(path) = &self.svg {
-            std::fs::write(path, &picture)?;
+            write_file(path, |file| file.write_all(picture.as_bytes()))?;
         }
         if let Some(path) = &self.png {
-            std::fs::write(path, png(&picture).map_err(CliError::Picture)?)?;
+            let image = png(&picture).map_err(CliError::Picture)?;
+            write_file(path, |file| file.write_all(&image))?;
         }
         Ok(())
+    }
+
+    /// Rejects files that cannot be written, before the work.
+    ///
+    /// # Errors
+    /// Why a file cannot be written, or that it would replace one that is no picture.
+    pub fn check(&self) -> Result<(), CliError> {
+        check_distinct(self.svg.iter().chain(&self.png))?;
+        let files = [(&self.svg, "--svg"), (&self.png, "--png")];
+        let mut given = files.into_iter().filter_map(|(path, flag)| Some((path.as_ref()?, flag)));
+        given.try_for_each(|(path, flag)| check_output(path, &PICTURE, flag))
     }
 }
 

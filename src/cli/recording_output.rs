@@ -1,13 +1,11 @@
 //! Outputs of a run, by their suffixes: a recording (`.mcap`), a series of VTK files (`.pvd`).
 
 use super::CliError;
-use super::output_file::check_writable;
+use super::output_file::{check_distinct, check_replaced, check_writable};
 use crate::measure::Sink;
 use crate::record::vtk::folder_of;
 use crate::record::{McapRecorder, RecordingInfo, VtuRecorder, partial_path};
 use crate::scene::Scene;
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 /// Flag that errors name.
@@ -64,10 +62,8 @@ fn suffixes() -> String {
 
 /// Rejects outputs of a run of `scene` that cannot be written, before the run rather than after it.
 pub(super) fn check_outputs(paths: &[PathBuf], scene: &Scene) -> Result<(), CliError> {
-    for (i, path) in paths.iter().enumerate() {
-        if paths[..i].contains(path) {
-            return Err(CliError::Usage(format!("{FLAG}: {} is given twice", path.display())));
-        }
+    check_distinct(paths)?;
+    for path in paths {
         check_path(path, FLAG)?;
         let format = format_of(path)?;
         (format.check)(path, FLAG)?;
@@ -83,15 +79,8 @@ pub(super) fn check_outputs(paths: &[PathBuf], scene: &Scene) -> Result<(), CliE
 
 /// Rejects a path that a run must not write to.
 fn check_path(path: &Path, flag: &str) -> Result<(), CliError> {
+    check_replaced(path, "a recording", FORMATS.each_ref().map(|format| format.magic), flag)?;
     let shown = path.display();
-    if path.is_dir() {
-        return Err(CliError::Usage(format!("{flag}: {shown} is a folder; name a file in it")));
-    }
-    if path.exists() && !FORMATS.iter().any(|format| begins_with(path, format.magic)) {
-        return Err(CliError::Usage(format!(
-            "{flag}: {shown} exists and is not a recording: it would be overwritten; remove it or name another file"
-        )));
-    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
         return Err(CliError::Usage(format!("{flag}: {shown}: there is no folder {}", folder.display())));
@@ -137,13 +126,6 @@ fn format_of(path: &Path) -> Result<&'static Format, CliError> {
         let (shown, suffixes) = (path.display(), suffixes());
         CliError::Usage(format!("{FLAG}: the suffix of {shown} names no format; use {suffixes}"))
     })
-}
-
-/// Whether a file begins with these bytes: only recordings and series may be overwritten.
-fn begins_with(path: &Path, magic: &[u8]) -> bool {
-    let mut first = vec![0; magic.len()];
-    let read = |mut file: File| file.read_exact(&mut first);
-    path.is_file() && File::open(path).and_then(read).is_ok() && first == magic
 }
 
 /// Recorders of the outputs of a run.

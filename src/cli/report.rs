@@ -1,6 +1,6 @@
 //! `contuse report`: a report on a recorded run.
 
-use super::output_file::{check_writable, write_file};
+use super::output_file::{REPORT, check_output, write_file};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::record::{McapRecorder, RecordingInfo};
@@ -30,7 +30,7 @@ pub struct ReportArgs {
 /// # Errors
 /// The errors in the scene or the recording, or why the page cannot be written.
 pub fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    check_writable(&args.output, "--output (-o)")?;
+    check_output(&args.output, &REPORT, "--output (-o)")?;
     let is_scene = args.input.extension().is_some_and(|extension| extension == "json");
     let run = if is_scene { run_for_report(args)? } else { read(&args.input)? };
     let page = html::page(&run).map_err(CliError::Picture)?;

@@ -1,6 +1,7 @@
 //! `contuse study error`: error against run time of one scene.
 
 use super::json::write_json;
+use super::output_file::{CSV, check_output, write_file};
 use super::picture::PictureArgs;
 use super::plan::{duration, write_table};
 use super::run::{announce, available_threads, exit_of_study, read_scene, watch_for_ctrl_c};
@@ -84,6 +85,8 @@ fn levels(offered: &RangeInclusive<i32>) -> RangedI64ValueParser<i32> {
 /// # Errors
 /// Errors in the scene, its `expected.json`, or the flags.
 pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    args.csv.iter().try_for_each(|path| check_output(path, &CSV, "--csv"))?;
+    args.picture.check()?;
     let (_, loaded) = read_scene(&args.scene)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let known = known_values(&args.scene)?;
@@ -110,7 +113,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     });
     // Results go to the requested files and to standard output.
     if let Some(path) = &args.csv {
-        std::fs::write(path, csv(&study))?;
+        write_file(path, |file| file.write_all(csv(&study).as_bytes()))?;
     }
     args.picture.write(|| chart(&study))?;
     if args.json {

@@ -58,6 +58,7 @@ pub struct StabilityArgs {
 /// # Errors
 /// If a file cannot be written.
 pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    args.picture.check()?;
     let cancelled = watch_for_ctrl_c()?;
     // Default step ratios; the ordinary impacts are explicit only.
     let usual = if args.short { &USUAL_RATIOS[1..] } else { &USUAL_RATIOS };

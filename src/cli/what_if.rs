@@ -1,6 +1,6 @@
 //! `contuse what-if`: a base scene, parameters that vary, and the results.
 
-use super::output_file::{check_writable, write_file};
+use super::output_file::{CSV, check_output, write_file};
 use super::run::{available_threads, deadline, read_scene, watch_for_ctrl_c};
 use super::what_if_table::{stopped, write_answer, write_case_line, write_csv};
 use super::what_if_words::{add_parameters, case, limit, parameter};
@@ -82,7 +82,7 @@ pub struct WhatIfArgs {
 pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Question and base are checked before any run.
     let question = question(args)?;
-    args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
+    args.csv.iter().try_for_each(|path| check_output(path, &CSV, "--csv"))?;
     let (_, base) = read_scene(&args.scene)?;
     base.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
