@@ -38,6 +38,9 @@ use std::collections::BTreeMap;
 const REFERRED: [&str; 8] =
     ["Module", "Globals", "Output", "LoadData", "Mesh", "Geometry", "Material", "MeshDomains"];
 
+/// Sections without a counterpart, which say nothing where they are empty.
+const OFTEN_EMPTY: [&str; 2] = ["Constraints", "Discrete"];
+
 /// Code of the problem of a file that does not name its units.
 pub const NO_UNITS: &str = "febio_without_units";
 
@@ -186,7 +189,8 @@ impl<'x> Deck<'x> {
                         }
                     }
                 }
-                _ => elements(section).for_each(|node| self.unknown(node)),
+                _ if OFTEN_EMPTY.contains(&name) => elements(section).for_each(|node| self.unknown(node)),
+                _ => self.unknown(section),
             }
         }
     }

@@ -131,7 +131,7 @@ pub(crate) fn read_xml(xml: &Xml) -> Result<Found, MeshError> {
 /// The element with the mesh.
 ///
 /// # Errors
-/// For another version, or a mesh in another file.
+/// For another version, or a section in another file.
 pub(crate) fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> {
     let root = xml.root();
     if !root.has_tag_name("febio_spec") {
@@ -150,8 +150,11 @@ pub(crate) fn mesh_section<'s>(xml: &'s Xml) -> Result<Node<'s, 's>, MeshError> 
             return refused(root, what, "open it in FEBio Studio, and save it as version 4.0");
         }
     };
-    if mesh.has_attribute("from") {
-        return refused(mesh, "a mesh in another file".into(), "put everything into one file");
+    let is_elsewhere = |node: &Node| node.has_tag_name("Include") || node.has_attribute("from");
+    let is_in_mesh = |node: &Node| node.has_tag_name("Include");
+    if let Some(node) = root.children().find(is_elsewhere).or_else(|| mesh.children().find(is_in_mesh)) {
+        let what = format!("<{}> of another file", node.tag_name().name());
+        return refused(node, what, "put everything into one file");
     }
     Ok(mesh)
 }

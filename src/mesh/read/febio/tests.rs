@@ -79,6 +79,14 @@ fn what_is_not_understood_is_refused() {
     assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["hex20 (1)".into()] });
     let error = with("<Mesh>", "<Mesh from=\"other.feb\">");
     assert!(matches!(error, MeshError::Unsupported { .. }), "{error}");
+    for elsewhere in [
+        "<Include>other.feb</Include>\n<Mesh>",
+        "<Material from=\"other.feb\"/>\n<Mesh>",
+        "<Mesh><Include>other.feb</Include>",
+    ] {
+        let error = with("<Mesh>", elsewhere).to_string();
+        assert!(error.contains("line ") && error.contains("of another file"), "{error}");
+    }
 }
 
 #[test]

@@ -183,6 +183,8 @@ fn what_has_no_counterpart_is_refused_with_its_line() {
         ("<z lc=\"1\">", "<z lc=\"7\">", 35, "no load curve 7"),
         ("type=\"sliding-elastic\"", "type=\"tied-elastic\"", 36, "tied-elastic"),
         ("<penalty>5", "<tension>1</tension><penalty>5", 36, "tension"),
+        ("<Output/>", "<Foo/>", 38, "<Foo"),
+        ("<Output/>", "<Foo>1</Foo>", 38, "<Foo"),
         ("<Output/>", "<Rigid><rigid_bc type=\"rigid_fixed\"/></Rigid>", 38, "there is no rigid body"),
         ("<Output/>", "<Rigid><rigid_load type=\"rigid_force\"/></Rigid>", 38, "<rigid_load"),
         ("<Output/>", "<MeshData><ElementData type=\"shell thickness\"/></MeshData>", 38, "shell thickness"),
