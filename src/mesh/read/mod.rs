@@ -192,7 +192,8 @@ pub fn read_mesh_with(
     }
     let mut mesh = read_format(bytes, format, fields, include)?;
     // Programs end the last line of a text; where it has no end, a number may have been cut.
-    let is_of_lines = matches!(format, MeshFormat::Abaqus | MeshFormat::LsDyna | MeshFormat::Nastran);
+    let is_of_lines = matches!(format, MeshFormat::Abaqus | MeshFormat::LsDyna | MeshFormat::Nastran)
+        || format == MeshFormat::Vtk && vtk::is_text(bytes);
     if is_of_lines && !bytes.ends_with(b"\n") {
         mesh.notes.push(
             "the last line of the file has no line break: the file may be truncated, and its last number wrong"

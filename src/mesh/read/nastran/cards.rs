@@ -29,12 +29,14 @@ pub(super) struct Cards<'a> {
     offset: usize,
     /// The entry whose continuations may follow.
     next: Option<Card>,
+    /// Whether `ENDDATA` has ended the bulk data.
+    pub(super) is_ended: bool,
 }
 
 impl<'a> Cards<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        let mut cards = Self { bytes, offset: 0, next: None };
-        let mut before = Self { bytes, offset: 0, next: None };
+        let mut cards = Self { bytes, offset: 0, next: None, is_ended: false };
+        let mut before = Self { bytes, offset: 0, next: None, is_ended: false };
         while let Some((_, line)) = before.line() {
             let mut words = line.split_whitespace();
             let is =
@@ -113,6 +115,7 @@ impl Iterator for Cards<'_> {
                     let name = first.trim_end_matches('*').trim().to_ascii_uppercase();
                     if name == "ENDDATA" {
                         self.offset = self.bytes.len();
+                        self.is_ended = true;
                         break;
                     }
                     let done = self.next.replace(Card { name, fields: data, offset });

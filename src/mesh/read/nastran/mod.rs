@@ -25,8 +25,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
         shells: BTreeMap::new(),
         skipped: Unused::default(),
     };
-    for card in Cards::new(bytes) {
+    let mut cards = Cards::new(bytes);
+    for card in &mut cards {
         reader.card(&card)?;
+    }
+    if !cards.is_ended {
+        reader.assembly.notes.push("the file has no ENDDATA: it may be cut short".into());
     }
     reader.into_mesh()
 }

@@ -29,6 +29,15 @@ fn every_kind_of_element() {
 }
 
 #[test]
+fn files_without_their_end_are_noted() {
+    let text = file().replace("ENDDATA\n", "");
+    let notes = read(&text).unwrap().notes;
+    assert!(notes.iter().any(|note| note.contains("no ENDDATA")), "{notes:?}");
+    let notes = read(text.trim_end()).unwrap().notes;
+    assert!(notes.iter().any(|note| note.contains("last line of the file has no end")), "{notes:?}");
+}
+
+#[test]
 fn errors_name_the_line() {
     let broken = |from: &str, to: &str| malformed(&file().replacen(from, to, 1), MeshFormat::Nastran);
     let node = "GRID           2           1.000   0.000";

@@ -35,19 +35,20 @@ impl Reader<'_> {
         };
         self.require("LOOKUP_TABLE")?;
         self.cursor.line();
-        self.values(&name, components, scalar)
+        self.values(&name, components, (scalar, scalar))
     }
 
-    /// Colours: bytes in binary files, numbers from 0 to 1 in text.
+    /// Colours, which are bytes; text files have them divided by 255.
     pub(super) fn colour_scalars(&mut self) -> Result<(), MeshError> {
         let name = self.name();
         let components = self.cursor.parsed("the number of colours")?;
         self.cursor.line();
-        self.values(&name, components, Some(self.colour()))
+        self.values(&name, components, (Some(Scalar::U8), self.colour()))
     }
 
-    fn colour(&self) -> Scalar {
-        if self.cursor.numbers == Numbers::Text { Scalar::F32 } else { Scalar::U8 }
+    /// The type in which the file has colours.
+    fn colour(&self) -> Option<Scalar> {
+        Some(if self.cursor.numbers == Numbers::Text { Scalar::F32 } else { Scalar::U8 })
     }
 
     /// Skips a table of colours.
@@ -56,7 +57,7 @@ impl Reader<'_> {
         let count: usize = self.cursor.parsed("the number of colours")?;
         self.cursor.line();
         let colour = self.colour();
-        read_values(&mut self.cursor, colour, count.saturating_mul(4), "colours").map(|_| ())
+        self.read(colour, 4, count).map(|_| ())
     }
 
     /// An attribute with this number of components: its name, its type, its values.
@@ -101,18 +102,29 @@ impl Reader<'_> {
                 Err(self.cursor.error(message))
             }
             (Some(tuples), None) => self.read(scalar, components, tuples).map(|_| ()),
-            _ => self.values(name, components, scalar),
+            _ => self.values(name, components, (scalar, scalar)),
         }
     }
 
-    /// The values of an array of the points or cells.
-    fn values(&mut self, name: &str, components: u64, scalar: Option<Scalar>) -> Result<(), MeshError> {
+    /// The values of an array of the points or cells, by their type and that in which they are written.
+    fn values(
+        &mut self,
+        name: &str,
+        components: u64,
+        (scalar, written): (Option<Scalar>, Option<Scalar>),
+    ) -> Result<(), MeshError> {
         let Some((owner, count)) = self.owner else {
             return Err(self.cursor.error("an array before CELL_DATA or POINT_DATA"));
         };
         let integer = scalar.is_some_and(Scalar::is_integer);
         let wanted = self.grid.wants(owner, name, components, (integer, scalar.is_none()));
-        let values = self.read(scalar, components, count)?;
+        let values = match self.read(written, components, count)? {
+            // Bytes that are written as fractions.
+            Values::Reals(fractions) if integer => {
+                Values::Integers(fractions.iter().map(|x| (255.0 * x).round() as i64).collect())
+            }
+            values => values,
+        };
         if wanted {
             self.grid
                 .add_array((owner, components), name, values)

@@ -26,6 +26,14 @@ pub(super) fn read_legacy(bytes: &[u8], fields: &FieldNames) -> Result<Mesh, Mes
     legacy::read(bytes, fields)
 }
 
+/// Whether a legacy file is one of text, as its third line says.
+pub(super) fn is_text(bytes: &[u8]) -> bool {
+    bytes
+        .split(|byte| *byte == b'\n')
+        .nth(2)
+        .is_some_and(|line| line.trim_ascii().eq_ignore_ascii_case(b"ASCII"))
+}
+
 /// Reads a `.vtu` file.
 ///
 /// # Errors
