@@ -58,7 +58,7 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     let frame = volume.frame()?;
     let classes = Classes::new(volume, options)?;
     let (grid, mut notes) = prepared(volume, &frame, &classes, options)?;
-    let limits = Limits::of(&grid, options);
+    let limits = Limits::of(&grid, &classes, options);
     let options = &limits.options;
     // The leaves are what is below the skin.
     let below = options.skin.as_ref().map(|skin| grid.eroded(skin.thickness_m));
@@ -75,7 +75,7 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     let aims = aims(&grid, volume, &classes, options);
     place_nodes(&mut elements, &grid, &classes, &aims, options);
     notes.extend(volume.notes.iter().cloned());
-    let source = if options.volumes_m3.is_empty() { "its voxels" } else { "its surface" };
+    let source = if options.is_of_surfaces() { "its surface" } else { "its voxels" };
     notes.extend(volume_notes(&elements, &classes, &aims, source)?);
     let mut mesh = assembled(&elements, &classes, options);
     let corner = Vec3::from_fn(|k, _| grid.first[k] as f64 * grid.spacing[k]);
@@ -90,28 +90,48 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
 /// The options with fewer elements where the labels are noise.
 struct Limits {
     options: Options,
-    /// Roughness of the labels, where it limits the elements.
-    noise: Option<f64>,
+    /// Why there are too many elements, where the roughness of the labels limits them.
+    rough: Option<MeshError>,
 }
 
 impl Limits {
-    fn of(grid: &ClassGrid, options: &Options) -> Self {
+    fn of(grid: &ClassGrid, classes: &Classes, options: &Options) -> Self {
         let noise =
             Some(grid.roughness()).filter(|found| *found > NOISE && options.max_elements > MOST_OF_NOISE);
         let max_elements = if noise.is_some() { MOST_OF_NOISE } else { options.max_elements };
-        Self { options: Options { max_elements, ..options.clone() }, noise }
+        let rough = noise.map(|noise| {
+            if options.is_of_surfaces() {
+                return too_coarse(grid, classes);
+            }
+            let what = format!(
+                "labels that change at {:.0} % of the faces between voxels, which is noise above {:.0} %, with more than {MOST_OF_NOISE} elements",
+                100.0 * noise,
+                100.0 * NOISE
+            );
+            refused(what, "smooth the labels (a median filter), or enlarge the sizes of the elements")
+        });
+        Self { options: Options { max_elements, ..options.clone() }, rough }
     }
 
     /// Why there are too many elements.
     fn reason(&self, error: MeshError) -> MeshError {
-        let Some(noise) = self.noise else { return error };
-        let what = format!(
-            "labels that change at {:.0} % of the faces between voxels, which is noise above {:.0} %, with more than {MOST_OF_NOISE} elements",
-            100.0 * noise,
-            100.0 * NOISE
-        );
-        refused(what, "smooth the labels (a median filter), or enlarge the sizes of the elements")
+        self.rough.clone().unwrap_or(error)
     }
+}
+
+/// Surfaces of which the voxels keep nothing, or little but noise: those of the parts with the fewest voxels for their faces.
+fn too_coarse(grid: &ClassGrid, classes: &Classes) -> MeshError {
+    let roughness = grid.roughness_of_classes();
+    let parts = || (0..classes.names.len()).filter(|class| classes.is_part[*class]);
+    let most = parts().map(|class| roughness[class]).fold(0.0, f64::max);
+    let named = parts().filter(|class| roughness[*class] >= most);
+    let names: Vec<String> = named.map(|class| format!("{:?}", classes.names[class])).collect();
+    let what = format!(
+        "voxels of {:.3} mm, which are too coarse for the surface of {}",
+        1e3 * grid.coarsest(),
+        names.join(", ")
+    );
+    refused(what, "give a smaller \"voxel_size_m\": a third of the thickness or less")
 }
 
 /// Every move of a node keeps the limit of the scaled Jacobian; should an element be below it, there is no mesh.
@@ -149,6 +169,9 @@ fn prepared(
         ));
     }
     let Some([low, high]) = grid.occupied() else {
+        if options.is_of_surfaces() {
+            return Err(too_coarse(&grid, classes));
+        }
         return Err(refused("a part of the scan without any label", "crop it around the body"));
     };
     let bounds = [0, 1, 2].map(|k| {

@@ -64,3 +64,10 @@ pub struct Options {
     /// Largest number of elements.
     pub max_elements: u64,
 }
+
+impl Options {
+    /// Whether the labels are those of closed surfaces, whose volumes are known.
+    pub fn is_of_surfaces(&self) -> bool {
+        !self.volumes_m3.is_empty()
+    }
+}

@@ -250,6 +250,10 @@ fn noise_is_refused_before_it_takes_long() {
     let fine = Options { size_m: 0.002, ..options() };
     let error = mesh(&volume, &fine).unwrap_err().to_string();
     assert!(error.contains("46 % of the faces") && error.contains("median filter"), "{error}");
+    // Of surfaces it is the voxels that are wrong.
+    let of_surfaces = Options { volumes_m3: vec![(3, 1e-4), (4, 1e-4)], ..fine };
+    let error = mesh(&volume, &of_surfaces).unwrap_err().to_string();
+    assert!(error.contains("too coarse for the surface of \"") && error.contains("voxel_size_m"), "{error}");
     // The remedies.
     mesh(&volume, &Options { size_m: 0.012, ..options() }).unwrap();
     let mut smooth = volume;
@@ -257,6 +261,26 @@ fn noise_is_refused_before_it_takes_long() {
     smooth.labels =
         (0..smooth.labels.len()).map(|n| if n % nx < 20 && n / ny < 40 { 3 } else { 4 }).collect();
     mesh(&smooth, &Options { size_m: 0.004, ..options() }).unwrap();
+}
+
+#[test]
+fn a_surface_thinner_than_its_voxels_asks_for_smaller_ones() {
+    let volume = LabelVolume {
+        dims: [4, 4, 3],
+        labels: (0..48).map(|n| u16::from(n == 21)).collect(),
+        values: vec![0, 1],
+        names: BTreeMap::new(),
+        origin: Vec3::zeros(),
+        steps: [Vec3::x() * 0.003, Vec3::y() * 0.003, Vec3::z() * 0.003],
+        notes: Vec::new(),
+    };
+    let options =
+        Options { labels: vec![(1, part("plate"))], volumes_m3: vec![(1, 1e-8)], size_m: 0.006, ..options() };
+    let error = mesh(&volume, &options).unwrap_err().to_string();
+    let what = "voxels of 3.000 mm, which are too coarse for the surface of \"plate\"";
+    assert!(error.contains(what) && error.contains("voxel_size_m"), "{error}");
+    let error = mesh(&volume, &Options { volumes_m3: Vec::new(), ..options }).unwrap_err().to_string();
+    assert!(error.contains("crop"), "{error}");
 }
 
 #[test]
