@@ -64,7 +64,7 @@ pub struct Touch {
     pub direction: [f64; 3],
     /// Where it touches [m].
     pub point_m: [f64; 3],
-    /// Centre of the ball at first contact [m].
+    /// Centre of the ball at first contact [m]. The elements that fill a scan or surfaces deviate from these: begin a quarter of their size before it.
     pub center_m: [f64; 3],
 }
 

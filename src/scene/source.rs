@@ -154,6 +154,7 @@ impl FolderSource {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let mut names: Vec<String> = entries
             .map(|entry| entry.path())
+            .filter(|path| !path.is_dir())
             .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
             .filter(|name| MeshFormat::from_name(name).is_some())
             .collect();
@@ -211,17 +212,18 @@ mod tests {
         let source = FolderSource::new(&folder);
         assert_eq!(source.read("meshes/ball.msh", 4).unwrap().bytes, b"ball");
         assert_eq!(source.read("./block.msh", 100).unwrap().bytes, b"block");
+        std::fs::create_dir(folder.join("folder.stl")).unwrap();
         let absolute = root.path().join("secret.msh");
         for name in ["../secret.msh", "meshes/../../secret.msh", absolute.to_str().unwrap(), "link.msh"] {
             let result = source.read(name, 100);
             assert!(matches!(result, Err(MeshSourceError::Outside { .. })), "{name}: {result:?}");
         }
         assert!(matches!(source.read("block.msh", 4), Err(MeshSourceError::TooLarge { bytes: 5, .. })));
-        for name in ["", ".", "meshes", "blok.msh", "a\0b"] {
+        for name in ["", ".", "meshes", "folder.stl", "blok.msh", "a\0b"] {
             let Err(MeshSourceError::NotFound { known, .. }) = source.read(name, 100) else {
                 panic!("{name:?} was found")
             };
-            assert!(known.contains(&"block.msh".into()));
+            assert!(known.contains(&"block.msh".into()) && !known.contains(&"folder.stl".into()));
         }
     }
 

@@ -7,7 +7,7 @@ export const [FIXED, STIFF, OMITTED, GIVEN] = ["fixed", "stiff", "omitted", "giv
 const STIFF_PART = { density_kg_per_m3: 1800, material: { law: "neo_hookean", c10_pa: 2.5e7, bulk_modulus_pa: 1e8 } };
 
 /** Gap between projectile and target at the start [m]; the surface of a scan is not where its voxels end, by a part of an element. */
-const [GAP, GAP_OF_ELEMENT] = [5e-5, 0.1];
+const [GAP, GAP_OF_ELEMENT] = [5e-5, 0.25];
 const FIELD_TIMES = 24;
 /** Lengths of the box around an impact, in diameters of the projectile. */
 const CROP = 5;

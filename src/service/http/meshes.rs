@@ -20,6 +20,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures::StreamExt;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -132,7 +133,7 @@ pub async fn get(
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct FirstSceneParameters {
-    /// Name of the file of a closed surface, after which its part is called; its id by default.
+    /// Name of the file of a closed surface, after which its part is called; `part_1` by default, and so on.
     name: Option<String>,
     /// Further closed surfaces of the body, inside or around this one: `<id>:<name of the file>`, separated by slashes.
     with: Option<String>,
@@ -146,17 +147,25 @@ impl FirstSceneParameters {
     /// Ids and names of the files, from this one on.
     fn files(&self, id: &str) -> Result<Vec<(String, String)>, Problem> {
         let others = self.with.as_deref().unwrap_or_default().split('/').filter(|word| !word.is_empty());
-        let other = |word: &str| {
-            let (id, name) = word.split_once(':').unwrap_or((word, word));
-            is_id(id).then(|| (id.to_owned(), name.to_owned()))
+        let unnamed = |n: usize| format!("part_{n}");
+        let other = |(n, word): (usize, &str)| {
+            let (id, name) =
+                word.split_once(':').map_or_else(|| (word, unnamed(n)), |(id, name)| (id, name.to_owned()));
+            is_id(id).then(|| (id.to_owned(), name))
         };
-        let own = (id.to_owned(), self.name.clone().unwrap_or_else(|| id.to_owned()));
-        let files: Option<Vec<_>> = std::iter::once(Some(own)).chain(others.map(other)).collect();
-        files.filter(|files| files.len() <= MOST_SURFACES).ok_or_else(|| {
+        let own = (id.to_owned(), self.name.clone().unwrap_or_else(|| unnamed(1)));
+        let files: Option<Vec<_>> = std::iter::once(Some(own)).chain((2..).zip(others).map(other)).collect();
+        let files = files.filter(|files| files.len() <= MOST_SURFACES).ok_or_else(|| {
             Problem::bad_parameter(format!(
                 "`with` must be ids of uploaded surfaces with their names, `<id>:<name>/<id>:<name>`, fewer than {MOST_SURFACES}."
             ))
-        })
+        })?;
+        let ids: BTreeSet<&str> = files.iter().map(|(id, _)| id.as_str()).collect();
+        if ids.len() < files.len() {
+            let message = "`with` has the same surface twice: each is one part or hole.";
+            return Err(Problem::bad_parameter(message.to_owned()));
+        }
+        Ok(files)
     }
 
     fn approach(&self) -> Result<Approach, Problem> {

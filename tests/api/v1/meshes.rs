@@ -171,6 +171,10 @@ fn surfaces_in_each_other_are_begun_together_and_run() {
     let touches = first["touches"].as_array().unwrap();
     let above = touches.iter().find(|touch| touch["direction"] == json!([0.0, 0.0, -1.0])).unwrap();
     assert!((above["center_m"][2].as_f64().unwrap() - 0.03).abs() < 1e-9, "{above}");
+    let unnamed = client.get(&format!("{address}?with={muscle}")).json();
+    let parts = [0, 1].map(|n| unnamed["parts"][n]["part"].as_str().unwrap().to_owned());
+    assert_eq!(parts, ["part_2", "part_1"]);
+    problem(&client.get(&format!("{address}?with={muscle}/{bone}:again.stl")), 400, "bad-parameter");
     // Completed, it runs.
     let mut scene = first["scene"].clone();
     scene["end_time_s"] = json!(2e-4);
