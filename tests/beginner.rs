@@ -100,6 +100,35 @@ fn fields_and_surfaces_are_files_of_the_names_given() {
 }
 
 #[test]
+fn outputs_replace_only_what_was_written_before() {
+    let desk = Desk::with(&falling_block());
+    let (scene, recording) = (desk.path("scene.json"), desk.path("a.mcap"));
+    let [csv, fhir, page, bin] = ["a.csv", "a.json", "a.html", "z.bin"].map(|name| desk.path(name));
+    for args in [
+        vec!["run", &scene, "-q", "-o", &recording],
+        vec!["export", &recording, "--fhir", &fhir, "--csv", &csv],
+        vec!["export", &recording, "--fhir", &fhir, "--csv", &csv],
+        vec!["report", &recording, "-o", &page],
+        vec!["report", &recording, "-o", &page],
+    ] {
+        assert_eq!(run(&args).status.code(), Some(0), "{args:?}");
+    }
+    let before = std::fs::read(&recording).unwrap();
+    for args in [
+        vec!["export", &recording, "--stl", &recording],
+        vec!["export", &recording, "--fhir", &scene],
+        vec!["export", &recording, "--ply", &page],
+        vec!["export", &recording, "--stl", &bin, "--ply", &bin],
+        vec!["report", &recording, "-o", &recording],
+        vec!["report", &scene, "-o", &scene],
+    ] {
+        let said = refusal(&args);
+        assert!(said.contains("would be overwritten"), "{said}");
+    }
+    assert!(std::fs::read(&recording).unwrap() == before && !std::path::Path::new(&bin).exists());
+}
+
+#[test]
 fn a_case_is_checked_as_a_range_is() {
     let mut scene = falling_block();
     scene["bodies"][0]["role"] = json!("projectile");

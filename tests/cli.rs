@@ -377,29 +377,6 @@ fn a_recording_is_reported_and_exported() {
     let columns = lines().next().unwrap().matches("\",\"").count();
     assert!(lines().count() > 5 && columns >= 3, "{table}");
 
-    // What was exported is replaced, anything else is not.
-    let recording = path("run.mcap");
-    let before = std::fs::read(&recording).unwrap();
-    let [csv, fhir] = [path("lines.csv"), path("bundle.json")];
-    let again = run(&["export", &recording, "--fhir", &fhir, "--csv", &csv]);
-    assert_eq!(again.status.code(), Some(0), "{}", text(&again.stderr));
-    let page = path("a.html");
-    assert_eq!(run(&["report", &recording, "-o", &page]).status.code(), Some(0));
-    for args in [
-        vec!["export", &recording, "--stl", &recording],
-        vec!["export", &recording, "--csv", &recording],
-        vec!["export", &recording, "--fhir", &scene],
-        vec!["export", &recording, "--ply", &page],
-        vec!["export", &recording, "--stl", &path("z.bin"), "--ply", &path("z.bin")],
-        vec!["report", &recording, "-o", &recording],
-        vec!["report", &scene, "-o", &scene],
-    ] {
-        let refused = run(&args);
-        assert_eq!(refused.status.code(), Some(2), "{args:?}");
-        assert!(text(&refused.stderr).contains("would be overwritten"), "{}", text(&refused.stderr));
-    }
-    assert!(std::fs::read(&recording).unwrap() == before && !Path::new(&path("z.bin")).exists());
-
     assert_eq!(run(&["export", &path("run.mcap")]).status.code(), Some(2), "one format at least");
     assert_eq!(run(&["report", &path("missing.mcap")]).status.code(), Some(2));
     std::fs::write(path("no.mcap"), "no recording").unwrap();

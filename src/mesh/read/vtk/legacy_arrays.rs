@@ -157,3 +157,37 @@ impl Reader<'_> {
         Ok(unescaped(bytes))
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use crate::mesh::read::{MeshFormat, read_mesh};
+
+    const TETRAHEDRON: &str = "# vtk DataFile Version 3.0\na title\nASCII\nDATASET UNSTRUCTURED_GRID\n\
+        POINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n\
+        POINT_DATA 4\nCOLOR_SCALARS bottom 1\n0.00392157 0.00392157 0.00392157 0\n";
+
+    #[test]
+    fn colours_of_text_files_are_bytes_divided_by_255() {
+        let mesh = read_mesh(TETRAHEDRON.as_bytes(), MeshFormat::Vtk).unwrap();
+        assert_eq!(mesh.node_sets["bottom"], [0, 1, 2]);
+        assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+        let bytes = TETRAHEDRON.replace("0.00392157 0 ", "0.5 0 ").replace("0.00392157 0\n", "0.5 0\n");
+        let mesh = read_mesh(bytes.as_bytes(), MeshFormat::Vtk).unwrap();
+        assert!(
+            mesh.node_sets.is_empty() && mesh.notes == ["arrays not used: bottom (1)"],
+            "{:?}",
+            mesh.notes
+        );
+    }
+
+    #[test]
+    fn a_text_file_without_the_end_of_its_last_line_is_noted() {
+        let mesh = read_mesh(TETRAHEDRON.trim_end().as_bytes(), MeshFormat::Vtk).unwrap();
+        assert!(
+            mesh.notes.iter().any(|note| note.contains("last line of the file has no end")),
+            "{:?}",
+            mesh.notes
+        );
+    }
+}

@@ -93,25 +93,6 @@ fn legacy_files_of_both_layouts_and_encodings() {
     }
 }
 
-#[test]
-fn colours_of_text_files_are_bytes_divided_by_255() {
-    let bottom = format!("FIELD FieldData 1\nbottom 1 14 unsigned_char\n{}\n", words(BOTTOM));
-    let fractions = words(BOTTOM.map(|mark| (f64::from(mark) / 255.0) as f32));
-    let text = String::from_utf8(legacy("5.1", false)).unwrap();
-    let colours = text.replace(&bottom, &format!("COLOR_SCALARS bottom 1\n{fractions}\n"));
-    assert_ne!(colours, text);
-    is_the_mesh_of_each(&read_mesh(colours.as_bytes(), MeshFormat::Vtk).unwrap());
-}
-
-#[test]
-fn a_text_file_without_the_end_of_its_last_line_is_noted() {
-    for (binary, expected) in [(false, true), (true, false)] {
-        let file = legacy("5.1", binary);
-        let mesh = read_mesh(&file[..file.len() - 1], MeshFormat::Vtk).unwrap();
-        assert_eq!(mesh.notes.iter().any(|note| note.contains("has no end")), expected, "{:?}", mesh.notes);
-    }
-}
-
 /// How the arrays of an XML file are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Written {
