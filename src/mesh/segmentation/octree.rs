@@ -102,21 +102,28 @@ impl Octree {
     /// Splits leaves until `asks` asks for no more, and balances them; each leaf is queried once.
     ///
     /// # Errors
-    /// The number of leaves, as soon as there are more than `most`.
-    pub fn refine(&mut self, most: u64, asks: &mut dyn FnMut(&Self, Leaf) -> bool) -> Result<(), u64> {
+    /// The number of leaves, before there are more than `most`, and that of `asks`, at once.
+    pub fn refine(
+        &mut self,
+        most: u64,
+        asks: &mut dyn FnMut(&Self, Leaf) -> Result<bool, u64>,
+    ) -> Result<(), u64> {
         let mut is_new = vec![true; self.leaves.len()];
         loop {
-            if self.leaves.len() as u64 > most {
-                return Err(self.leaves.len() as u64);
+            let mut is_split = vec![false; self.leaves.len()];
+            for (i, leaf) in self.leaves.iter().enumerate() {
+                is_split[i] = is_new[i] && leaf.level < self.depth && asks(self, *leaf)?;
             }
-            let mut is_split: Vec<bool> = (0..self.leaves.len())
-                .map(|i| is_new[i] && self.leaves[i].level < self.depth && asks(self, self.leaves[i]))
-                .collect();
             self.balance(&mut is_split);
-            if !is_split.contains(&true) {
+            let splits = is_split.iter().filter(|is_split| **is_split).count();
+            let count = self.leaves.len() + 7 * splits;
+            if count as u64 > most {
+                return Err(count as u64);
+            }
+            if splits == 0 {
                 return Ok(());
             }
-            let mut leaves = Vec::new();
+            let mut leaves = Vec::with_capacity(count);
             is_new.clear();
             for (leaf, is_split) in self.leaves.iter().zip(is_split) {
                 if is_split {
@@ -169,7 +176,7 @@ mod tests {
             let [low, high] = tree.bounds(leaf);
             (0..3).all(|k| low[k] <= point[k] && point[k] <= high[k])
         };
-        tree.refine(10_000, &mut |tree, leaf| is_there(tree, leaf)).unwrap();
+        tree.refine(10_000, &mut |tree, leaf| Ok(is_there(tree, leaf))).unwrap();
         let volume = |leaf: &Leaf| f64::from(tree.size(leaf.level)).powi(3) * tree.unit.product();
         assert!((tree.leaves.iter().map(volume).sum::<f64>() - 12.0).abs() < 1e-12);
         assert_eq!(tree.leaves.iter().map(|leaf| leaf.level).max(), Some(4));
@@ -183,6 +190,7 @@ mod tests {
             }
         }
         let mut tree = Octree::new([4, 4, 4], &Vec3::new(1.0, 1.0, 1.0), 6);
-        assert!(tree.refine(1000, &mut |_, _| true).unwrap_err() > 1000);
+        assert_eq!(tree.refine(1000, &mut |_, _| Ok(true)), Err(4096));
+        assert_eq!(tree.leaves.len(), 512, "none are made beyond the limit");
     }
 }

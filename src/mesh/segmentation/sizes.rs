@@ -33,7 +33,7 @@ pub fn within(elements: u64, options: &Options) -> Result<(), MeshError> {
 /// The octree, fine where that is requested and at thin layers.
 ///
 /// # Errors
-/// `Unsupported` for too many elements.
+/// `Unsupported` for too many elements, as soon as there will be.
 pub fn octree(
     grid: &ClassGrid,
     frame: &Frame,
@@ -69,26 +69,32 @@ pub fn octree(
     // Halve what is coarser than requested at its distance, or than a thin layer in it.
     let mut tree = Octree::new(base, &lengths, halvings as u8);
     let (mut fractions, mut found) = (Vec::new(), Vec::new());
+    let mut elements = 0;
     let mut asks = |tree: &Octree, leaf: Leaf| {
         let [low, high] = tree.bounds(leaf);
         labelling::fractions(grid, [low, high], &mut fractions);
         // Holes have no elements, but are to be resolved.
-        let has_part = (0..grid.count).any(|class| fractions[class] > 0.0 && classes.is_part[class]);
+        let of_parts: f64 =
+            (0..grid.count).filter(|class| classes.is_part[*class]).map(|class| fractions[class]).sum();
         let edge = tree.edge(leaf.level);
         let is_coarse = |(point, size, within): &(Vec3, f64, f64)| {
             let distance = (point - point.sup(&low).inf(&high)).norm();
             edge > (size + GROWTH * (distance - within).max(0.0)).min(options.size_m) * (1.0 + 1e-6)
         };
-        if has_part && places.iter().any(is_coarse) {
-            return true;
-        }
         found.clear();
         found.extend((1..grid.count).filter(|class| fractions[*class] > COUNTS).map(|class| class as u8));
-        edge > thin * (1.0 + 1e-6) && found.iter().any(|class| is_thin(grid, [low, high], *class, edge))
+        let is_split = of_parts > 0.0 && places.iter().any(is_coarse)
+            || edge > thin * (1.0 + 1e-6)
+                && found.iter().any(|class| is_thin(grid, [low, high], *class, edge));
+        // What is nothing but parts has an element in each of its leaves, however far they are still halved.
+        if is_split && of_parts > 1.0 - 1e-6 {
+            elements += if leaf.level == 0 { 8 } else { 7 };
+        }
+        if elements > options.max_elements { Err(elements) } else { Ok(is_split) }
     };
     match tree.refine(most, &mut asks) {
         Ok(()) => Ok(tree),
-        Err(leaves) => Err(within(leaves, options).err().unwrap_or(MeshError::Empty)),
+        Err(elements) => Err(within(elements, options).err().unwrap_or(MeshError::Empty)),
     }
 }
 

@@ -231,6 +231,25 @@ fn a_hole_as_wide_as_an_element_is_resolved() {
 }
 
 #[test]
+fn more_elements_than_allowed_are_refused_before_they_exist() {
+    let volume = LabelVolume {
+        dims: [20; 3],
+        labels: vec![1; 20 * 20 * 20],
+        values: vec![0, 1],
+        names: BTreeMap::new(),
+        origin: Vec3::zeros(),
+        steps: [0, 1, 2].map(|k| Vec3::ith(k, 0.001)),
+        notes: Vec::new(),
+    };
+    let near = Near { point: Vec3::repeat(0.01), size_m: 1e-5, within_m: 0.01 };
+    let fine = Options { labels: Vec::new(), near: vec![near], max_elements: 60_000, ..options() };
+    let error = mesh(&volume, &fine).unwrap_err().to_string();
+    // A leaf that is halved becomes eight: the number is the first that is too large.
+    let found: u64 = error.split(' ').next().and_then(|count| count.parse().ok()).unwrap();
+    assert!((60_001..60_008).contains(&found) && error.contains("enlarge the sizes"), "{error}");
+}
+
+#[test]
 fn noise_is_refused_before_it_takes_long() {
     // Two labels at random: their groups are no islands.
     let mut random = 1_u64;
