@@ -13,6 +13,9 @@ const SAMPLES: [f64; 2] = [2.0, 6.0];
 /// Passes of the repairs.
 const PASSES: usize = 6;
 
+/// Fraction of the volume of a piece of a class that is left, below which it is not outvoted [-].
+const LEAST_LEFT: f64 = 0.75;
+
 /// Number of the six faces of a leaf behind which another class begins, from which it takes that class.
 const OUTVOTED: f64 = 3.5;
 
@@ -61,6 +64,7 @@ pub fn classes(grid: &ClassGrid, tree: &Octree) -> Vec<u8> {
 pub fn repair(tree: &Octree, classes: &mut [u8], is_part: &[bool]) -> usize {
     let before = classes.to_vec();
     (0..2).for_each(|_| outvote(tree, classes));
+    restore(tree, &before, classes);
     for _ in 0..PASSES {
         let has_filled = fill_behind_coarse(tree, classes, is_part);
         if !separate(tree, classes, is_part) && !has_filled {
@@ -88,6 +92,34 @@ fn outvote(tree: &Octree, classes: &mut [u8]) {
         }
         if let Some((class, _)) = votes.iter().find(|(class, sum)| *class != before[i] && *sum > OUTVOTED) {
             classes[i] = *class;
+        }
+    }
+}
+
+/// Gives pieces of a class, connected over faces, their leaves of `before` back, if those that outvoted some would take too much: of a
+/// region of three leaves across, the neighbours outvote one layer after the other. Single leaves stay outvoted.
+fn restore(tree: &Octree, before: &[u8], classes: &mut [u8]) {
+    let mut is_seen = vec![false; before.len()];
+    for start in 0..before.len() {
+        let class = before[start];
+        if class == classes[start] || std::mem::replace(&mut is_seen[start], true) {
+            continue;
+        }
+        let mut piece = vec![start];
+        let mut next = 0;
+        while let Some(&leaf) = piece.get(next) {
+            next += 1;
+            for other in (0..6).flat_map(|side| behind(tree, tree.leaves[leaf], side)).flatten() {
+                if before[other] == class && !std::mem::replace(&mut is_seen[other], true) {
+                    piece.push(other);
+                }
+            }
+        }
+        let volume = |leaf: &usize| f64::from(tree.size(tree.leaves[*leaf].level)).powi(3);
+        let whole: f64 = piece.iter().map(volume).sum();
+        let left: f64 = piece.iter().filter(|leaf| classes[**leaf] == class).map(volume).sum();
+        if piece.len() > 1 && left < LEAST_LEFT * whole {
+            piece.iter().for_each(|leaf| classes[*leaf] = class);
         }
     }
 }

@@ -23,10 +23,13 @@ const PASSES: [f64; 20] = [
 ];
 
 /// Largest number of passes, the last of which are with the last limit.
-const MOST_PASSES: usize = 40;
+const MOST_PASSES: usize = 80;
 
 /// Deviation of the volumes of all labels from their aims at which the passes end [-].
 const VOLUME_REACHED: f64 = 0.003;
+
+/// Number of passes after which they end at [`VOLUME_TOLERANCE`].
+const PASSES_TO_REACH: usize = 40;
 
 /// Pass from which volumes are corrected.
 const FIRST_CORRECTION: usize = 5;
@@ -42,6 +45,8 @@ const MOST_OF_NOISE: u64 = 20_000;
 
 /// Largest deviation of the volume of a label from its aim without a remark [-].
 const VOLUME_TOLERANCE: f64 = 0.01;
+/// Largest deviation of the volume of a label from its aim [-].
+const MOST_DEVIATION: f64 = 0.1;
 /// How the note on the volume of a label ends where it deviates by more.
 pub const POORLY_RESOLVED: &str = ": smaller elements resolve it better";
 /// Largest fraction of the voxels that are noise without a remark [-].
@@ -233,7 +238,8 @@ fn place_nodes(
         let missing: Vec<f64> = aims.iter().zip(&volumes).map(|(aim, volume)| aim - volume).collect();
         let deviation = |(missing, aim): (&f64, &f64)| if *aim > 0.0 { (missing / aim).abs() } else { 0.0 };
         let worst = missing.iter().zip(aims).skip(1).map(deviation).fold(0.0, f64::max);
-        if i + 1 >= PASSES.len() && worst < VOLUME_REACHED {
+        let enough = if i + 1 < PASSES_TO_REACH { VOLUME_REACHED } else { VOLUME_TOLERANCE };
+        if i + 1 >= PASSES.len() && worst < enough {
             break;
         }
         let growth = volumes::growth(smoothing.elements, &missing);
@@ -265,18 +271,19 @@ fn volume_notes(
     let mut notes = Vec::new();
     for (class, name) in classes.names.iter().enumerate().skip(1) {
         let (aim, found) = (aims[class], volumes[class]);
-        if found == 0.0 {
-            if aim > 0.0 {
-                return Err(refused(
-                    format!(
-                        "elements too large for {name:?}, which has {aim:.3e} m³ in the scan, and no element"
-                    ),
-                    "give it smaller elements by thin_size_m or near, list it as outside, or make it a skin",
-                ));
-            }
+        if aim == 0.0 && found == 0.0 {
             continue;
         }
         let deviation = found / aim - 1.0;
+        if !(deviation.abs() <= MOST_DEVIATION) {
+            let what = format!(
+                "elements too large for {name:?}, which has {aim:.3e} m³ by {source} and would have {found:.3e} m³"
+            );
+            return Err(refused(
+                what,
+                "give it smaller elements by thin_size_m or near, list it as outside, or make it a skin",
+            ));
+        }
         let remark = if deviation.abs() > VOLUME_TOLERANCE { POORLY_RESOLVED } else { "" };
         notes.push(format!("{name}: {found:.4e} m³, {:+.2} % of {source}{remark}", 100.0 * deviation));
     }

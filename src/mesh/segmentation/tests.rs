@@ -8,6 +8,8 @@ use crate::mesh::surface::{boundary, enclosed_volume_m3, topology_problems};
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
+mod small;
+
 /// A limb with an elliptic section, skin, fat, muscle and two bones, in a scan with noise and anisotropic voxels at an angle.
 pub(crate) struct Limb {
     pub(crate) semi_axes: [f64; 2],
