@@ -47,7 +47,9 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     body += "</div></section>";
     listing.iter().filter(|_| !run.is_miss()).for_each(|group| group_table(&mut body, group));
     let of_computation = run.numerics.as_ref().map(|numerics| numerics_group(numerics, &run.relaxation));
-    of_computation.iter().for_each(|group| group_table(&mut body, group));
+    if let Some(group) = of_computation {
+        group_table(&mut body, &group);
+    }
     quality_table(&mut body, run);
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
