@@ -119,7 +119,9 @@ fn restore(tree: &Octree, before: &[u8], classes: &mut [u8]) {
         let whole: f64 = piece.iter().map(volume).sum();
         let left: f64 = piece.iter().filter(|leaf| classes[**leaf] == class).map(volume).sum();
         if piece.len() > 1 && left < LEAST_LEFT * whole {
-            piece.iter().for_each(|leaf| classes[*leaf] = class);
+            for leaf in piece {
+                classes[leaf] = class;
+            }
         }
     }
 }

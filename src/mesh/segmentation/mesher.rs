@@ -58,7 +58,7 @@ pub const RELABELLED: &str = " % of the voxels";
 /// towards the outside), the names of holes, and `x_min` … `z_max`: where the scan, or the crop, cuts the body.
 ///
 /// # Errors
-/// `Unsupported` for options that do not fit the volume, for too many elements, and for a label without any.
+/// `Unsupported` for options that do not fit the volume, for too many elements, and for a label without its volume.
 pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> {
     let frame = volume.frame()?;
     let classes = Classes::new(volume, options)?;
@@ -113,7 +113,7 @@ impl Limits {
                 100.0 * noise,
                 100.0 * NOISE
             );
-            refused(what, "smooth the labels (a median filter), or enlarge the sizes of the elements")
+            refused(what, "smooth the labels (a median filter)")
         });
         Self { options: Options { max_elements, ..options.clone() }, rough }
     }
@@ -281,7 +281,7 @@ fn volume_notes(
             );
             return Err(refused(
                 what,
-                "give it smaller elements by thin_size_m or near, list it as outside, or make it a skin",
+                "give it smaller elements by size_m, thin_size_m or near, list it as outside, or make it a skin",
             ));
         }
         let remark = if deviation.abs() > VOLUME_TOLERANCE { POORLY_RESOLVED } else { "" };

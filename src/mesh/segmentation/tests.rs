@@ -275,8 +275,9 @@ fn noise_is_refused_before_it_takes_long() {
     let of_surfaces = Options { volumes_m3: vec![(3, 1e-4), (4, 1e-4)], ..fine };
     let error = mesh(&volume, &of_surfaces).unwrap_err().to_string();
     assert!(error.contains("too coarse for the surface of \"") && error.contains("voxel_size_m"), "{error}");
-    // The remedies.
-    mesh(&volume, &Options { size_m: 0.012, ..options() }).unwrap();
+    let error = mesh(&volume, &Options { size_m: 0.012, ..options() }).unwrap_err().to_string();
+    assert!(error.starts_with("elements too large for \"muscle\""), "{error}");
+    // The remedy.
     let mut smooth = volume;
     let [nx, ny] = [smooth.dims[0], smooth.dims[0] * smooth.dims[1]];
     smooth.labels =

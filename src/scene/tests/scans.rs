@@ -118,10 +118,10 @@ fn what_a_scan_does_not_have_and_what_a_mesh_loses_of_it_is_warned_of() {
     let mut document = scene();
     let segmentation = &mut document["bodies"][1]["mesh"]["segmentation"];
     segmentation.as_object_mut().unwrap().retain(|key, _| !["near", "thin_size_m"].contains(&key.as_str()));
-    segmentation["size_m"] = json!(0.0105);
+    segmentation["size_m"] = json!(0.012);
     let warnings = load_scan(&document).unwrap().warnings;
     assert!(
-        warnings.iter().any(|p| p.code == "label_volume" && p.to_string().contains("fat")),
+        warnings.iter().any(|p| p.code == "label_volume" && p.to_string().contains("bone")),
         "{warnings:?}"
     );
 }

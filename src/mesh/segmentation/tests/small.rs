@@ -46,7 +46,6 @@ fn a_ball_of_three_elements_keeps_its_volume_wherever_it_lies() {
             let usage = if i % 2 == 0 { part("ball") } else { LabelUse::Hole("ball".into()) };
             found.push(deviation(&balls(&[(centre, 0.005)], voxel, count), usage, size, thin));
         }
-        println!("{size} {found:?}");
         assert!(found.iter().all(|percent| percent.abs() < 1.0), "{size} {thin:?}: {found:?}");
     }
 }
