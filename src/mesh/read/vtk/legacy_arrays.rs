@@ -43,12 +43,12 @@ impl Reader<'_> {
         let name = self.name();
         let components = self.cursor.parsed("the number of colours")?;
         self.cursor.line();
-        self.values(&name, components, (Some(Scalar::U8), self.colour()))
+        self.values(&name, components, (Some(Scalar::U8), Some(self.colour())))
     }
 
     /// The type in which the file has colours.
-    fn colour(&self) -> Option<Scalar> {
-        Some(if self.cursor.numbers == Numbers::Text { Scalar::F32 } else { Scalar::U8 })
+    fn colour(&self) -> Scalar {
+        if self.cursor.numbers == Numbers::Text { Scalar::F32 } else { Scalar::U8 }
     }
 
     /// Skips a table of colours.
@@ -57,7 +57,7 @@ impl Reader<'_> {
         let count: usize = self.cursor.parsed("the number of colours")?;
         self.cursor.line();
         let colour = self.colour();
-        self.read(colour, 4, count).map(|_| ())
+        self.read(Some(colour), 4, count).map(|_| ())
     }
 
     /// An attribute with this number of components: its name, its type, its values.
