@@ -64,7 +64,7 @@ impl ClassGrid {
         different as f64 / faces.max(1) as f64
     }
 
-    /// The same of each class: the fraction of the faces of its voxels that are to others; 1 for a class without voxels.
+    /// The same of each class: the fraction of the faces of its voxels that are to others; 0 for a class without voxels.
     pub fn roughness_of_classes(&self) -> Vec<f64> {
         let mut counts = vec![[0_u64; 2]; self.count];
         for pair in self.faces() {
@@ -74,7 +74,7 @@ impl ClassGrid {
                 *different += u64::from(pair[0] != pair[1]);
             }
         }
-        let fraction = |[faces, n]: [u64; 2]| if faces > 0 { n as f64 / faces as f64 } else { 1.0 };
+        let fraction = |[faces, n]: [u64; 2]| n as f64 / faces.max(1) as f64;
         counts.into_iter().map(fraction).collect()
     }
 
