@@ -95,7 +95,7 @@ fn check(document: &Value, mesh: &Mesh, what: &str) -> Loaded {
         own.error_bars
     );
     assert!(
-        own.error_bars.ends_with("how far they are from a curved surface is not in the error bars"),
+        own.error_bars.ends_with("their distance from a curved surface is not in the error bars"),
         "{}",
         own.error_bars
     );

@@ -387,8 +387,9 @@ mod tests {
     #[test]
     fn meshes_that_keep_a_direction_say_so() {
         let of = |keeps_a_direction| ComparedRuns { keeps_a_direction, ..runs([9.0, 9.1, 8.99]) };
-        let says =
-            |runs: ComparedRuns| ErrorBars::From(Box::new(runs)).to_string().contains("as many elements");
+        let says = |runs: ComparedRuns| {
+            ErrorBars::From(Box::new(runs)).to_string().contains("equally many elements")
+        };
         assert!(says(of(true)) && !says(of(false)));
     }
 

@@ -359,7 +359,10 @@ mod tests {
         assert!((volume(moved(faces(true), 5.0, 0.5)).unwrap() - 4.5 * 1.125).abs() < 1e-6);
         assert!((volume(moved(faces(false), 0.1, 0.5)).unwrap() - 4.5 * 0.875).abs() < 1e-6);
         let refused = volume(moved(faces(false), 5.0, 0.5)).unwrap_err().to_string();
-        assert!(refused.starts_with("byte 284: a part of the surface"), "{refused}");
+        assert!(
+            refused.starts_with("byte 284: an outer part of the surface is oriented inwards"),
+            "{refused}"
+        );
         // The whole of it twice.
         let twice = volume(faces(true)).unwrap_err().to_string();
         assert!(twice.contains("has a triangle twice"), "{twice}");
@@ -381,6 +384,6 @@ mod tests {
         let mut twisted = faces(true);
         twisted[0].swap(1, 2);
         let error = read_stl(&binary(&twisted)).unwrap_err().to_string();
-        assert!(error.contains("not turned to one side at 3 edges"), "{error}");
+        assert!(error.contains("not consistently oriented at 3 edges"), "{error}");
     }
 }

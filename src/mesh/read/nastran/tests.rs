@@ -34,7 +34,7 @@ fn files_without_their_end_are_noted() {
     let notes = read(&text).unwrap().notes;
     assert!(notes.iter().any(|note| note.contains("no ENDDATA")), "{notes:?}");
     let notes = read(text.trim_end()).unwrap().notes;
-    assert!(notes.iter().any(|note| note.contains("last line of the file has no end")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.contains("last line of the file has no line break")), "{notes:?}");
 }
 
 #[test]

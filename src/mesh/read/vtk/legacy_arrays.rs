@@ -185,7 +185,7 @@ mod tests {
     fn a_text_file_without_the_end_of_its_last_line_is_noted() {
         let mesh = read_mesh(TETRAHEDRON.trim_end().as_bytes(), MeshFormat::Vtk).unwrap();
         assert!(
-            mesh.notes.iter().any(|note| note.contains("last line of the file has no end")),
+            mesh.notes.iter().any(|note| note.contains("last line of the file has no line break")),
             "{:?}",
             mesh.notes
         );
