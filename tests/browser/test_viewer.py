@@ -145,7 +145,7 @@ def test_an_example_runs_and_shows_its_four_numbers(page):
 
 
 def test_the_mesh_is_coloured_and_the_keyboard_moves_time(page):
-    canvas, slider = page.locator(".mesh-view canvas"), page.get_by_label("Simulated time")
+    canvas, slider = page.locator(".mesh-view canvas"), page.get_by_label("Simulated time", exact=True)
     expect(page.locator(".legend").first).to_contain_text("kPa")
     slider.focus()
     page.keyboard.press("Home")
@@ -229,7 +229,7 @@ def test_a_rigid_ball_is_shown_too(page, pictures):
     assert picture_of(page.locator(".mesh-view canvas")).tobytes() != with_ball.tobytes()
     page.get_by_label("ball", exact=True).check()
     page.get_by_text("Picture settings").click()
-    page.get_by_label("Simulated time").fill("11")
+    page.get_by_label("Simulated time", exact=True).fill("11")
     page.set_viewport_size({"width": 1440, "height": 1500})
     take(page, pictures, "viewer_impact")
     page.set_viewport_size({"width": 1440, "height": 1000})
@@ -249,8 +249,8 @@ def test_two_runs_side_by_side_share_a_camera(page, pictures):
     expect(page.locator(".mesh-view canvas")).to_have_count(3)
     expect(page.locator("tbody").first.locator("tr")).to_have_count(4)
     expect(page.locator(".plots .u-over").first).to_be_visible()
-    page.get_by_label("Simulated time").fill("16")
-    page.get_by_label("Simulated time").blur()
+    page.get_by_label("Simulated time", exact=True).fill("16")
+    page.get_by_label("Simulated time", exact=True).blur()
     take(page, pictures, "viewer_compare", full_page=True)
     first, second = page.locator(".mesh-view canvas").nth(0), page.locator(".mesh-view canvas").nth(1)
     before = picture_of(second)

@@ -121,7 +121,7 @@ def test_cards_name_their_threshold_and_their_errors(page, jobs):
 
 
 def test_legends_follow_the_keys(page, jobs):
-    page.get_by_label("Simulated time").focus()
+    page.get_by_label("Simulated time", exact=True).focus()
     page.keyboard.press("End")
     end = legend(page, "Contact force")
     page.keyboard.press("ArrowLeft")

@@ -81,11 +81,11 @@ def test_card_and_plots_are_of_one_pair(page, jobs):
 
 def test_no_value_is_read_where_a_run_has_none(page, jobs):
     open_job(page, jobs["long"])
-    page.get_by_label("Simulated time").press("Home")
+    page.get_by_label("Simulated time", exact=True).press("Home")
     time, mean, step = legend(page, "Contact force")
     assert (time, mean) == ("0 ms", "–") and step.endswith("N")
     page.goto(f"/#/compare/{jobs['long']['id']}/{jobs['short']['id']}")
-    page.get_by_label("Simulated time").press("End")
+    page.get_by_label("Simulated time", exact=True).press("End")
     _, long, short = legend(page, "Impulse")
     assert long.endswith("N s") and short == "ended at 0.5000 ms"
     assert [text.split()[0] for text in page.locator(".stage .time-output").all_inner_texts()[:2]] == ["1.000", "ended"]

@@ -48,7 +48,7 @@ def test_the_first_screen_answers(page, jobs, width, height):
 
 def test_time_goes_between_frames(page, jobs):
     open_job(page, jobs["near"])
-    time = page.get_by_label("Simulated time")
+    time = page.get_by_label("Simulated time", exact=True)
     time.fill("2.5")
     expect(page.locator(".time-output")).to_have_text(re.compile("^25.00"))
     time.focus()
@@ -72,7 +72,7 @@ def test_layers_have_names_and_the_flat_section_a_ruler(page, jobs):
 
 
 def test_the_pointer_reads_layer_depth_and_stress(page, jobs):
-    page.get_by_label("Simulated time").fill("0")
+    page.get_by_label("Simulated time", exact=True).fill("0")
     page.get_by_label("View").select_option("flat")
     page.get_by_role("button", name="Impact").click()
     # Along the line of the impact, at rest: what the ruler says is what the pointer says.
@@ -163,7 +163,7 @@ def test_two_runs_are_compared_at_equal_times(page, jobs):
     near, far = microseconds()
     assert far - near == pytest.approx(1e6 * (contact[1] - contact[0]), abs=0.02)
     # The later one has ended before: no difference is made up.
-    page.get_by_label("Simulated time").focus()
+    page.get_by_label("Simulated time", exact=True).focus()
     page.keyboard.press("End")
     expect(page.get_by_text("differences are at equal times since first contact only")).to_be_visible()
     expect(clocks.nth(2)).to_have_text("none at this time")
