@@ -263,11 +263,20 @@ def test_closed_surfaces_in_each_other_become_the_target(page, panel, pictures):
     expect(top).to_have_value("24")
     expect(cropped).not_to_be_checked()
     assert float(size.input_value()) == 3.4
+    # Elements larger than a layer lose it, which is an error with its remedy; the proposed sizes are small enough.
+    near = panel.get_by_label("Size at the impact [mm]")
+    proposed = near.input_value()
+    panel.get_by_label("Time to simulate [ms]").fill("0.5")
     size.fill("12")
-    panel.get_by_label("Size at the impact [mm]").fill("6")
-    panel.get_by_label("Time to simulate [ms]").fill("1")
+    near.fill("6")
     panel.get_by_role("button", name="Use it as the target").click()
     expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile('"hole": "femur"'))
+    expect(page.get_by_text('elements too large for "subcutaneous fat"').first).to_be_visible()
+    expect(page.get_by_role("button", name="Run this impact")).to_be_disabled()
+    size.fill("3.4")
+    near.fill(proposed)
+    panel.get_by_role("button", name="Use it as the target").click()
+    expect(page.get_by_text('elements too large for "subcutaneous fat"')).to_have_count(0)
     expect(page.get_by_text("ready to run")).to_be_visible()
     tissue = tissue_of(scene_of(page))
     surfaces = tissue["mesh"]["segmentation"]["surfaces"]
