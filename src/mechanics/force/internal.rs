@@ -389,7 +389,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         let mut forces = E::nodal_forces(&sums.0);
         stabilisation = stabilisation * E::SCALE;
         let mut corner_frequency = zero;
-        if !E::CORNERS.is_empty() && corners_may_fold::<S>(&totals.smallest_j, part) {
+        if !E::CORNERS.is_empty() && corners_may_fold::<S>(smallest, mean, part) {
             let energy;
             (energy, corner_frequency) =
                 self.batch.add_corner_penalty((simd, part), &lanes.nodal, &mut forces);

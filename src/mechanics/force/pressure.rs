@@ -1,7 +1,7 @@
 //! Pressure with bulk viscosity, and the critical time step that stress and viscosity leave: what all formulations share.
 
 use super::parameters::BlockParameters;
-use crate::lanes::Row;
+use crate::lanes::{Lane, Row};
 use crate::material::{Invariants, Volumetric};
 use crate::real::Real;
 use crate::registers::Registers;
@@ -78,14 +78,18 @@ impl Barrier {
     }
 }
 
-/// J − 1 at the points above which no corner is looked at: none of an incompressible element is penalised there.
-const CORNERS_ARE_WELL: f64 = -0.1;
+/// Fraction of the mean J of an element, taken as 1 where it is less, above which all its points leave no corner below the threshold of the
+/// penalty.
+const CORNERS_ARE_WELL: f64 = 0.9;
 
-/// Whether a corner of an element of a register may be folding, from the least J − 1 of each element.
+/// Whether a corner of an element of a register may be folding, from the least and the mean J − 1 of the points of each element: one that
+/// expands may have a corner crushed, too.
 #[inline(always)]
-pub(super) fn corners_may_fold<S: Registers>(smallest_j: &Row, part: usize) -> bool {
+pub(super) fn corners_may_fold<S: Registers>(smallest: Lane<S>, mean: Lane<S>, part: usize) -> bool {
     let lanes = S::LANES;
-    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
+    let mut excess = Row::default();
+    (smallest - mean.max(mean.zero()) * CORNERS_ARE_WELL).store(&mut excess, part);
+    excess.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL - 1.0)
 }
 
 /// Whether a point of an element of a register is in reach of the barrier.

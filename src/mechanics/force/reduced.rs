@@ -243,9 +243,7 @@ impl<S: Registers> OnePointElement<Lane<S>> {
     #[inline(always)]
     pub fn corners_may_fold(&self, j: Lane<S>, hourglass: &HourglassResponse<Lane<S>>, part: usize) -> bool {
         let bent = hourglass.energy * self.constants.inverse_scale;
-        let mut lanes = Row::default();
-        (j - bent * FOLDED).store(&mut lanes, part);
-        corners_may_fold::<S>(&lanes, part)
+        corners_may_fold::<S>(j - bent * FOLDED, j.zero(), part)
     }
 }
 

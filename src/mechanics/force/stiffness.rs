@@ -208,7 +208,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, E, N, Q> {
                 }
             }
         }
-        if !E::CORNERS.is_empty() && corners_may_fold::<S>(&smallest_j, part) {
+        if !E::CORNERS.is_empty() && corners_may_fold::<S>(smallest, first_pass.mean, part) {
             self.add_corner_penalty(simd, part);
         }
     }
