@@ -18,6 +18,7 @@ mod holzapfel_gasser_ogden;
 mod isochoric;
 mod kinematics;
 mod law;
+mod list;
 mod logarithm;
 mod memories;
 mod memory;
@@ -62,30 +63,22 @@ pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 use super::real::{Outlined, Real};
 use super::tensor::Tensor;
 
-/// Generates from the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`,
-/// which does not resolve laws with a common force kernel. `$dollar` is a dollar sign, for the inner macros.
+/// Generates from the list of laws the enum [`Material`], and `with_law!`, which matches it. `$dollar` is a dollar sign, for the inner macro.
 macro_rules! laws {
-    ($dollar:tt: own [$($own_file:ident::$Own:ident),* $(,)?] shared [$($file:ident::$Shared:ident),* $(,)?]) => {
-        $(pub use $own_file::$Own;)*
-        $(pub use $file::$Shared;)*
+    ($dollar:tt $($name:literal: $file:ident, $Law:ident, $Document:ident;)*) => {
+        $(pub use $file::$Law;)*
 
         /// Any of the laws, by value, as named in a scene and stored in a plan. Laws with kernels of their own are matched once
         /// a chunk for the internal forces of hexahedra; all else matches at every point.
         #[allow(clippy::large_enum_variant)] // one a block of elements, read in its loops
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Material {
-            $(#[doc = concat!("See [`", stringify!($Own), "`].")] $Own($Own),)*
-            $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
+            $(#[doc = concat!("See [`", stringify!($Law), "`].")] $Law($Law),)*
         }
 
-        $(impl From<$Own> for Material {
-            fn from(law: $Own) -> Self {
-                Self::$Own(law)
-            }
-        })*
-        $(impl From<$Shared> for Material {
-            fn from(law: $Shared) -> Self {
-                Self::$Shared(law)
+        $(impl From<$Law> for Material {
+            fn from(law: $Law) -> Self {
+                Self::$Law(law)
             }
         })*
 
@@ -93,20 +86,26 @@ macro_rules! laws {
         macro_rules! with_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
-                    $($crate::material::Material::$Own($dollar law) => $dollar body,)*
-                    $($crate::material::Material::$Shared($dollar law) => $dollar body,)*
+                    $($crate::material::Material::$Law($dollar law) => $dollar body,)*
                 }
             };
         }
         #[cfg(test)]
         pub(crate) use with_law;
+    };
+}
 
+crate::with_laws!(laws $);
+
+/// Generates `with_kernel_law!`, which resolves those of the laws that have force kernels of their own.
+macro_rules! kernels {
+    ($dollar:tt $($Law:ident),*) => {
         /// Runs `$body` with `$law` bound to the type that force kernels are compiled for: the law itself, or
         /// [`Material`].
         macro_rules! with_kernel_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
-                    $($crate::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::material::Material::$Law($dollar law) => $dollar body,)*
                     $dollar law => $dollar body,
                 }
             };
@@ -114,27 +113,8 @@ macro_rules! laws {
         pub(crate) use with_kernel_law;
     };
 }
-
-// A new law is a file in this folder and a line here: with its own force kernel where its speed matters.
-laws! { $:
-    own [
-        mooney_rivlin::MooneyRivlin,
-        neo_hookean::NeoHookean,
-        holzapfel_gasser_ogden::HolzapfelGasserOgden,
-    ]
-    shared [
-        neo_hookean::CoupledNeoHookean,
-        blatz_ko::BlatzKo,
-        yeoh::Yeoh,
-        exponential_invariants::Demiray,
-        exponential_invariants::VerondaWestmann,
-        ogden::Ogden,
-        weiss::Weiss,
-        fung::FungOrthotropic,
-        balzani::Balzani,
-        peng_guo_moran::PengGuoMoran,
-    ]
-}
+// The most used laws: a kernel of its own is faster, and takes long to compile.
+kernels!($ MooneyRivlin, NeoHookean, HolzapfelGasserOgden);
 
 impl Material {
     /// ψ and P, including U(J), at a point with its own J (no element average). `H = F − I` [-].

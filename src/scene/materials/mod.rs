@@ -28,12 +28,13 @@ use super::problem::Pointer;
 use super::validate::Findings;
 use super::validity_document::ValidityDocument;
 use crate::mechanics::material::Material;
+use crate::mechanics::with_laws;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Generates, from the list of laws, the enum [`MaterialDocument`] and the methods that dispatch on it.
+/// Generates, from the list of laws ([`with_laws`]), the enum [`MaterialDocument`] and the methods that dispatch on it.
 macro_rules! laws {
-    ($($name:literal: $file:ident::$Document:ident as $Law:ident),* $(,)?) => {
+    ($($name:literal: $file:ident, $Law:ident, $Document:ident;)*) => {
         $(pub use $file::$Document;)*
 
         /// A constitutive law with its parameters.
@@ -70,22 +71,7 @@ macro_rules! laws {
     };
 }
 
-// A new law is a file of this folder and a line here.
-laws! {
-    "mooney_rivlin": mooney_rivlin::MooneyRivlinDocument as MooneyRivlin,
-    "neo_hookean": neo_hookean::NeoHookeanDocument as NeoHookean,
-    "coupled_neo_hookean": neo_hookean::CoupledNeoHookeanDocument as CoupledNeoHookean,
-    "holzapfel_gasser_ogden": holzapfel_gasser_ogden::HolzapfelGasserOgdenDocument as HolzapfelGasserOgden,
-    "yeoh": yeoh::YeohDocument as Yeoh,
-    "demiray": exponential_invariants::DemirayDocument as Demiray,
-    "veronda_westmann": exponential_invariants::VerondaWestmannDocument as VerondaWestmann,
-    "ogden": ogden::OgdenDocument as Ogden,
-    "weiss_transversely_isotropic": weiss::WeissDocument as Weiss,
-    "fung_orthotropic": fung::FungOrthotropicDocument as FungOrthotropic,
-    "blatz_ko": blatz_ko::BlatzKoDocument as BlatzKo,
-    "balzani": balzani::BalzaniDocument as Balzani,
-    "peng_guo_moran": peng_guo_moran::PengGuoMoranDocument as PengGuoMoran,
-}
+with_laws!(laws);
 
 impl MaterialDocument {
     /// Checks the parameters: stability of the law, and unusual values.
