@@ -129,7 +129,7 @@ impl Plan {
     }
     /// Whether a part has stress relaxation.
     pub fn has_memory(&self) -> bool {
-        self.blocks.iter().any(|block| !block.parameters.memory.is_empty())
+        self.blocks.iter().any(|block| block.parameters.has_memory())
     }
     /// Buffer for the history seen by recorders, by chunk; empty without stress relaxation.
     pub fn room_for_history(&self) -> Vec<Vec<Row>> {

@@ -13,7 +13,7 @@ pub(super) fn element_steps_per_s(block: &ElementBlock, evaluated_bytes: usize) 
     1.0 / element_s(
         &parameters.material,
         (block.kind, parameters.formulation),
-        [parameters.shear_viscosity > 0.0, !parameters.memory.is_empty()],
+        [parameters.shear_viscosity > 0.0, parameters.has_memory()],
         evaluated_bytes,
     )
 }

@@ -166,7 +166,7 @@ fn of_block(
         }
         .into(),
         shear_viscosity_pa_s: p.shear_viscosity,
-        history: p.memory.titles(),
+        history: p.history_titles(),
         erodes: p.erosion.is_some(),
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(block, evaluated_bytes),

@@ -76,8 +76,8 @@ const REMEDY: &str = "mesh the part with tetrahedra of ten nodes, wedges or hexa
                       stiff where nearly incompressible";
 
 fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findings) {
-    let needing = part.memories().map(|(field, memory)| (field, memory.rules()));
-    let needing = needing
+    let needing = part
+        .rules()
         .filter(|(_, rules)| rules.needs_pressure_of_element)
         .map(|(field, rules)| (field, rules.name));
     for (field, name) in needing.chain(part.erosion.map(|_| ("erosion", "erosion"))) {

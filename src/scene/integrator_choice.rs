@@ -147,7 +147,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
             element_s(
                 material,
                 (kind, part.element(material, kind)),
-                [part.shear_viscosity_pa_s > 0.0, part.has_memory()],
+                [part.shear_viscosity_pa_s > 0.0, part.has_history(material)],
                 evaluated_bytes,
             )
         };

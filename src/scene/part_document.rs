@@ -1,11 +1,11 @@
 //! Material and element of a part, in a scene document.
 
 use super::materials::MaterialDocument;
-use super::memories::{MemoryDocument, PronyDocument, SofteningDocument};
+use super::memories::{MemoryDocument, PronyDocument, Rules, SofteningDocument};
 use super::named_materials::{WrittenMaterial, not_null};
 use crate::mechanics::element::ElementKind;
 use crate::mechanics::force;
-use crate::mechanics::material::{Material, Memories};
+use crate::mechanics::material::{Law, Material, Memories};
 use clap::ValueEnum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -126,7 +126,7 @@ impl PartDocument {
         let law = self.material.to_material()?;
         self.memories().try_fold(law, |law, (_, memory)| memory.slow_law(law))
     }
-    /// What its stress remembers, with the names of the fields.
+    /// Its memories, with the names of the fields.
     pub fn memories(&self) -> impl Iterator<Item = (&'static str, &dyn MemoryDocument)> {
         let prony = self.prony_series.as_ref().map(|memory| memory as &dyn MemoryDocument);
         let softening = self.softening.as_ref().map(|memory| memory as &dyn MemoryDocument);
@@ -140,22 +140,26 @@ impl PartDocument {
         self.memories().for_each(|(_, memory)| memory.set(&mut all));
         all
     }
-    /// Whether its stress depends on its past.
-    pub fn has_memory(&self) -> bool {
-        !self.memory().is_empty()
+    /// Whether its stress depends on history, with this law.
+    pub fn has_history(&self, law: &Material) -> bool {
+        law.history_len() > 0 || self.memories().next().is_some()
+    }
+    /// What its history needs of steps and elements, with the names of the fields: that of the law, then that of each memory.
+    pub fn rules(&self) -> impl Iterator<Item = (&'static str, Rules)> {
+        let of_law = self.material.rules().map(|rules| ("material", rules));
+        of_law.into_iter().chain(self.memories().map(|(field, memory)| (field, memory.rules())))
     }
     /// Whether its stress can be lost for good.
     pub fn can_tear(&self) -> bool {
-        self.erosion.is_some() || self.memories().any(|(_, memory)| memory.rules().damages)
+        self.erosion.is_some() || self.rules().any(|(_, rules)| rules.damages)
     }
     /// Whether its stress depends on the rate of deformation.
     pub fn depends_on_rate(&self) -> bool {
-        self.shear_viscosity_pa_s > 0.0 || self.memories().any(|(_, memory)| memory.rules().depends_on_rate)
+        self.shear_viscosity_pa_s > 0.0 || self.rules().any(|(_, rules)| rules.depends_on_rate)
     }
     /// Whether only explicit steps support it.
     pub fn needs_explicit_steps(&self) -> bool {
-        self.erosion.is_some()
-            || self.memories().any(|(_, memory)| memory.rules().without_explicit_steps.is_some())
+        self.erosion.is_some() || self.rules().any(|(_, rules)| rules.without_explicit_steps.is_some())
     }
     /// The requested element formulation; by default mean dilatation for split laws, or averaged nodal pressure in elements of one point,
     /// and full integration for coupled ones.

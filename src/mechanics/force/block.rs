@@ -107,7 +107,7 @@ impl ElementBlock {
 
     /// Rows of history of a point.
     pub(super) fn memory_rows(&self) -> usize {
-        self.parameters.memory.history_len()
+        self.parameters.history_len()
     }
 
     /// Number of branches of the Prony series of its law; 0 without relaxation.

@@ -1,4 +1,4 @@
-//! Forces of stresses with a [`Memory`](crate::material::Memory), after the evaluation, of any split law.
+//! Forces of stresses with a history, after the evaluation: of a law's internal variables, and of each [`Memory`](crate::material::Memory).
 //! Eight-point elements remember at each point, one-point elements at their one.
 
 mod branches;
@@ -11,14 +11,14 @@ use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::packed::{InBlocks, Packed};
-use super::parameters::Formulation;
+use super::parameters::{BlockParameters, Formulation};
 use super::reduced::OnePointBatch;
 use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::dual::Dual;
 use crate::lanes::{Aligned, BATCH, Lane, Row};
 use crate::material::{
-    ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MAX_FAMILIES, Material, MemorySteps,
+    ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MAX_FAMILIES, MemorySteps,
     isochoric_stress, volume_change,
 };
 use crate::real::{Outlined, Real, inverse_cbrt_m1};
@@ -27,8 +27,8 @@ use branches::{BranchRows, BranchSums};
 use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};
 
-/// The forces of the memories of a chunk, whose displacements are gathered: of relaxation added to its viscous forces, of softening
-/// to its internal forces.
+/// The forces of the history of a chunk, whose displacements are gathered: of internal variables and relaxation added to its viscous
+/// forces, of softening to its internal forces.
 pub(super) struct Memory<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub elements: &'a Packed<E, N, Q>,
     pub block: &'a ElementBlock,
@@ -80,7 +80,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, 
 
 /// Forces of a batch [N], `[component][node]`.
 struct MemoryForces<const N: usize> {
-    /// Forces of the relaxing stress.
+    /// Forces of [`Inelastic::S`].
     relaxing: [[Row; N]; 3],
     /// Forces of the stress removed by damage; not set without softening.
     lost: [[Row; N]; 3],
@@ -254,23 +254,25 @@ impl<'k, S: Simd> Outlined for PointInStep<'_, 'k, S> {
     fn run(mut self) -> Self::Output {
         let parameters = &self.block.parameters;
         let fibres = &self.fibres[..parameters.material.family_count()];
-        let elastic = elastic_point(&parameters.material, self.k, fibres, (self.tension, self.size));
-        let inelastic = parameters.memory.update(self.steps, &elastic, &mut self.history);
-        (elastic, inelastic)
+        let of_element = (self.tension, self.size);
+        take_over_step(parameters, self.steps, (self.k, fibres), of_element, &mut self.history)
     }
 }
 
-/// The elastic response that memories add to, with U in tension [J/m³] and the size of the element [m].
+/// The elastic response of a point, and what its history adds, which it takes over a step; with U in tension [J/m³] and the size of the
+/// element [m].
 #[inline(always)]
-pub(super) fn elastic_point<'a, R: Real>(
-    law: &Material,
-    k: &'a Kinematics<R>,
-    fibres: &[[R; 3]],
+pub(super) fn take_over_step<'a, R: Real>(
+    parameters: &BlockParameters,
+    steps: &MemorySteps,
+    (k, fibres): (&'a Kinematics<R>, &[[R; 3]]),
     (tension, size): (R, R),
-) -> ElasticPoint<'a, R> {
+    history: &mut impl History<R>,
+) -> (ElasticPoint<'a, R>, Inelastic<R>) {
+    let law = &parameters.material;
     let invariants = Invariants::new(k);
     let point = law.eval_with_bounds(k, &invariants, fibres);
-    ElasticPoint {
+    let elastic = ElasticPoint {
         k,
         psi: point.response.psi,
         tension,
@@ -279,10 +281,15 @@ pub(super) fn elastic_point<'a, R: Real>(
         condition: invariants.max_C * invariants.max_C_inverse,
         size,
         shear_modulus: law.moduli_at_rest().0,
-    }
+    };
+    let inelastic = parameters.memory.update(law, steps, (&elastic, fibres), history);
+    (elastic, inelastic)
 }
 
 /// Edges of cubes of the volumes of a batch [m]; 1 in padding.
 pub(super) fn sizes(volume: &Row) -> Row {
     Row(volume.0.map(|V| if V > 0.0 { V.cbrt() } else { 1.0 }))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! What blocks of elements are made from: elements, law, formulation.
 
 use crate::element::{ElementKind, ReferenceGeometry};
-use crate::material::{FIBRE_EXPONENT_LIMIT, Material, Memories};
+use crate::material::{FIBRE_EXPONENT_LIMIT, Law, Material, Memories};
 use crate::tensor::{Mat3, Vec3};
 
 /// [`FIBRE_EXPONENT_LIMIT`] in single precision, where e⁸⁸ is the largest number [-].
@@ -74,7 +74,21 @@ pub const MOST_SINGLE_RATIO: f64 = 5e3;
 impl BlockParameters {
     /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
     pub fn is_viscous(&self) -> bool {
-        self.shear_viscosity > 0.0 || !self.memory.is_empty()
+        self.shear_viscosity > 0.0 || self.has_memory()
+    }
+    /// Whether stress depends on history, bulk viscosity apart.
+    pub fn has_memory(&self) -> bool {
+        self.history_len() > 0
+    }
+    /// Numbers that a point remembers: those of the law, then those of each memory.
+    pub fn history_len(&self) -> usize {
+        self.material.history_len() + self.memory.history_len()
+    }
+    /// What makes stress depend on history, for reports.
+    pub fn history_titles(&self) -> Vec<String> {
+        let of_law = Some(self.material.history_len()).filter(|count| *count > 0);
+        let of_law = of_law.map(|count| format!("internal variables ({count})"));
+        of_law.into_iter().chain(self.memory.titles()).collect()
     }
     /// Whether the forces of an element depend on the displacements of its own nodes only.
     pub fn is_local(&self) -> bool {

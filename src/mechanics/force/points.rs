@@ -4,16 +4,16 @@ use super::block::ElementBlock;
 use super::chunk::{Chunk, NodalResponse};
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
-use super::memory::{Past, Tension, elastic_point, sizes};
+use super::memory::{Past, Tension, sizes, take_over_step};
 use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, with_elements};
-use super::parameters::Formulation;
+use super::parameters::{BlockParameters, Formulation};
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::shear_viscosity::stress_over_viscosity;
 use crate::element::MOST_POINTS;
 use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::material::{Inelastic, Kinematics, Law, Material, Memories};
+use crate::material::{Inelastic, Kinematics, Law};
 use crate::real::{Outlined, Real, inverse_cbrt_m1};
 use crate::tensor::{Mat3, Sym, Vec3};
 use pulp::{Simd, WithSimd};
@@ -161,13 +161,14 @@ impl ElementBlock {
         batch * BATCH..((batch + 1) * BATCH).min(self.elements.len())
     }
 
-    /// The memories of a batch, where there are any.
-    fn memory_of<'a>(&self, b: usize, history: &'a [Vec<Row>]) -> Option<BatchHistory<'a>> {
-        let (memory, rows) = (self.parameters.memory, self.history_rows());
-        let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !memory.is_empty())?;
+    /// The history of a batch, where its stress depends on it.
+    fn memory_of<'a>(&'a self, b: usize, history: &'a [Vec<Row>]) -> Option<BatchHistory<'a>> {
+        let rows = self.history_rows();
+        let of_chunk =
+            history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| self.parameters.has_memory())?;
         let first = b % Chunk::BATCHES * rows;
         Some(BatchHistory {
-            memory,
+            parameters: &self.parameters,
             rows: &of_chunk[first + self.bulk_rows()..first + rows],
             of_point: if self.memory_points() > 1 { self.memory_rows() } else { 0 },
             size: with_elements!(&self.packed, elements => sizes(&elements.batches[b].volume)),
@@ -217,9 +218,9 @@ impl PointBatch {
     }
 }
 
-/// Memories of a batch, and its history.
+/// History of the points of a batch.
 struct BatchHistory<'a> {
-    memory: Memories,
+    parameters: &'a BlockParameters,
     rows: &'a [Row],
     /// Rows of a point, 0 where all points share those of the first.
     of_point: usize,
@@ -228,19 +229,19 @@ struct BatchHistory<'a> {
 }
 
 impl BatchHistory<'_> {
-    /// Contribution of memory to the response of a point.
+    /// Contribution of history to the response of a point.
     #[inline(always)]
     fn inelastic<S: Simd>(
         &self,
         simd: S,
         (part, q): (usize, usize),
-        law: &Material,
         (k, fibres): (&Kinematics<Lane<S>>, &[[Lane<S>; 3]]),
         tension: Lane<S>,
     ) -> Inelastic<Lane<S>> {
-        let elastic = elastic_point(law, k, fibres, (tension, Lane::load(simd, &self.size, part)));
+        let of_element = (tension, Lane::load(simd, &self.size, part));
         let mut past = Past { simd, part, rows: &self.rows[q * self.of_point..] };
-        self.memory.update(&self.memory.step(0.0), &elastic, &mut past)
+        let steps = self.parameters.memory.step(0.0);
+        take_over_step(self.parameters, &steps, (k, fibres), of_element, &mut past).1
     }
 }
 
@@ -373,11 +374,11 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
             (None, _) => (zero, zero),
         };
 
-        // Memory adds stress; softening degrades it.
+        // History adds stress; softening degrades it.
         let tension = Tension::new(of.block, mean);
         let mut inelastic = None;
         if let Some(memory) = &of.memory {
-            let added = memory.inelastic(simd, (part, q), law, (k, fibres), tension.energy(k));
+            let added = memory.inelastic(simd, (part, q), (k, fibres), tension.energy(k));
             psi = added.damage.mul_add(-(psi + tension.energy(k)), psi);
             added.damage.store(&mut to.damage[q], part);
             inelastic = Some(added);

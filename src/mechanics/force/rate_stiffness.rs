@@ -1,4 +1,4 @@
-//! Tangent stiffness of viscosity and memory in implicit steps, to be added to that of the law: the derivative of their forces at the
+//! Tangent stiffness of viscosity and history in implicit steps, to be added to that of the law: the derivative of their forces at the
 //! end of a step by the displacement there,
 //!
 //! ```text
@@ -12,8 +12,9 @@
 use super::block::ElementBlock;
 use super::chunk::Chunk;
 use super::first_pass::FirstPass;
-use super::memory::{Past, elastic_point, sizes};
+use super::memory::{Past, sizes, take_over_step};
 use super::packed::{InBlocks, Packed, with_elements};
+use super::parameters::BlockParameters;
 use super::reduced::OnePointBatch;
 use super::rows::{gather_global, load_corners};
 use super::shear_viscosity::viscous_stress;
@@ -22,7 +23,7 @@ use super::stiffness::{
 };
 use crate::dual::Dual;
 use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
-use crate::material::{Kinematics, Material, Memories, MemorySteps, volume_change};
+use crate::material::{Kinematics, MemorySteps, volume_change};
 use crate::real::{Outlined, Real};
 use crate::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
@@ -43,7 +44,7 @@ pub struct EndOfStep<'a> {
 }
 
 impl ElementBlock {
-    /// Adds the tangent stiffness of viscosity and memory of the elements of a batch.
+    /// Adds the tangent stiffness of viscosity and history of the elements of a batch.
     pub fn add_rate_stiffness(&self, batch: usize, end: &EndOfStep, stiffness: &mut StiffnessBatch) {
         let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
         with_elements!(&self.packed, elements => dispatch_rare(RateStiffness {
@@ -173,7 +174,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_, E, N, 
         add_pairs(sums, &A, &mean, volume);
     }
 
-    /// Symmetric part of ∂P/∂F [Pa] of the memories of a point.
+    /// Symmetric part of ∂P/∂F [Pa] of what the history of a point adds.
     #[inline(always)]
     fn memory_tangent<S: Simd>(
         &self,
@@ -185,8 +186,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_, E, N, 
         let rows = self.block.memory_rows();
         let directions = fixed_fibres(simd, self.block.fibres_of(self.batch), part);
         Lane::splat(simd, 0.0).outlined(MemoryTangent {
-            law: &self.block.parameters.material,
-            memories: &self.block.parameters.memory,
+            parameters: &self.block.parameters,
             steps: &self.steps,
             H,
             fibres: &directions[..self.block.parameters.material.family_count()],
@@ -196,10 +196,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> RateStiffness<'_, E, N, 
     }
 }
 
-/// Symmetric part of ∂P/∂F [Pa] of the memories of a point.
+/// Symmetric part of ∂P/∂F [Pa] of what the history of a point adds.
 struct MemoryTangent<'a, S: Simd> {
-    law: &'a Material,
-    memories: &'a Memories,
+    parameters: &'a BlockParameters,
     steps: &'a MemorySteps,
     H: &'a Tensor<Lane<S>>,
     fibres: &'a [[Dual<Lane<S>>; 3]],
@@ -218,8 +217,9 @@ impl<S: Simd> Outlined for MemoryTangent<'_, S> {
         for column in 0..9 {
             lifted.0[column / 3][column % 3].slope = zero.constant(1.0);
             let k = Kinematics::new(&lifted);
-            let elastic = elastic_point(self.law, &k, self.fibres, (self.size.zero(), self.size));
-            let inelastic = self.memories.update(self.steps, &elastic, &mut self.history);
+            let (kinematics, of_element) = ((&k, self.fibres), (self.size.zero(), self.size));
+            let (_, inelastic) =
+                take_over_step(self.parameters, self.steps, kinematics, of_element, &mut self.history);
             store_column(&k.F.dot_sym(&inelastic.S), column, &mut A);
             lifted.0[column / 3][column % 3].slope = zero;
         }

@@ -14,7 +14,7 @@ pub struct BatchTotals {
     pub hourglass: Row,
     /// Energy that bulk viscosity and damage dissipated in the last step [J].
     pub viscous: Row,
-    /// Energy stored in the branches of Prony series [J].
+    /// Energy stored with the stress of history: in the branches of Prony series, by internal variables [J].
     pub branches: Row,
     /// Mean damage of a material that softens [-].
     pub damage: Row,
@@ -61,7 +61,7 @@ pub struct BlockTotals {
     pub hourglass: f64,
     /// Energy that bulk viscosity and damage dissipated in the last step [J].
     pub viscous: f64,
-    /// Energy stored in the branches of Prony series [J].
+    /// Energy stored with the stress of history: in the branches of Prony series, by internal variables [J].
     pub branches: f64,
     /// Smallest critical time step [s] and its slot.
     pub stable_step: (f64, usize),

@@ -53,7 +53,7 @@ impl ElementBlock {
                 with_elements!(&block.packed, elements => eval_viscous(Viscous { elements, block, chunk }));
             }
         }
-        if !block.parameters.memory.is_empty() {
+        if block.parameters.has_memory() {
             with_elements!(&block.packed, elements => arch.dispatch(Memory { elements, block, input, chunk }));
             chunk.branch_totals = BranchTotals::of_batches(block.branch_count(), &chunk.branches);
         }

@@ -1,7 +1,9 @@
 //! The trait of all constitutive laws, and their response at a point.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
-use super::{Deformations, ElementTime, Invariants, Kinematics, Volumetric};
+use super::{
+    Deformations, ElasticPoint, ElementTime, History, Invariants, Kinematics, Overstress, Volumetric,
+};
 use crate::real::Real;
 use crate::tensor::{Sym, Tensor};
 
@@ -51,7 +53,7 @@ pub struct TotalResponse<R> {
     pub P: Tensor<R>,
 }
 
-/// A hyperelastic law at a point, *without* the volumetric energy `U(J)` of a split law.
+/// A law at a point, *without* the volumetric energy `U(J)` of a split law: its elastic response, and what internal variables add to it.
 ///
 /// A split law returns `U` separately (see [`Law::volumetric`]), because the mean-dilatation element evaluates it
 /// once per element with `J̄`. A coupled law returns `None` there and includes everything in `eval`.
@@ -82,6 +84,23 @@ pub trait Law: Copy + std::fmt::Debug + Send + Sync + 'static {
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
         self.eval_with_bounds(k, &Invariants::new(k), fibres).response
+    }
+    /// Numbers that a point remembers, the internal variables; 0 for elastic laws.
+    #[inline(always)]
+    fn history_len(&self) -> usize {
+        0
+    }
+    /// Takes the internal variables over a step of `h` [s] to the deformation of `elastic`, and returns what they add to that response. With
+    /// `h = 0` they stay, and add what they have then; where they are zero, as at the start of a run, the response of `eval` is all.
+    #[inline(always)]
+    fn update<R: Real>(
+        &self,
+        _h: f64,
+        elastic: &ElasticPoint<R>,
+        _fibres: &[[R; 3]],
+        _history: &mut impl History<R>,
+    ) -> Overstress<R> {
+        Overstress::none(elastic.psi.zero())
     }
     /// The volumetric energy `U(J)` of a split law, or `None` for a coupled one.
     fn volumetric(&self) -> Option<Volumetric>;

@@ -1,9 +1,8 @@
-//! The list of memories, and what a material has of them.
+//! The list of memories, what a material has of them, and the history of a point: of its law, then of each memory.
 
-use super::memory::{ElasticPoint, History, Inelastic, Memory};
-use super::{damage, prony};
+use super::memory::{ElasticPoint, History, Inelastic, Memory, Overstress};
+use super::{Law, damage, prony};
 use crate::real::Real;
-use crate::tensor::Sym;
 
 /// The history of one of several memories: its numbers begin at `first`.
 struct Part<'a, H> {
@@ -31,9 +30,10 @@ macro_rules! memories {
             $($(#[$doc])* pub $name: $file::$Memory,)*
         }
 
-        /// [`Memory::Step`] of each kind of memory, prepared once a step.
+        /// The step size, and [`Memory::Step`] of each kind of memory, prepared once a step.
         #[derive(Clone, Copy, Debug)]
         pub struct MemorySteps {
+            h: f64,
             $($name: <$file::$Memory as Memory>::Step,)*
         }
 
@@ -56,20 +56,21 @@ macro_rules! memories {
             }
             /// Coefficients of a step of `h` [s].
             pub fn step(&self, h: f64) -> MemorySteps {
-                MemorySteps { $($name: self.$name.step(h),)* }
+                MemorySteps { h, $($name: self.$name.step(h),)* }
             }
-            /// Takes the history of a point over a step; what the memories add to the elastic response.
+            /// Takes the history of a point over a step; what its law and then the memories add to the elastic response.
             #[inline(always)]
             pub fn update<R: Real>(
                 &self,
+                law: &impl Law,
                 steps: &MemorySteps,
-                elastic: &ElasticPoint<R>,
+                (elastic, fibres): (&ElasticPoint<R>, &[[R; 3]]),
                 history: &mut impl History<R>,
             ) -> Inelastic<R> {
                 let zero = elastic.psi.zero();
-                let mut to =
-                    Inelastic { S: Sym([zero; 6]), stored: zero, stiffness: zero, damage: zero, dissipated: zero };
-                let mut first = 0;
+                let Overstress { S, stored, stiffness } = law.update(steps.h, elastic, fibres, history);
+                let mut to = Inelastic { S, stored, stiffness, damage: zero, dissipated: zero };
+                let mut first = law.history_len();
                 $(
                     let count = self.$name.history_len();
                     if count > 0 {

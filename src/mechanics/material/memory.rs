@@ -1,15 +1,16 @@
-//! Stress with a memory: what the past of a point adds to the isochoric stress of a law.
+//! Stress with a history: what a law with internal variables adds to its elastic response ([`Law::update`](super::Law::update)), and memories,
+//! which add to the isochoric stress of any law.
 //!
 //! A memory is one file with an `impl Memory`, and a line in the list of `memories.rs`. It answers what the passes
 //! over elements and the steps ask of a memory; by name they know only the branches of a Prony series, whose energies are in the ledger
-//! (`force/memory/branches.rs`). The numbers that a point remembers are rows of the history in the state; materials without memory
-//! have none.
+//! (`force/memory/branches.rs`). The numbers that a point remembers, those of the law first, are rows of the history in the state; elastic
+//! materials have none.
 
 use super::Kinematics;
 use crate::real::Real;
 use crate::tensor::Sym;
 
-/// Elastic response at a point, to which memories add.
+/// Elastic response at a point, to which its history adds.
 #[derive(Clone, Copy, Debug)]
 pub struct ElasticPoint<'a, R> {
     /// Invariants and metrics of the deformation gradient.
@@ -18,7 +19,7 @@ pub struct ElasticPoint<'a, R> {
     pub psi: R,
     /// U(J) where J > 1 [J/m³], else 0: at the J of the formulation; 0 for materials that do not soften.
     pub tension: R,
-    /// Second Piola–Kirchhoff stress without the pressure U′ [Pa], [`super::isochoric_stress`].
+    /// Second Piola–Kirchhoff stress without the pressure U′ [Pa], [`super::isochoric_stress`]; of a coupled law all of it.
     pub S_iso: Sym<R>,
     /// Upper bound of the largest eigenvalue of ∂²ψ/∂F² [Pa].
     pub stiffness_bound: R,
@@ -30,10 +31,29 @@ pub struct ElasticPoint<'a, R> {
     pub shear_modulus: f64,
 }
 
-/// What the memories so far make of the elastic response: with S_iso and its energy times 1 − d, and with a further stress.
+/// What the internal variables of a law add to its elastic response.
+#[derive(Clone, Copy, Debug)]
+pub struct Overstress<R> {
+    /// Further second Piola–Kirchhoff stress [Pa].
+    pub S: Sym<R>,
+    /// Free energy beyond the elastic one [J/m³]; what the work of S exceeds its change by is dissipated.
+    pub stored: R,
+    /// Upper bound of the norm of the tangent of F S [Pa].
+    pub stiffness: R,
+}
+
+impl<R: Real> Overstress<R> {
+    /// That of an elastic law.
+    #[inline(always)]
+    pub fn none(zero: R) -> Self {
+        Self { S: Sym([zero; 6]), stored: zero, stiffness: zero }
+    }
+}
+
+/// What law and memories so far make of the elastic response: with S_iso and its energy times 1 − d, and with a further stress.
 #[derive(Clone, Copy, Debug)]
 pub struct Inelastic<R> {
-    /// Further second Piola–Kirchhoff stress, which relaxes [Pa].
+    /// Further second Piola–Kirchhoff stress, of the law's internal variables and of relaxation [Pa].
     pub S: Sym<R>,
     /// Energy stored with it [J/m³].
     pub stored: R,

@@ -49,7 +49,7 @@ pub use holzapfel_gasser_ogden::MatrixForm;
 pub use kinematics::{Invariants, Kinematics, bound_largest, volume_change};
 pub use law::{BoundedResponse, Law, Response, TotalResponse};
 pub use memories::{Memories, MemorySteps};
-pub use memory::{ElasticPoint, History, Inelastic, Memory};
+pub use memory::{ElasticPoint, History, Inelastic, Memory, Overstress};
 pub use ogden::{MAX_OGDEN_TERMS, OgdenTerm};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use peng_guo_moran::FibreShear;
@@ -95,7 +95,11 @@ macro_rules! laws {
     };
 }
 
+#[cfg(not(test))]
 crate::with_laws!(laws $);
+// Tests have one law more.
+#[cfg(test)]
+crate::with_laws!(laws $ "viscous_volume": tests, ViscousVolume, None;);
 
 /// Generates `with_kernel_law!`, which resolves those of the laws that have force kernels of their own.
 macro_rules! kernels {
@@ -205,6 +209,20 @@ impl Law for Material {
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
         k.j.outlined(Eval { material: self, k, fibres })
+    }
+    #[inline(always)]
+    fn history_len(&self) -> usize {
+        with_law!(self, law => law.history_len())
+    }
+    #[inline(always)]
+    fn update<R: Real>(
+        &self,
+        h: f64,
+        elastic: &ElasticPoint<R>,
+        fibres: &[[R; 3]],
+        history: &mut impl History<R>,
+    ) -> Overstress<R> {
+        with_law!(self, law => law.update(h, elastic, fibres, history))
     }
     fn volumetric(&self) -> Option<Volumetric> {
         self.volumetric()

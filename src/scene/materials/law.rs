@@ -1,6 +1,7 @@
 //! The interface that every law's document implements.
 
 use crate::mechanics::material::Material;
+use crate::scene::memories::Rules;
 use crate::scene::problem::Pointer;
 use crate::scene::validate::Findings;
 use crate::scene::validity_document::ValidityDocument;
@@ -20,6 +21,17 @@ pub trait LawDocument {
     /// Whether all dependence on J alone is in U(J), so that an element may average it.
     fn is_split(&self) -> bool {
         true
+    }
+    /// What internal variables of the law need of steps and elements, where it has any. Unless it says otherwise, energy-conserving steps do
+    /// not support them, and slow loading, without real time, has the elastic response.
+    fn rules(&self) -> Rules {
+        Rules {
+            name: "a law with internal variables",
+            without_explicit_steps: None,
+            needs_pressure_of_element: false,
+            damages: false,
+            depends_on_rate: true,
+        }
     }
     /// Number of fibre families, including invalid ones.
     fn family_count(&self) -> usize {

@@ -24,10 +24,11 @@ pub use law::LawDocument;
 pub use ogden::{FebioTerm, MuAlpha, OgdenTerms};
 pub use volumetric::VolumetricDocument;
 
+use super::memories::Rules;
 use super::problem::Pointer;
 use super::validate::Findings;
 use super::validity_document::ValidityDocument;
-use crate::mechanics::material::Material;
+use crate::mechanics::material::{Law, Material};
 use crate::mechanics::with_laws;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -103,6 +104,11 @@ impl MaterialDocument {
     /// Whether all dependence on J alone is in U(J), so that an element may average it.
     pub fn is_split(&self) -> bool {
         self.law().is_split()
+    }
+
+    /// What internal variables of the law need of steps and elements; `None` for an elastic law.
+    pub fn rules(&self) -> Option<Rules> {
+        self.to_material().filter(|law| law.history_len() > 0).map(|_| self.law().rules())
     }
 
     /// Number of fibre families of the law.

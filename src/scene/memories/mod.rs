@@ -11,12 +11,10 @@ use super::problem::{Pointer, Problem};
 use super::validate::Findings;
 use crate::mechanics::material::{Material, Memories};
 
-/// What a memory needs of law, steps and elements.
+/// What a memory, or the internal variables of a law, need of steps and elements.
 pub struct Rules {
     /// Its name in messages.
     pub name: &'static str,
-    /// Code of the problem of a law that does not separate the isochoric stress, on which memories act.
-    pub with_coupled_law: &'static str,
     /// Code of the problem of steps that are not explicit; `None` where implicit ones support it, too.
     pub without_explicit_steps: Option<&'static str>,
     /// Whether it acts on a pressure, which must then be that of one element.
@@ -31,6 +29,8 @@ pub struct Rules {
 pub trait MemoryDocument {
     /// What it needs.
     fn rules(&self) -> Rules;
+    /// Code of the problem of a law that does not separate the isochoric stress, on which memories act.
+    fn code_with_coupled_law(&self) -> &'static str;
     /// Checks the parameters; `here` is the place of the memory.
     fn check(&self, here: &Pointer, out: &mut Findings);
     /// Checks the size of the largest element of the part, the cube root of its volume [m].
@@ -50,10 +50,10 @@ pub(in crate::scene) fn check(
     here: &Pointer,
     out: &mut Findings,
 ) {
-    let Rules { name, with_coupled_law, .. } = memory.rules();
     out.require(is_split, || {
+        let name = memory.rules().name;
         let message = format!("{name} acts on the isochoric stress, which this law does not separate");
-        Problem::error(with_coupled_law, here, message)
+        Problem::error(memory.code_with_coupled_law(), here, message)
             .limit("a split law")
             .remedy("choose a split law: neo_hookean in place of coupled_neo_hookean")
     });

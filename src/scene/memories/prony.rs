@@ -79,12 +79,15 @@ impl MemoryDocument for PronyDocument {
     fn rules(&self) -> Rules {
         Rules {
             name: "relaxation",
-            with_coupled_law: "coupled_law_with_prony_series",
             without_explicit_steps: None,
             needs_pressure_of_element: false,
             damages: false,
             depends_on_rate: true,
         }
+    }
+
+    fn code_with_coupled_law(&self) -> &'static str {
+        "coupled_law_with_prony_series"
     }
 
     fn check(&self, here: &Pointer, out: &mut Findings) {

@@ -34,12 +34,15 @@ impl MemoryDocument for SofteningDocument {
     fn rules(&self) -> Rules {
         Rules {
             name: "softening",
-            with_coupled_law: "coupled_law_with_softening",
             without_explicit_steps: Some("softening_without_explicit_steps"),
             needs_pressure_of_element: true,
             damages: true,
             depends_on_rate: false,
         }
+    }
+
+    fn code_with_coupled_law(&self) -> &'static str {
+        "coupled_law_with_softening"
     }
 
     fn check(&self, here: &Pointer, out: &mut Findings) {

@@ -66,7 +66,7 @@ pub(in crate::scene) fn check_memories(
     out: &mut Findings,
 ) {
     let here = Pointer::root().key("bodies").index(index).key("parts");
-    for (i, part) in body.parts.iter().enumerate().filter(|(_, part)| part.has_memory()) {
+    for (i, part) in body.parts.iter().enumerate().filter(|(_, part)| part.memories().next().is_some()) {
         let of_part = part_entry.iter().enumerate().filter(|(_, entry)| **entry as usize == i);
         let largest = of_part.map(|(e, _)| mesh.element_volume_m3(e).cbrt()).fold(0.0, f64::max);
         for (field, memory) in part.memories() {

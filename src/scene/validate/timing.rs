@@ -52,7 +52,7 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
     for (b, body) in document.bodies.iter().enumerate() {
         for (p, part) in body.parts.iter().enumerate() {
             let here = root.key("bodies").index(b).key("parts").index(p);
-            for (field, rules) in part.memories().map(|(field, memory)| (field, memory.rules())) {
+            for (field, rules) in part.rules() {
                 let here = here.key(field);
                 match rules.without_explicit_steps {
                     Some(code) => out.push(needs_explicit_steps(code, &here, rules.name)),

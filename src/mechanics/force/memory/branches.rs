@@ -9,7 +9,7 @@ use crate::force::first_pass::FirstPass;
 use crate::force::packed::InBlocks;
 use crate::force::rows::load_corners;
 use crate::lanes::{Aligned, Lane, Row};
-use crate::material::{ElasticPoint, Inelastic, MAX_BRANCHES, PronySeries, SecantStiffness};
+use crate::material::{ElasticPoint, Inelastic, Law, MAX_BRANCHES, PronySeries, SecantStiffness};
 use crate::real::Real;
 use crate::tensor::Sym;
 use pulp::Simd;
@@ -48,7 +48,7 @@ impl<S: Simd, E: InBlocks<N, Q>, const N: usize, const Q: usize> BranchSums<S, E
         FirstPass { cof_X, w, .. }: &FirstPass<Lane<S>, Q>,
     ) {
         let prony = &block.parameters.memory.prony;
-        let history = q * block.memory_rows();
+        let history = q * block.memory_rows() + block.parameters.material.history_len();
         let points = if block.memory_points() == 1 { 0..Q } else { q..q + 1 };
         let count = prony.branches().len();
         if count == 0 {

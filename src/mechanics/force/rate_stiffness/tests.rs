@@ -6,8 +6,8 @@ use super::super::{
 use super::*;
 use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::material::{
-    Branch, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories, NeoHookean, Ogden,
-    OgdenTerm, PronySeries, Volumetric,
+    Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
+    NeoHookean, Ogden, OgdenTerm, PronySeries, ViscousVolume, Volumetric,
 };
 use crate::tensor::Mat3;
 
@@ -31,7 +31,7 @@ fn scatter(seed: usize) -> Vec3 {
     Vec3::new((12.9 * x).sin(), (78.2 * x + 1.0).sin(), (37.7 * x + 2.0).sin())
 }
 
-fn materials() -> [Material; 3] {
+fn materials() -> [Material; 4] {
     let volumetric = Volumetric::LnSquared(2e5);
     let ogden =
         Ogden::new(&[OgdenTerm { mu: 3e3, alpha: 3.0 }, OgdenTerm { mu: -1e3, alpha: -2.0 }], volumetric);
@@ -45,7 +45,9 @@ fn materials() -> [Material; 3] {
         matrix: MatrixForm::Isochoric,
         volumetric,
     };
-    [NeoHookean { c10: 4e3, volumetric }.into(), ogden.unwrap().into(), fibres.into()]
+    let elastic = CoupledNeoHookean { mu: 4e3, lambda: 3e4 };
+    let internal = ViscousVolume { elastic, modulus: 5e4, time: 1e-3 };
+    [NeoHookean { c10: 4e3, volumetric }.into(), ogden.unwrap().into(), fibres.into(), internal.into()]
 }
 
 struct Element {

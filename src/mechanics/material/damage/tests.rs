@@ -58,7 +58,7 @@ impl Point {
             size: self.size,
             shear_modulus: 2.0 * LAW.c10,
         };
-        let added = self.memory.update(&self.memory.step(h), &elastic, &mut self.history);
+        let added = self.memory.update(&LAW, &self.memory.step(h), (&elastic, &[]), &mut self.history);
         let S = S_iso.scaled(1.0 - added.damage).plus_scaled(1.0, &added.S);
         Answer {
             stress: k.F.dot_sym(&S).0[0][1],

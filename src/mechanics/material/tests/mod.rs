@@ -9,6 +9,9 @@ mod lanes;
 mod paths;
 mod response;
 mod stiffness_bound;
+mod viscous_volume;
+
+pub use viscous_volume::ViscousVolume;
 
 use super::*;
 use crate::tensor::{Mat3, Tensor};
