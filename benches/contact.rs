@@ -38,12 +38,11 @@ impl Pressed {
         let corner = Vec3::new(-0.05, -0.05, -0.05);
         let block = Block::uniform(corner, Vec3::new(0.1, 0.1, 0.05), [20, 20, 10], "block").generate()?;
         let ball = HollowBall {
-            center: Vec3::new(0.0, 0.0, 0.014),
+            center_m: [0.0, 0.0, 0.014],
             outer_radius_m: 0.015,
             inner_radius_m: 0.012,
             elements_around: 8,
             elements_through: 2,
-            part: "ball".into(),
         }
         .generate()?;
         let first = block.nodes.len() as u32;

@@ -22,8 +22,7 @@ impl ArtificialEnds {
     pub fn of(scene: &Scene, plan: &Plan) -> Option<Self> {
         let (mut nodes, mut wave_speed) = (Vec::new(), 0.0f64);
         for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
-            let is_limb =
-                matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment { .. })));
+            let is_limb = matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment(_))));
             if document.role != Role::Tissue || !is_limb {
                 continue;
             }

@@ -6,7 +6,7 @@ use std::fmt;
 /// A parameter of a generator that is out of its range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterProblem {
-    /// Field of the generator, as spelled there (`inner_radius_m`, `cuts_x.inner_m[3]`).
+    /// Field of the generator, as spelled there (`inner_radius_m`, `layers[0].thickness_m`); `element_count` for all of them together.
     pub field: String,
     /// The value found; counts are numbers too.
     pub value: f64,

@@ -7,6 +7,7 @@
 pub mod cell;
 pub mod cells;
 pub mod cracks;
+pub(crate) mod defaults;
 pub mod distance;
 pub mod element_fields;
 pub mod error;

@@ -194,6 +194,7 @@ fn key(corners: &[u32]) -> [u32; 8] {
 #[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::CellKind;
+    use super::super::generate::Generator;
     use super::super::generate::block::Block;
     use super::super::generate::limb_segment::LimbSegment;
     use super::super::quality::quality;
@@ -204,7 +205,7 @@ mod tests {
     fn a_split_block_is_the_block_with_twice_the_counts() {
         let coarse = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [3, 2, 1], "b");
         let split = refined(&coarse.generate().unwrap()).unwrap();
-        let fine = coarse.refined(2).generate().unwrap();
+        let fine = Generator::Block(coarse).refined(2).generate().unwrap();
         assert_eq!((split.nodes.len(), split.cells.len()), (fine.nodes.len(), fine.cells.len()));
         for (name, set) in &fine.node_sets {
             let positions = |mesh: &Mesh, set: &[u32]| {

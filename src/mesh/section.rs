@@ -259,12 +259,11 @@ mod tests {
     #[test]
     fn a_ball_is_cut_in_two_rings_with_the_hole_the_other_way_round() {
         let mesh = HollowBall {
-            center: Vec3::zeros(),
+            center_m: [0.0; 3],
             outer_radius_m: 0.02,
             inner_radius_m: 0.01,
             elements_around: 8,
             elements_through: 2,
-            part: "ball".into(),
         };
         let mesh = mesh.generate().unwrap();
         let section = Section::of_mesh(&mesh, Plane { axis: 1, at: Some(1e-4) }).unwrap();

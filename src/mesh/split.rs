@@ -145,13 +145,12 @@ mod tests {
     #[test]
     fn neighbours_of_any_orientation_cut_their_face_alike() {
         let ball = SolidBall {
-            center: Vec3::zeros(),
+            center_m: [0.0; 3],
             radius_m: 1.0,
             elements_around: 4,
             elements_through: 2,
             grading: 1.0,
             is_quarter: false,
-            part: "b".into(),
         };
         let tetrahedra = ball.generate().unwrap().split_to_tetrahedra();
         check(&tetrahedra, tetrahedra.volume_m3());

@@ -308,12 +308,11 @@ mod tests {
     #[test]
     fn a_shell_has_an_outer_and_an_inner_boundary() {
         let ball = HollowBall {
-            center: Vec3::new(0.1, -0.2, 0.3),
+            center_m: [0.1, -0.2, 0.3],
             outer_radius_m: 0.015,
             inner_radius_m: 0.012,
             elements_around: 4,
             elements_through: 2,
-            part: "rubber".into(),
         };
         let mesh = ball.generate().unwrap();
         let faces = boundary(&mesh.cells);

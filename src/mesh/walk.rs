@@ -137,14 +137,13 @@ mod tests {
 
     fn ball() -> TriangulatedSurface {
         let ball = SolidBall {
-            center: Vec3::zeros(),
+            center_m: [0.0; 3],
             radius_m: RADIUS,
             elements_around: 6,
             elements_through: 1,
             // Uneven facets: normals must not lean towards the larger ones.
             grading: 2.0,
             is_quarter: false,
-            part: "ball".into(),
         };
         boundary_of(&ball.generate().unwrap())
     }
@@ -225,14 +224,13 @@ mod tests {
 
         let around = 5;
         let baton = Cylinder {
-            center: Vec3::zeros(),
-            axis: Vec3::y(),
+            center_m: [0.0; 3],
+            axis: [0.0, 1.0, 0.0],
             radius_m: RADIUS,
             length_m: 0.1,
             elements_around: around,
             elements_through: 1,
             elements_along: 3,
-            part: "b".into(),
         };
         let baton = boundary_of(&baton.generate().unwrap());
         let (_, from) = baton.entry(&Vec3::new(0.003, 0.01, 0.1), &-Vec3::z()).unwrap();

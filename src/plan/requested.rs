@@ -95,7 +95,7 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], boundary: &[[u32; 4]]) -> Vec
         for fixed in document.fixed.iter().filter(|fixed| fixed.axes.len() == 3) {
             add(format!("the held nodes \u{201c}{}\u{201d}", fixed.set), of_set(&fixed.set));
         }
-        if matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment { .. }))) {
+        if matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment(_)))) {
             let cuts: Vec<u32> = CUTS.iter().flat_map(|set| of_set(set)).collect();
             known.extend(&cuts);
             add("an artificial end of the model".into(), cuts);

@@ -6,8 +6,8 @@ use super::document::{
     SceneDocument, ShapeDocument,
 };
 use super::file_problem::{mesh_problem, scan_problem, source_problem, table_not_found};
+use super::generator_problem::generator_problem;
 use super::problem::{Pointer, Problem, suggest};
-use super::recipe::Recipe;
 use super::refinement::Meshes;
 use super::rigid_surface;
 use super::scene_body::RigidSceneBody;
@@ -21,6 +21,7 @@ use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::cracks::{Cracks, recognise_hanging};
+use crate::mesh::generate::Generator;
 use crate::mesh::read::table::add_table;
 use crate::mesh::read::{FieldNames, MeshFormat, read_mesh_with};
 use crate::mesh::refine::refined;
@@ -73,7 +74,7 @@ impl<'a> Builder<'a> {
         let here = Pointer::root().key("bodies").index(index);
         let mesh = match body.mesh.as_ref()? {
             MeshDocument::Generator(generator) => {
-                self.generated(&Recipe::new(generator), &here.key("mesh").key("generator"), out)?
+                self.generated(generator, &here.key("mesh").key("generator"), out)?
             }
             MeshDocument::File(file) => {
                 let mesh = self.read_from_file(file, &here.key("mesh").key("file"), out)?;
@@ -136,15 +137,15 @@ impl<'a> Builder<'a> {
         (out.0.error_count() == before).then_some(made)
     }
 
-    fn generated(&mut self, recipe: &Recipe, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+    fn generated(&mut self, generator: &Generator, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
         // The number of elements is known before anything is allocated.
-        self.spend(recipe.element_count(), here, out)?;
-        let problems = recipe.problems(here);
+        self.spend(generator.element_count(), here, out)?;
+        let problems = generator.problems();
         if !problems.is_empty() {
-            out.0.extend(problems);
+            out.0.extend(problems.iter().map(|found| generator_problem(found, here)));
             return None;
         }
-        recipe.generate().map_err(|error| out.push(mesh_problem(&error, here))).ok()
+        generator.generate().map_err(|error| out.push(mesh_problem(&error, here))).ok()
     }
 
     fn read_from_file(

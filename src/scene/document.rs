@@ -5,16 +5,15 @@ use crate::mechanics::contact::Discretisation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::mesh::generate::Generator;
+
 pub use super::accuracy_document::{AccuracyDocument, RequestedNumber};
 pub use super::axis::Axis;
 pub use super::integrator_document::IntegratorDocument;
 pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
 pub use super::materials::{Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
 pub use super::measures_document::{ForceFilter, MeasuresDocument, PersonDocument, Region};
-pub use super::mesh_document::{
-    Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
-    RotationDocument,
-};
+pub use super::mesh_document::{MeshDocument, MeshFileDocument, PlacementDocument, RotationDocument};
 pub use super::part_document::{
     ErosionDocument, FibreFrameDocument, Formulation, PartDocument, StiffnessFactorDocument, SurfaceDocument,
 };

@@ -1,9 +1,9 @@
 //! Rigid bodies in a scene document: shape, position, mass and inertia.
 
-use super::defaults::{is_false, is_one, one};
 use super::mesh_document::RotationDocument;
 use crate::mechanics::rigid::{Pose, Rotation, Shape};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::defaults::{is_false, is_one, one};
 use nalgebra::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! Meshes made of the labels of a scan, or of closed surfaces, in a scene document.
 
-use super::defaults::{is_one, one};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::defaults::{is_one, one};
 use crate::mesh::segmentation::{Crop, LabelUse, Near, Options, SkinLayer};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

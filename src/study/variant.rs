@@ -109,6 +109,6 @@ pub(super) fn split(scene: &Scene, times: u32) -> Result<Scene, String> {
 /// Whether a mesh is generated with nodes on a surface that differs from its facets.
 fn is_curved(mesh: &MeshDocument) -> bool {
     let is_flat =
-        |generator: &Generator| matches!(generator, Generator::Block { .. } | Generator::LayeredBlock { .. });
+        |generator: &Generator| matches!(generator, Generator::Block(_) | Generator::LayeredBlock(_));
     matches!(mesh, MeshDocument::Generator(generator) if !is_flat(generator))
 }

@@ -4,7 +4,6 @@
 //! 1.45568966 J, other turning point 0.762489525, period 5.75607101·10⁻⁴ s; for small amplitudes 5.82887994·10⁻⁴ s.
 
 use crate::rig::{assert_at_most, assert_close, assert_order, order, picture, plan_with, run};
-use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::hollow_ball::HollowBall;
 use serde_json::{Value, json};
@@ -18,15 +17,13 @@ const BULK_MODULUS: f64 = 1e9;
 
 /// The ball of hexahedra, n in a quarter.
 fn ball(n: u32) -> Mesh {
-    let (center, part) = (Vec3::zeros(), "ball".into());
     let (elements_around, elements_through) = (n, n / 2);
     HollowBall {
-        center,
+        center_m: [0.0; 3],
         outer_radius_m: 0.015,
         inner_radius_m: 0.01,
         elements_around,
         elements_through,
-        part,
     }
     .generate()
     .unwrap()

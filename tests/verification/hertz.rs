@@ -11,8 +11,7 @@
 use crate::rig::{assert_at_most, assert_close, plan_with, run};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
-use contuse::mesh::generate::block::{Block, Cuts};
-use contuse::mesh::generate::grading::Grading;
+use contuse::mesh::generate::block::Block;
 use contuse::plan::Plan;
 use contuse::step::Frame;
 use serde_json::{Value, json};
@@ -28,16 +27,13 @@ const WIDTH: f64 = std::f64::consts::FRAC_PI_6;
 /// The foot of a ball with its pole at the origin: n elements from the pole to the side and to the top. A quarter, or a half
 /// (y ≥ 0).
 fn foot(n: u32, is_half: bool) -> Mesh {
-    let towards = |count: u32, ratio: f64| Cuts::Towards {
-        count,
-        position_m: 0.0,
-        grading: Grading::from_point(ratio),
-    };
-    let x_low = if is_half { -1.0 } else { 0.0 };
+    let (x_low, along) = if is_half { (-1.0, 2 * n) } else { (0.0, n) };
     let block = Block {
-        min_corner_m: Vec3::new(x_low, 0.0, 0.0),
-        max_corner_m: Vec3::repeat(1.0),
-        cuts: [towards(if is_half { 2 * n } else { n }, 12.0), towards(n, 12.0), towards(n, 24.0)],
+        min_m: [x_low, 0.0, 0.0],
+        max_m: [1.0; 3],
+        elements: [along, n, n],
+        grading: Some([12.0, 12.0, 24.0]),
+        grading_center_m: Some([0.0; 3]),
         part: "foot".into(),
     };
     let mut mesh = block.generate().unwrap();

@@ -16,16 +16,14 @@ const NU: f64 = 0.3;
 
 /// The ball of hexahedra.
 fn ball(n: u32) -> Mesh {
-    let (center, part) = (Vec3::zeros(), "ball".into());
     let (elements_around, elements_through) = (n, n / 2);
     SolidBall {
-        center,
+        center_m: [0.0; 3],
         radius_m: RADIUS,
         elements_around,
         elements_through,
         grading: 1.0,
         is_quarter: false,
-        part,
     }
     .generate()
     .unwrap()

@@ -6,7 +6,6 @@
 use crate::rig::{assert_within, loaded, summary};
 use contuse::measure::Summary;
 use contuse::measure::summary::{ErrorEstimate, Quantity};
-use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::layered_block::{Layer, LayeredBlock};
 use contuse::mesh::read::{MeshFormat, read_mesh};
@@ -48,7 +47,7 @@ fn plate() -> Mesh {
         |part: &str, thickness_m: f64, elements: u32| Layer { part: part.into(), thickness_m, elements };
     let layers = vec![layer("skin", 0.002, 1), layer("fat", 0.008, 2), layer("muscle", 0.014, 2)];
     let plate = LayeredBlock {
-        top_center: Vec3::zeros(),
+        top_center_m: [0.0; 3],
         size_m: [0.06, 0.06],
         layers,
         elements: [6, 6],

@@ -6,36 +6,41 @@ use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// A solid cylinder of one part, node sets `side`, `bottom` (start of the axis), `top` (end of the axis) and `ends` (both).
-#[derive(Clone, Debug, PartialEq)]
+/// Name of the only part.
+const BATON: &str = "baton";
+
+/// A solid cylinder of one part `baton`, node sets `side`, `bottom` (start of the axis), `top` (end of the axis) and `ends` (both).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Cylinder {
     /// Centre, half way along the axis [m].
-    pub center: Vec3,
-    /// Direction of the axis; any length except zero.
-    pub axis: Vec3,
-    /// Radius of the section [m].
+    #[serde(default)]
+    pub center_m: [f64; 3],
+    /// Direction of the axis, from `bottom` to `top`; any length.
+    pub axis: [f64; 3],
+    /// Radius of the baton [m].
     pub radius_m: f64,
     /// Length along the axis [m].
     pub length_m: f64,
-    /// Elements along a quarter of the circumference, and across the square core: n² in the core.
+    /// Elements along a quarter of the circumference, n: n² in the core of a slice.
     pub elements_around: u32,
-    /// Rings of elements between the core and the side: 4 n elements each.
+    /// Rings between the core and the side, of 4 n elements each.
     pub elements_through: u32,
-    /// Number of elements along the axis.
+    /// Elements along the axis.
     pub elements_along: u32,
-    /// Name of the only part.
-    pub part: String,
 }
 
 impl Cylinder {
     /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
-        checks.finite("center", &self.center);
+        checks.finite("center_m", &self.center_m);
         checks.finite("axis", &self.axis);
-        let length = self.axis.norm();
+        let length = Vec3::from(self.axis).norm();
         checks.require(length > 0.0, "axis", length, "longer than 0", "give the axis a direction");
         checks.positive_length("radius_m", self.radius_m);
         checks.positive_length("length_m", self.length_m);
@@ -53,15 +58,9 @@ impl Cylinder {
         slice.saturating_mul(u64::from(self.elements_along))
     }
 
-    /// The same cylinder with all element counts multiplied by `factor`.
-    #[must_use]
-    pub fn refined(&self, factor: u32) -> Self {
-        Self {
-            elements_around: self.elements_around.saturating_mul(factor),
-            elements_through: self.elements_through.saturating_mul(factor),
-            elements_along: self.elements_along.saturating_mul(factor),
-            ..self.clone()
-        }
+    /// All element counts, for modification.
+    pub fn counts_mut(&mut self) -> Vec<&mut u32> {
+        vec![&mut self.elements_around, &mut self.elements_through, &mut self.elements_along]
     }
 
     /// Generates the mesh, slice by slice along the axis.
@@ -71,12 +70,12 @@ impl Cylinder {
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("cylinder", self.problems())?;
         let disc = Disc::new(self.elements_around, self.elements_through);
-        let [e1, e2, e3] = frame(&self.axis);
-        let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
+        let ([e1, e2, e3], center) = (frame(&Vec3::from(self.axis)), Vec3::from(self.center_m));
+        let mut mesh = Mesh { parts: vec![BATON.into()], ..Mesh::default() };
         for slice in 0..=self.elements_along {
             let along = self.length_m * (f64::from(slice) / f64::from(self.elements_along) - 0.5);
             mesh.nodes.extend(
-                disc.points.iter().map(|p| self.center + (e1 * p.x + e2 * p.y) * self.radius_m + e3 * along),
+                disc.points.iter().map(|p| center + (e1 * p.x + e2 * p.y) * self.radius_m + e3 * along),
             );
         }
         let a_slice = disc.points.len() as u32;
@@ -94,7 +93,7 @@ impl Cylinder {
         mesh.node_sets.insert("ends".into(), node_set(bottom.clone().chain(top.clone())));
         mesh.node_sets.insert("bottom".into(), node_set(bottom));
         mesh.node_sets.insert("top".into(), node_set(top));
-        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), self.exact_volume_m3()));
+        mesh.notes.push(faceting_note(BATON, mesh.volume_m3(), self.exact_volume_m3()));
         Ok(mesh)
     }
 

@@ -2,33 +2,35 @@
 
 use super::cubed_sphere::{CubeSurface, equiangular};
 use super::parameters::{Checks, refuse};
-use super::{faceting_note, node_set};
+use super::{BALL, faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// A spherical shell of one part, node sets `outer` and `inner`.
-#[derive(Clone, Debug, PartialEq)]
+/// A spherical shell of one part `ball`, node sets `outer` and `inner`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct HollowBall {
     /// Centre of the ball [m].
-    pub center: Vec3,
+    #[serde(default)]
+    pub center_m: [f64; 3],
     /// Outer radius of the ball [m].
     pub outer_radius_m: f64,
-    /// Inner radius [m], between zero and the outer radius.
+    /// Inner radius of the ball [m].
     pub inner_radius_m: f64,
-    /// Elements along an edge of the cube, a quarter of a great circle: 6 n² elements per layer.
+    /// Elements along a quarter of a great circle, n: 6 n² per layer.
     pub elements_around: u32,
     /// Layers of elements through the wall.
     pub elements_through: u32,
-    /// Name of the only part.
-    pub part: String,
 }
 
 impl HollowBall {
     /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
-        checks.finite("center", &self.center);
+        checks.finite("center_m", &self.center_m);
         checks.positive_length("outer_radius_m", self.outer_radius_m);
         checks.positive_length("inner_radius_m", self.inner_radius_m);
         checks.require(
@@ -50,14 +52,9 @@ impl HollowBall {
         n.saturating_mul(n).saturating_mul(6).saturating_mul(u64::from(self.elements_through))
     }
 
-    /// The same ball with all element counts multiplied by `factor`.
-    #[must_use]
-    pub fn refined(&self, factor: u32) -> Self {
-        Self {
-            elements_around: self.elements_around.saturating_mul(factor),
-            elements_through: self.elements_through.saturating_mul(factor),
-            ..self.clone()
-        }
+    /// All element counts, for modification.
+    pub fn counts_mut(&mut self) -> Vec<&mut u32> {
+        vec![&mut self.elements_around, &mut self.elements_through]
     }
 
     /// Generates the mesh; nodes lie on spheres, equiangular on the six faces of the cubed sphere.
@@ -72,15 +69,15 @@ impl HollowBall {
         let (a_layer, layers) = (directions.len() as u32, self.elements_through);
 
         // Nodes layer by layer from the inside; elements likewise, with their bottom faces inwards.
-        let wall = self.outer_radius_m - self.inner_radius_m;
-        let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
+        let (center, wall) = (Vec3::from(self.center_m), self.outer_radius_m - self.inner_radius_m);
+        let mut mesh = Mesh { parts: vec![BALL.into()], ..Mesh::default() };
         for layer in 0..=layers {
             let radius = if layer == layers {
                 self.outer_radius_m
             } else {
                 self.inner_radius_m + wall * f64::from(layer) / f64::from(layers)
             };
-            mesh.nodes.extend(directions.iter().map(|d| self.center + d * radius));
+            mesh.nodes.extend(directions.iter().map(|d| center + d * radius));
         }
         for layer in 0..layers {
             mesh.cells.extend(surface.quads.iter().map(|quad| {
@@ -91,7 +88,7 @@ impl HollowBall {
         mesh.part_of = vec![0; mesh.cells.len()];
         mesh.node_sets.insert("inner".into(), node_set(0..a_layer));
         mesh.node_sets.insert("outer".into(), node_set(layers * a_layer..(layers + 1) * a_layer));
-        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), self.exact_volume_m3()));
+        mesh.notes.push(faceting_note(BALL, mesh.volume_m3(), self.exact_volume_m3()));
         Ok(mesh)
     }
 

@@ -1,44 +1,60 @@
 //! A block of layers, such as skin, fat, muscle and deeper tissue, one part each.
 
-use super::block::{Block, Cuts};
-use super::grading::{Grading, subdivided};
+use super::block::of_cuts;
+use super::grading::{Grading, graded, subdivided};
 use super::parameters::{Checks, refuse};
-use crate::mechanics::tensor::Vec3;
+use crate::mesh::defaults::{is_one, is_zero_length};
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// One layer of a [`LayeredBlock`].
-#[derive(Clone, Debug, PartialEq)]
+/// A layer of a layered block.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "LayerDocument")]
 pub struct Layer {
-    /// Name of the part; layers with the same name form one part.
+    /// Name of its part; layers with the same name form one part.
     pub part: String,
     /// Thickness along z [m].
     pub thickness_m: f64,
-    /// Number of elements through the layer.
+    /// Layers of elements through the thickness.
     pub elements: u32,
 }
 
-/// A block with layers along z, the first on top; one part per name, node sets as for a [`Block`].
-#[derive(Clone, Debug, PartialEq)]
+/// A block with layers along z, the first on top; one part per name, node sets as for a [`Block`](super::block::Block).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct LayeredBlock {
     /// Centre of the top surface [m].
-    pub top_center: Vec3,
+    #[serde(default)]
+    pub top_center_m: [f64; 3],
     /// Size along x and y [m].
     pub size_m: [f64; 2],
-    /// Layers from the top down.
+    /// Layers from the top (`z_max`) down.
     pub layers: Vec<Layer>,
     /// Elements along x and y.
     pub elements: [u32; 2],
     /// Size ratio of the largest to the smallest element along x and y; the smallest are at the centre.
+    #[serde(default = "uniform", skip_serializing_if = "is_uniform")]
     pub grading: [f64; 2],
-    /// Distance from the centre along x and y within which the elements are smallest [m].
+    /// Distance from the centre along x and y within which the elements are uniform and smallest [m].
+    #[serde(default, skip_serializing_if = "is_zero_length")]
     pub uniform_within_m: f64,
+}
+
+fn uniform() -> [f64; 2] {
+    [1.0; 2]
+}
+
+fn is_uniform(grading: &[f64; 2]) -> bool {
+    grading.iter().all(is_one)
 }
 
 impl LayeredBlock {
     /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
-        checks.finite("top_center", &self.top_center);
+        checks.finite("top_center_m", &self.top_center_m);
         for axis in 0..2 {
             checks.positive_length(&format!("size_m[{axis}]"), self.size_m[axis]);
             checks.count(&format!("elements[{axis}]"), self.elements[axis], 1);
@@ -68,14 +84,10 @@ impl LayeredBlock {
         self.elements.iter().fold(through, |product, count| product.saturating_mul(u64::from(*count)))
     }
 
-    /// The same block with all element counts multiplied by `factor`.
-    #[must_use]
-    pub fn refined(&self, factor: u32) -> Self {
-        let layers = self.layers.iter();
-        let finer =
-            |layer: &Layer| Layer { elements: layer.elements.saturating_mul(factor), ..layer.clone() };
-        let elements = self.elements.map(|count| count.saturating_mul(factor));
-        Self { layers: layers.map(finer).collect(), elements, ..self.clone() }
+    /// All element counts, for modification.
+    pub fn counts_mut(&mut self) -> Vec<&mut u32> {
+        let through = self.layers.iter_mut().map(|layer| &mut layer.elements);
+        self.elements.iter_mut().chain(through).collect()
     }
 
     /// Generates the mesh; nodes and elements are numbered fastest along x, then y, then z.
@@ -84,49 +96,46 @@ impl LayeredBlock {
     /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("layered_block", self.problems())?;
-        // From the bottom up: end and part of each layer of elements.
-        let (mut parts, mut part_of_row, mut cuts): (Vec<String>, Vec<u32>, Vec<f64>) = Default::default();
-        let depth: f64 = self.layers.iter().map(|layer| layer.thickness_m).sum();
-        let mut low = self.top_center.z - depth;
-        let (bottom, top) = (low, self.top_center.z);
+        // From the bottom up: positions of the nodes along z, and the part of each layer of elements.
+        let (mut parts, mut part_of_row): (Vec<String>, Vec<u32>) = Default::default();
+        let [x, y, top] = self.top_center_m;
+        let mut low = top - self.layers.iter().map(|layer| layer.thickness_m).sum::<f64>();
+        let mut zs = vec![low];
         parts.extend(self.layers.iter().map(|layer| layer.part.clone()));
         parts.sort_by_key(|name| self.layers.iter().position(|layer| layer.part == *name));
         parts.dedup();
         for layer in self.layers.iter().rev() {
             let part = parts.iter().position(|name| *name == layer.part).unwrap_or(0) as u32;
             let ends = subdivided(&[low, low + layer.thickness_m], layer.elements);
-            cuts.extend(&ends[1..]);
+            zs.extend(&ends[1..]);
             part_of_row.extend(std::iter::repeat_n(part, layer.elements as usize));
             low += layer.thickness_m;
         }
-        // The last cut is the top.
-        cuts.pop();
-        let half = Vec3::new(0.5 * self.size_m[0], 0.5 * self.size_m[1], 0.0);
-        let along = |axis: usize| Cuts::Towards {
-            count: self.elements[axis],
-            position_m: self.top_center[axis],
-            grading: Grading { ratio: self.grading[axis], uniform_within: self.uniform_within_m },
+        // The sum of the thicknesses is rounded.
+        zs.pop();
+        zs.push(top);
+        let across = |axis: usize, center: f64| {
+            let half = 0.5 * self.size_m[axis];
+            let grading = Grading { ratio: self.grading[axis], uniform_within: self.uniform_within_m };
+            graded(center - half, center + half, center, grading, self.elements[axis])
         };
-        let block = Block {
-            min_corner_m: Vec3::new(self.top_center.x - half.x, self.top_center.y - half.y, bottom),
-            max_corner_m: Vec3::new(self.top_center.x + half.x, self.top_center.y + half.y, top),
-            cuts: [along(0), along(1), Cuts::Positions { inner_m: cuts }],
-            part: String::new(),
-        };
+        let block = of_cuts(&[across(0, x), across(1, y), zs], "");
         let row = (self.elements[0] * self.elements[1]) as usize;
         let part_of = part_of_row.iter().flat_map(|part| std::iter::repeat_n(*part, row)).collect();
-        Ok(Mesh { part_of, parts, ..block.generate()? })
+        Ok(Mesh { part_of, parts, ..block })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Generator;
     use super::*;
+    use crate::mechanics::tensor::Vec3;
 
     fn plate() -> LayeredBlock {
         let layer = |part: &str, thickness_m, elements| Layer { part: part.into(), thickness_m, elements };
         LayeredBlock {
-            top_center: Vec3::new(0.1, -0.2, 0.05),
+            top_center_m: [0.1, -0.2, 0.05],
             size_m: [0.16, 0.12],
             layers: vec![
                 layer("skin", 0.002, 1),
@@ -166,7 +175,7 @@ mod tests {
 
     #[test]
     fn refined_meshes_are_nested_and_nonsense_is_refused_with_its_places() {
-        let fine = plate().refined(2).generate().unwrap();
+        let fine = Generator::LayeredBlock(plate()).refined(2).generate().unwrap();
         let nested = |x: &Vec3| fine.nodes.iter().any(|y| (x - y).norm() < 1e-12);
         assert!(plate().generate().unwrap().nodes.iter().all(nested));
         let mut bad = plate();

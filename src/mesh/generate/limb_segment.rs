@@ -5,9 +5,12 @@ use super::grading::{Grading, graded};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::defaults::{is_zero_length, one};
 use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use nalgebra::Vector2;
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Names of the parts, from the inside.
@@ -21,27 +24,30 @@ const MAX_TURN_DEG: f64 = 75.0;
 /// Fat and skin have constant thickness; muscle fills the rest around the bone. The bone is a hole with the node set `bone`
 /// on its surface. Parts `muscle`, `fat` and `skin`; node sets `bone`, `skin_outer`, `end_low` (lower y) and `end_high`.
 /// Material axes: e1 along the limb (+y), e2 around it, e3 outwards.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct LimbSegment {
-    /// Centre of the segment, on the axis of the outer ellipse [m].
-    pub center: Vec3,
-    /// Outer semi-axis along x, skin included [m].
+    /// Centre of the segment, on its axis [m].
+    #[serde(default)]
+    pub center_m: [f64; 3],
+    /// Outer semi-axis of the section along x, skin included [m].
     pub semi_axis_x_m: f64,
-    /// Outer semi-axis along z, skin included [m].
+    /// Outer semi-axis of the section along z, skin included [m].
     pub semi_axis_z_m: f64,
     /// Length along y [m].
     pub length_m: f64,
     /// Semi-axis of the bone along x [m].
     pub bone_semi_axis_x_m: f64,
-    /// Semi-axis of the bone along z [m]; equal to that along x for a round bone.
+    /// Semi-axis of the bone along z [m].
     pub bone_semi_axis_z_m: f64,
-    /// Offset of the bone axis from the limb axis, (x, z) [m].
+    /// Offset of the bone axis from the limb axis along x and z [m].
+    #[serde(default)]
     pub bone_offset_m: [f64; 2],
     /// Thickness of the fat layer [m].
     pub fat_thickness_m: f64,
     /// Thickness of the skin layer [m].
     pub skin_thickness_m: f64,
-    /// Elements around the limb.
+    /// Elements around the section.
     pub elements_around: u32,
     /// Elements along the limb.
     pub elements_along: u32,
@@ -51,17 +57,24 @@ pub struct LimbSegment {
     pub fat_elements: u32,
     /// Layers of elements through the skin.
     pub skin_elements: u32,
-    /// Angle of the impact on the section, seen from the axis: from +z towards +x [°].
+    /// Angular position of the impact on the section, from +z towards +x [degree]; elements are smallest there.
+    #[serde(default)]
     pub impact_angle_deg: f64,
-    /// Position of the impact along the limb: y from `center` [m].
+    /// Position of the impact along the limb, y from the middle [m]; elements are smallest there.
+    #[serde(default)]
     pub impact_along_m: f64,
-    /// Largest over smallest element around the limb [-], smallest at the impact.
+    /// Size ratio of the largest to the smallest element around the limb.
+    #[serde(default = "one")]
     pub grading_around: f64,
-    /// Largest over smallest element along the limb [-], smallest at the impact.
+    /// Size ratio of the largest to the smallest element along the limb.
+    #[serde(default = "one")]
     pub grading_along: f64,
-    /// Thickness ratio of the innermost to the outermost layer of the muscle [-].
+    /// Thickness ratio of the innermost to the outermost layer of the muscle.
+    #[serde(default = "one")]
     pub grading_muscle: f64,
-    /// Distance from the impact along the surface within which elements are smallest [m].
+    /// Distance from the impact, along and around the limb, within which the elements are uniform and smallest [m];
+    /// somewhat more than the radius of the contact patch.
+    #[serde(default, skip_serializing_if = "is_zero_length")]
     pub uniform_within_m: f64,
 }
 
@@ -69,7 +82,7 @@ impl Default for LimbSegment {
     /// Approximately a thigh, with 1 680 elements of about 5 mm where it is hit from above (+z).
     fn default() -> Self {
         Self {
-            center: Vec3::zeros(),
+            center_m: [0.0; 3],
             semi_axis_x_m: 0.075,
             semi_axis_z_m: 0.070,
             length_m: 0.2,
@@ -97,7 +110,7 @@ impl LimbSegment {
     /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
-        checks.finite("center", &self.center);
+        checks.finite("center_m", &self.center_m);
         for (field, length) in [
             ("semi_axis_x_m", self.semi_axis_x_m),
             ("semi_axis_z_m", self.semi_axis_z_m),
@@ -184,24 +197,22 @@ impl LimbSegment {
         layers.saturating_mul(u64::from(self.elements_around)).saturating_mul(u64::from(self.elements_along))
     }
 
-    /// The same segment with all element counts multiplied by `factor`.
-    #[must_use]
-    pub fn refined(&self, factor: u32) -> Self {
-        Self {
-            elements_around: self.elements_around.saturating_mul(factor),
-            elements_along: self.elements_along.saturating_mul(factor),
-            muscle_elements: self.muscle_elements.saturating_mul(factor),
-            fat_elements: self.fat_elements.saturating_mul(factor),
-            skin_elements: self.skin_elements.saturating_mul(factor),
-            ..self.clone()
-        }
+    /// All element counts, for modification.
+    pub fn counts_mut(&mut self) -> Vec<&mut u32> {
+        vec![
+            &mut self.elements_around,
+            &mut self.elements_along,
+            &mut self.muscle_elements,
+            &mut self.fat_elements,
+            &mut self.skin_elements,
+        ]
     }
 
     /// Impact point on the exact skin surface [m], and its outward normal.
     pub fn impact_point(&self) -> (Vec3, Vec3) {
         let tau = self.outer().parameter_at(self.impact_angle_deg.to_radians());
         let (p, n) = (self.outer().point(tau), self.outer().normal(tau));
-        (self.center + Vec3::new(p.x, self.impact_along_m, p.y), Vec3::new(n.x, 0.0, n.y))
+        (Vec3::from(self.center_m) + Vec3::new(p.x, self.impact_along_m, p.y), Vec3::new(n.x, 0.0, n.y))
     }
 
     /// Exact volumes of muscle, fat and skin [m³]: areas between offset ellipses times the length.
@@ -229,7 +240,7 @@ impl LimbSegment {
 
         let mut mesh = Mesh { parts: PARTS.map(String::from).to_vec(), ..Mesh::default() };
         for &y in &sections {
-            let place = |p: &Vector2<f64>| self.center + Vec3::new(p.x, y, p.y);
+            let place = |p: &Vector2<f64>| Vec3::from(self.center_m) + Vec3::new(p.x, y, p.y);
             mesh.nodes.extend(section.iter().flatten().map(place));
         }
         let node = |j: u32, i: u32, k: u32| (j * around + i % around) * (layers + 1) + k;

@@ -1,7 +1,6 @@
 //! Checks of the parameters of a generator; collects all problems.
 
 use super::MAX_ELEMENTS;
-use crate::mechanics::tensor::Vec3;
 use crate::mesh::{MeshError, ParameterProblem};
 
 /// Problems found so far.
@@ -54,7 +53,7 @@ impl Checks {
     }
 
     /// A point [m] must have finite coordinates.
-    pub(super) fn finite(&mut self, field: &str, point: &Vec3) {
+    pub(super) fn finite(&mut self, field: &str, point: &[f64; 3]) {
         for (axis, &value) in point.iter().enumerate() {
             let remedy = "give a coordinate in metres";
             self.require(value.is_finite(), format!("{field}[{axis}]"), value, "finite", remedy);

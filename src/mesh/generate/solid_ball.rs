@@ -4,39 +4,43 @@ use super::cubed_sphere::{CubeSurface, equiangular};
 use super::grading::{Grading, graded};
 use super::o_grid::{core_fraction, core_point, ring_point};
 use super::parameters::{Checks, refuse};
-use super::{faceting_note, node_set};
+use super::{BALL, faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::defaults::{is_false, is_one, one};
 use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// Nodes closer to a symmetry plane than this fraction of the radius are on it [-].
 const ON_PLANE: f64 = 1e-9;
 
-/// A ball of one part, node set `outer`; a quarter also has `x_min` and `y_min` on its symmetry planes.
-#[derive(Clone, Debug, PartialEq)]
+/// A ball of one part `ball`, node set `outer`; a quarter also has `x_min` and `y_min` on its symmetry planes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct SolidBall {
     /// Centre of the ball [m].
-    pub center: Vec3,
+    #[serde(default)]
+    pub center_m: [f64; 3],
     /// Radius of the ball [m].
     pub radius_m: f64,
-    /// Elements along a quarter of a great circle, and across the core: n³ in the core.
+    /// Elements along a quarter of a great circle, n: n³ in the core, 6 n² per layer.
     pub elements_around: u32,
-    /// Layers of elements between the core and the surface: 6 n² elements each.
+    /// Layers between the core and the surface.
     pub elements_through: u32,
-    /// Size ratio of the largest to the smallest element along x and y; the smallest are on the z axis, hence at the poles
-    /// ±z.
+    /// Size ratio of the largest to the smallest element along x and y; the smallest are at the poles ±z.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     pub grading: f64,
-    /// Only the quarter at x ≥ 0 and y ≥ 0 from the centre.
+    /// Only the quarter with x ≥ 0 and y ≥ 0 from the centre, for symmetric scenes.
+    #[serde(default, rename = "quarter", skip_serializing_if = "is_false")]
     pub is_quarter: bool,
-    /// Name of the only part.
-    pub part: String,
 }
 
 impl SolidBall {
     /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
-        checks.finite("center", &self.center);
+        checks.finite("center_m", &self.center_m);
         checks.positive_length("radius_m", self.radius_m);
         checks.count("elements_around", self.elements_around, 1);
         checks.count("elements_through", self.elements_through, 1);
@@ -59,14 +63,9 @@ impl SolidBall {
         if self.is_quarter { whole / 4 } else { whole }
     }
 
-    /// The same ball with all element counts multiplied by `factor`.
-    #[must_use]
-    pub fn refined(&self, factor: u32) -> Self {
-        Self {
-            elements_around: self.elements_around.saturating_mul(factor),
-            elements_through: self.elements_through.saturating_mul(factor),
-            ..self.clone()
-        }
+    /// All element counts, for modification.
+    pub fn counts_mut(&mut self) -> Vec<&mut u32> {
+        vec![&mut self.elements_around, &mut self.elements_through]
     }
 
     /// Generates the mesh: the core first, then the layers from the inside.
@@ -77,9 +76,10 @@ impl SolidBall {
         refuse("solid_ball", self.problems())?;
         let (n, layers) = (self.elements_around, self.elements_through);
         let core_size = core_fraction(n, layers);
-        let place = |x: Vec3| self.center + x * self.radius_m;
+        let center = Vec3::from(self.center_m);
+        let place = |x: Vec3| center + x * self.radius_m;
         let lattice = self.lattice();
-        let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
+        let mut mesh = Mesh { parts: vec![BALL.into()], ..Mesh::default() };
 
         // Core: a lattice of (n + 1)³ nodes.
         let core_node = |[i, j, k]: [u32; 3]| i + (n + 1) * (j + (n + 1) * k);
@@ -121,7 +121,7 @@ impl SolidBall {
             self.cut(&mut mesh);
             exact /= 4.0;
         }
-        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), exact));
+        mesh.notes.push(faceting_note(BALL, mesh.volume_m3(), exact));
         Ok(mesh)
     }
 
@@ -143,8 +143,9 @@ impl SolidBall {
 
     /// Keeps the quarter at x ≥ 0 and y ≥ 0.
     fn cut(&self, mesh: &mut Mesh) {
+        let center = Vec3::from(self.center_m);
         let is_kept = |mesh: &Mesh, element: usize| {
-            let middle = mesh.cells.points(element, &mesh.nodes).iter().sum::<Vec3>() / 8.0 - self.center;
+            let middle = mesh.cells.points(element, &mesh.nodes).iter().sum::<Vec3>() / 8.0 - center;
             middle.x > 0.0 && middle.y > 0.0
         };
         let kept = (0..mesh.cells.len()).filter(|element| is_kept(mesh, *element));
@@ -153,12 +154,11 @@ impl SolidBall {
         mesh.drop_unused_nodes();
         for (axis, name) in ["x_min", "y_min"].into_iter().enumerate() {
             // tan 0 is 0; a small remainder from the grading is rounding.
-            let on_plane = |node: &u32| {
-                (mesh.nodes[*node as usize] - self.center)[axis].abs() < ON_PLANE * self.radius_m
-            };
+            let on_plane =
+                |node: &u32| (mesh.nodes[*node as usize] - center)[axis].abs() < ON_PLANE * self.radius_m;
             let nodes = node_set((0..mesh.nodes.len() as u32).filter(on_plane));
             for node in &nodes {
-                mesh.nodes[*node as usize][axis] = self.center[axis];
+                mesh.nodes[*node as usize][axis] = center[axis];
             }
             mesh.node_sets.insert(name.into(), nodes);
         }

@@ -106,12 +106,11 @@ fn the_ball_of_the_file_is_the_ball_of_the_generator() {
         boundary_nodes(&boundary(&ball.cells)).iter().filter(|a| !ball.node_sets["NOUT"].contains(a)),
     );
     let generated = HollowBall {
-        center: Vec3::new(0.0, 0.0, 0.05 + 1e-5 + 0.015),
+        center_m: [0.0, 0.0, 0.05 + 1e-5 + 0.015],
         outer_radius_m: 0.015,
         inner_radius_m: 0.012,
         elements_around: 8,
         elements_through: 2,
-        part: "BALL".into(),
     }
     .generate()
     .unwrap();

@@ -2,7 +2,6 @@
 
 use super::JobKind;
 use crate::scene::document::Generator;
-use crate::scene::recipe::Recipe;
 use crate::service::meshes::MeshShelf;
 use serde::Deserialize as _;
 use serde_json::Value;
@@ -37,7 +36,7 @@ fn of_body(body: &Value, meshes: &MeshShelf) -> u64 {
         return elements.saturating_mul(8_u64.saturating_pow(splits));
     }
     // What is no generator is refused without making anything.
-    Generator::deserialize(&mesh["generator"]).map_or(0, |generator| Recipe::new(&generator).element_count())
+    Generator::deserialize(&mesh["generator"]).map_or(0, |generator| generator.element_count())
 }
 
 #[cfg(test)]
@@ -51,8 +50,7 @@ mod tests {
         let document: Value = serde_json::from_str(text).unwrap();
         let loaded = load(text.as_bytes(), &NoFiles, &Budget::SERVICE).unwrap();
         let generators = document["bodies"].as_array().unwrap().iter().map(|body| &body["mesh"]["generator"]);
-        let elements: u64 =
-            generators.map(|g| Recipe::new(&Generator::deserialize(g).unwrap()).element_count()).sum();
+        let elements: u64 = generators.map(|g| Generator::deserialize(g).unwrap().element_count()).sum();
         assert_eq!(elements, loaded.scene.element_count() as u64);
     }
 }

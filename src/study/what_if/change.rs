@@ -9,8 +9,8 @@ use super::over_surface::{aim, move_over_surface};
 use super::rigid_motion::{carry_body, move_body, rotation_of};
 use super::short_number::short;
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::{BodyDocument, ContactPairs, LimbSegmentDocument, SceneDocument};
-use crate::scene::recipe::limb_segment;
+use crate::mesh::generate::limb_segment::LimbSegment;
+use crate::scene::document::{BodyDocument, ContactPairs, SceneDocument};
 use nalgebra::{Rotation3, Unit};
 use serde_json::{Value, json};
 
@@ -228,13 +228,13 @@ fn strike(
     scene: &mut SceneDocument,
     body: Option<&String>,
     limb: Option<&String>,
-    change: &dyn Fn(&mut LimbSegmentDocument),
+    change: &dyn Fn(&mut LimbSegment),
 ) -> Result<(), Misfit> {
     let projectile = striker(scene, body)?;
     let (index, limb) = limb_of(scene, limb)?;
     let mut changed = limb.clone();
     change(&mut changed);
-    let [(from, normal), (to, new_normal)] = [limb, &changed].map(|limb| limb_segment(limb).impact_point());
+    let [(from, normal), (to, new_normal)] = [limb, &changed].map(|limb| limb.impact_point());
     // The section lies in x and z: the angle of a normal from +z towards +x is a rotation about +y.
     let angle = |n: &Vec3| n.x.atan2(n.z);
     let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), angle(&new_normal) - angle(&normal));

@@ -1,9 +1,8 @@
 //! Resolves the names in a change to bodies, limbs, parts and pairs of the scene.
 
 use super::misfit::Misfit;
-use crate::scene::document::{
-    BodyDocument, ContactPairs, Generator, LimbSegmentDocument, MeshDocument, Role, SceneDocument,
-};
+use crate::mesh::generate::limb_segment::LimbSegment;
+use crate::scene::document::{BodyDocument, ContactPairs, Generator, MeshDocument, Role, SceneDocument};
 use crate::scene::problem::suggest;
 use serde_json::json;
 
@@ -16,7 +15,7 @@ pub(super) fn striker(scene: &SceneDocument, name: Option<&String>) -> Result<us
 pub(super) fn limb_of<'a>(
     scene: &'a SceneDocument,
     name: Option<&String>,
-) -> Result<(usize, &'a LimbSegmentDocument), Misfit> {
+) -> Result<(usize, &'a LimbSegment), Misfit> {
     let limb = |body: &'a BodyDocument| match &body.mesh {
         Some(MeshDocument::Generator(Generator::LimbSegment(limb))) => Some(limb),
         _ => None,
@@ -34,7 +33,7 @@ pub(super) fn limb_of<'a>(
 }
 
 /// Parameters of the limb segment that generates a body.
-pub(super) fn limb_mut(body: &mut BodyDocument) -> Option<&mut LimbSegmentDocument> {
+pub(super) fn limb_mut(body: &mut BodyDocument) -> Option<&mut LimbSegment> {
     match &mut body.mesh {
         Some(MeshDocument::Generator(Generator::LimbSegment(limb))) => Some(limb),
         _ => None,
