@@ -199,12 +199,8 @@ impl McapRecorder {
         let (level, text) = last_words(outcome);
         open.writer.write(open.log, time, &log::message(time, level, &text))?;
         open.writer.attach("summary.json", summary.to_json()?.as_bytes())?;
-        let (complete, ending) = match &outcome.ending {
-            Ending::Finished => (true, "finished"),
-            Ending::Cancelled => (false, "cancelled"),
-            Ending::Failed { .. } => (false, "failed"),
-        };
-        let metadata = ending_metadata(complete, ending, &text, time, step);
+        let ending = &outcome.ending;
+        let metadata = ending_metadata(*ending == Ending::Finished, ending.name(), &text, time, step);
         open.writer.write_metadata(ENDING_METADATA, metadata)?;
         open.writer.finish()
     }

@@ -95,6 +95,15 @@ pub enum Ending {
 }
 
 impl Ending {
+    /// Name in documents and recordings.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::Cancelled => "cancelled",
+            Self::Failed { .. } => "failed",
+        }
+    }
+
     /// Diagnosis of the failure, if the run failed.
     pub fn failure(&self) -> Option<&Failure> {
         match self {

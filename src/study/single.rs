@@ -120,11 +120,7 @@ pub(super) fn measures_of(scene: &Scene, plan: &Plan) -> Measures {
 
 /// Ending of a run as written in tables and answers.
 pub(super) fn ending_name(ending: &Ending) -> String {
-    match ending {
-        Ending::Finished => "finished".into(),
-        Ending::Cancelled => "cancelled".into(),
-        Ending::Failed { failure } => failure.cause.name(),
-    }
+    ending.failure().map_or_else(|| ending.name().into(), |failure| failure.cause.name())
 }
 
 /// Whether a run was stopped on request: then no other run should begin.

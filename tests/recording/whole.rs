@@ -2,7 +2,7 @@
 
 use super::{read, record, scene};
 use contuse::measure::Sink;
-use contuse::measure::summary::{RunState, Shown};
+use contuse::measure::summary::Shown;
 use contuse::plan::compile;
 use contuse::record::{McapRecorder, RecordingInfo, partial_path};
 use contuse::step::{Ending, FailureCause, Interrupt};
@@ -46,7 +46,7 @@ fn cancelled() {
     let stop = |requested| (requested == 11).then_some(Interrupt::Cancel);
     let (result, _) = record(&scene(&[]), &path, 1, &stop);
     assert_eq!(result.outcome.ending, Ending::Cancelled);
-    assert_eq!(result.summary.state, RunState::Cancelled);
+    assert_eq!(result.summary.ending, Some(Ending::Cancelled));
     let contents = read(&path);
     assert_eq!((&contents.ending["ending"][..], &contents.ending["complete"][..]), ("cancelled", "false"));
     assert!(contents.attachments.contains(&"summary.json".to_owned()));
@@ -137,7 +137,7 @@ fn a_recording_that_cannot_be_written_fails_the_run() {
     let (result, _) = record(&scene(&[]), &path, 1, &|_| None);
     let Ending::Failed { failure } = &result.outcome.ending else { panic!("{:?}", result.outcome.ending) };
     assert_eq!(failure.cause, FailureCause::RecordingFailed);
-    assert!(matches!(result.summary.state, RunState::Failed { .. }));
+    assert!(matches!(result.summary.ending, Some(Ending::Failed { .. })));
 }
 
 #[test]

@@ -11,9 +11,9 @@ use super::results::{
     DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
     Results, SignificantStress, Split, StressedLayer, Tissue,
 };
-use super::run_state::RunState;
 use super::written::seconds;
 use crate::plan::{ForceAverage, Plan};
+use crate::step::Ending;
 use std::sync::Arc;
 
 /// Creates quantities that share one gate verdict.
@@ -40,20 +40,20 @@ impl Mint {
 }
 
 /// All numbers of the summary.
-pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: Mint) -> Results {
+pub(super) fn results(measures: &Measures, plan: &Plan, ending: Option<&Ending>, mint: Mint) -> Results {
     let strikes: Vec<&str> = measures.strikes().map(|pair| pair.name.as_str()).collect();
     let mut impacts: Vec<Impact> = measures
         .listed_pairs()
-        .map(|(index, pair)| impact(measures, index, pair, (mint, *state != RunState::Running)))
+        .map(|(index, pair)| impact(measures, index, pair, (mint, ending.is_some())))
         .collect();
     // Self-contact pairs come last.
     impacts.sort_by_key(Impact::is_of_itself);
-    let tissue = tissue(measures, state, mint);
+    let tissue = tissue(measures, ending, mint);
     let headline = Headline {
         impact: headline_impact(&impacts, &strikes),
         significant_stress: tissue.as_ref().and_then(|t| (!t.significant_stress.is_empty()).then_some(0)),
     };
-    let nothing_touched = *state != RunState::Running && has_missed(measures, plan);
+    let nothing_touched = ending.is_some() && has_missed(measures, plan);
     Results { nothing_touched, impacts, tissue, headline }
 }
 
@@ -131,7 +131,7 @@ fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<Stresse
     found.into_iter().map(of).collect()
 }
 
-fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
+fn tissue(measures: &Measures, ending: Option<&Ending>, mint: Mint) -> Option<Tissue> {
     let (absorbed, stress) = (measures.absorbed.as_ref()?, measures.stress.as_ref()?);
     let split = |a: &Absorbed| Split {
         strain_j: mint.quantity(a.strain),
@@ -141,7 +141,7 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
         not_from_contact_j: mint.quantity(a.not_from_contact),
     };
     // The zeros of the start would suggest that nothing happened.
-    let is_looked_at = *state == RunState::Finished || stress.time > 0.0;
+    let is_looked_at = ending == Some(&Ending::Finished) || stress.time > 0.0;
     let peak = |peak: &Peak| is_looked_at.then(|| mint.located(1.0, peak));
     let d = &measures.deflection;
     let deflection = Peak { value: d.largest, position: d.position, time: d.time };

@@ -5,8 +5,7 @@ use super::super::penetration::{DEPTH_LIMIT, OVERLAP_LIMIT, TOO_DEEP};
 use super::laws::beyond_limit;
 use super::numerics::Numerics;
 use super::quantity::GateResult;
-use super::run_state::RunState;
-use crate::step::{Energy, FailureCause};
+use crate::step::{Ending, Energy, FailureCause};
 use serde::Serialize;
 
 /// Largest admissible energy created by contact, as a fraction of the energy scale [-].
@@ -120,11 +119,11 @@ pub(super) struct Withholding {
 /// Checks whether the numbers must be withheld.
 pub(super) fn withholding(
     gates: &[Gate],
-    state: &RunState,
+    ending: Option<&Ending>,
     measures: &Measures,
     numerics: &Numerics,
 ) -> Option<Withholding> {
-    if let RunState::Failed { failure } = state
+    if let Some(failure) = ending.and_then(Ending::failure)
         && matches!(failure.cause, FailureCause::EnergyGate | FailureCause::NotFinite)
     {
         let reason = failure.message.trim_end_matches('.').to_owned();

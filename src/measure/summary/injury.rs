@@ -6,11 +6,11 @@
 use super::super::measures::Measures;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Results, Shown};
-use super::run_state::RunState;
 use super::written::{number, rounded};
 use crate::measure::presented_area::Onslaught;
 use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
+use crate::step::Ending;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -84,7 +84,7 @@ fn chest(person: Option<&PersonDocument>) -> Result<&PersonDocument, Refusal> {
 pub(super) fn injury_measures(
     measures: &Measures,
     plan: &Plan,
-    state: &RunState,
+    ending: Option<&Ending>,
     results: &Shown,
 ) -> Vec<InjuryMeasure> {
     let Some(onslaught) = Onslaught::new(plan) else { return Vec::new() };
@@ -96,7 +96,7 @@ pub(super) fn injury_measures(
     match results {
         Shown::Results(Results { tissue: Some(tissue), .. }) => {
             let response = &tissue.viscous_response_m2_per_s;
-            all.push(viscous(response, unfinished(measures, state), person));
+            all.push(viscous(response, unfinished(measures, ending), person));
         }
         Shown::Results(_) => {}
         Shown::Withheld { .. } => {
@@ -182,18 +182,18 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
 }
 
 /// Why the largest response may not be that of the whole impact; `None` if the impact is over.
-fn unfinished(measures: &Measures, state: &RunState) -> Option<&'static str> {
-    match state {
-        RunState::Running => Some("the run is in progress"),
-        RunState::Failed { .. } => Some("the run failed before its end"),
-        RunState::Cancelled => Some("the run was stopped before its end"),
-        RunState::Finished if measures.strikes().any(|pair| pair.force.is_in_contact()) => {
+fn unfinished(measures: &Measures, ending: Option<&Ending>) -> Option<&'static str> {
+    match ending {
+        None => Some("the run is in progress"),
+        Some(Ending::Failed { .. }) => Some("the run failed before its end"),
+        Some(Ending::Cancelled) => Some("the run was stopped before its end"),
+        Some(Ending::Finished) if measures.strikes().any(|pair| pair.force.is_in_contact()) => {
             Some("contact has not ended")
         }
-        RunState::Finished if measures.deflection.largest_rate_time >= measures.time => {
+        Some(Ending::Finished) if measures.deflection.largest_rate_time >= measures.time => {
             Some("it is largest at the end of the run")
         }
-        RunState::Finished => None,
+        Some(Ending::Finished) => None,
     }
 }
 

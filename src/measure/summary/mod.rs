@@ -17,7 +17,6 @@ mod of_interest;
 mod quantity;
 mod relaxation;
 mod results;
-mod run_state;
 mod softening;
 mod table;
 mod warnings;
@@ -38,7 +37,6 @@ pub use results::{
     DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
     Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
 };
-pub use run_state::RunState;
 pub use table::render_table;
 pub use written::{number, rounded};
 
@@ -52,13 +50,21 @@ use injury::injury_measures;
 use laws::left_laws;
 use numerics::numerics;
 use relaxation::relaxation;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use softening::{SofteningOfPart, softening};
 use warnings::warnings;
 use words::plain_words;
 
 /// Disclaimer included in every answer.
 pub const NOTICE: &str = "For research use only. Contuse is no medical device, and its results are no diagnosis and no medical advice.";
+
+#[allow(clippy::ref_option)] // serde's signature
+fn ended_or_running<S: Serializer>(ending: &Option<Ending>, serializer: S) -> Result<S::Ok, S::Error> {
+    match ending {
+        Some(ending) => ending.serialize(serializer),
+        None => serializer.collect_map([("ending", "running")]),
+    }
+}
 
 /// Clinical summary of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,9 +75,9 @@ pub struct Summary {
     pub engine_version: &'static str,
     /// Name of the scene.
     pub scene: String,
-    /// State in which the run ended, or running.
-    #[serde(flatten)]
-    pub state: RunState,
+    /// How the run ended; `None` while it is in progress.
+    #[serde(flatten, serialize_with = "ended_or_running")]
+    pub ending: Option<Ending>,
     /// Simulated time reached [s].
     pub time_s: f64,
     /// Requested simulated time [s].
@@ -114,16 +120,16 @@ impl Summary {
     /// Composes the summary of the measures; `outcome` is `None` while the run is in progress.
     pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
         // Gates decide whether the numbers are shown.
-        let state = RunState::of(outcome);
+        let ending = outcome.map(|outcome| &outcome.ending);
         let numerics = numerics(measures, outcome);
         let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
-        let mut withheld = withholding(&gates, &state, measures, &numerics);
+        let mut withheld = withholding(&gates, ending, measures, &numerics);
         let verdict = if withheld.is_some() { GateResult::Failed } else { GateResult::Passed };
-        let mut values = results(measures, plan, &state, Mint(verdict));
+        let mut values = results(measures, plan, ending, Mint(verdict));
         if withheld.is_none() && !values.is_finite() {
             let reason = "a result is infinite or not a number".to_owned();
             withheld = Some(Withholding { reason, remedy: FailureCause::NotFinite.remedy() });
-            values = results(measures, plan, &state, Mint(GateResult::Failed));
+            values = results(measures, plan, ending, Mint(GateResult::Failed));
         }
         // Error bars.
         let mut error_bars = measures.error_bars.to_string();
@@ -155,7 +161,7 @@ impl Summary {
         };
         let torn = softening.iter().map(SofteningOfPart::in_words);
         let torn = torn.chain(erosion.iter().map(ErosionOfPart::in_words));
-        let plain_words = plain_words(&results, (&state, time_s), &law_ranges, torn);
+        let plain_words = plain_words(&results, (ending, time_s), &law_ranges, torn);
         Self {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
@@ -164,9 +170,9 @@ impl Summary {
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
             plain_words,
-            injury_measures: injury_measures(measures, plan, &state, &results),
+            injury_measures: injury_measures(measures, plan, ending, &results),
             warnings: warnings(measures, plan, &numerics, outcome),
-            state,
+            ending: ending.cloned(),
             results,
             numerics,
             law_ranges,

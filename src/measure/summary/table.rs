@@ -5,8 +5,8 @@ use super::injury::InjuryMeasure;
 use super::listing::{Group, listing};
 use super::numerics::numerics_group;
 use super::results::Shown;
-use super::run_state::RunState;
 use super::written::seconds;
+use crate::step::Ending;
 use std::fmt::Write as _;
 
 /// Renders the summary as plain text, one number per line, with its unit and error.
@@ -50,12 +50,12 @@ impl Table {
         self.line(&format!(
             "{}: {} at {} of {}, {} steps",
             summary.scene,
-            ending(&summary.state),
+            ending(summary.ending.as_ref()),
             seconds(summary.time_s),
             seconds(summary.end_time_s),
             summary.steps
         ));
-        if let RunState::Failed { failure } = &summary.state {
+        if let Some(failure) = summary.ending.as_ref().and_then(Ending::failure) {
             self.line(&format!("  {failure}"));
             failure.place().iter().for_each(|place| self.line(&format!("  where: {place}")));
         }
@@ -118,11 +118,10 @@ impl Table {
     }
 }
 
-fn ending(state: &RunState) -> &'static str {
-    match state {
-        RunState::Running => "running",
-        RunState::Finished => "finished",
-        RunState::Cancelled => "cancelled",
-        RunState::Failed { .. } => "FAILED",
+fn ending(ending: Option<&Ending>) -> &'static str {
+    match ending {
+        None => "running",
+        Some(Ending::Failed { .. }) => "FAILED",
+        Some(ending) => ending.name(),
     }
 }

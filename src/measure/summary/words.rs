@@ -3,15 +3,14 @@
 use super::laws::LawRange;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{ExceededInVolume, Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
-use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
-use crate::step::Failure;
+use crate::step::{Ending, Failure};
 
 /// Sentences on the numbers of a run that has reached a time [s], for readers without a technical background.
 /// `torn` holds the sentences on softened and eroded tissue.
 pub(super) fn plain_words(
     results: &Shown,
-    (state, time): (&RunState, f64),
+    (ending, time): (Option<&Ending>, f64),
     laws: &[LawRange],
     torn: impl Iterator<Item = String>,
 ) -> Vec<String> {
@@ -29,22 +28,22 @@ pub(super) fn plain_words(
             seconds(time)
         )
     };
-    match state {
-        RunState::Finished => {}
-        RunState::Running => words.push(until("The run has reached")),
-        RunState::Cancelled => words.push(until("The run was stopped")),
-        RunState::Failed { failure } => {
+    match ending {
+        Some(Ending::Finished) => {}
+        None => words.push(until("The run has reached")),
+        Some(Ending::Cancelled) => words.push(until("The run was stopped")),
+        Some(Ending::Failed { failure }) => {
             words.push(until("The run failed"));
             words.push(why(failure));
         }
     }
     if results.nothing_touched {
-        words.insert(0, nothing_touched(results, *state == RunState::Finished));
+        words.insert(0, nothing_touched(results, ending == Some(&Ending::Finished)));
         return words;
     }
     contact(results, &mut words);
     if let Some(tissue) = &results.tissue {
-        stress(tissue, *state == RunState::Finished, &mut words);
+        stress(tissue, ending == Some(&Ending::Finished), &mut words);
         words.extend(tissue.exceeded_in_volume.as_ref().map(strain));
         if results.impacts.iter().any(|impact| impact.on_tissue && impact.contact_span_s.is_some()) {
             energy(tissue, &mut words);
