@@ -7,7 +7,7 @@
 #[path = "api/support/mod.rs"]
 mod support;
 
-use contuse::service::config::ServiceConfig;
+use contuse::service::config::RunConfig;
 use contuse::service::jobs::simulator::Simulator;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ fn a_job_loads_each_mesh_once_for_its_validation_and_once_for_its_run() {
     let counter = Counter::default();
     tracing_subscriber::registry().with(counter.clone()).init();
     // In this process, where it can be counted.
-    let engine = Simulator::new(&ServiceConfig::default());
+    let engine = Simulator::new(&RunConfig::default());
     let server = Server::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {});
     let client = server.client();
     let scene = std::fs::read_to_string("scenarios/flashball_thigh/scene_elastic.json").unwrap();

@@ -3,7 +3,7 @@
 use super::{CliError, Exit};
 use crate::scene::Budget;
 use crate::service::access::read_tokens;
-use crate::service::config::ServiceConfig;
+use crate::service::config::{RunConfig, ServiceConfig};
 use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::StoreAddress;
@@ -114,7 +114,7 @@ impl ServeArgs {
         let tokens = self.tokens_file.as_deref().map_or(Ok(Tokens::default()), tokens_of)?;
         let defaults = ServiceConfig::default();
         let workers = self.workers.unwrap_or(defaults.workers);
-        let threads_per_what_if = self.threads_per_what_if.unwrap_or(defaults.threads_per_what_if);
+        let threads_per_what_if = self.threads_per_what_if.unwrap_or(defaults.runs.threads_per_what_if);
         // Zero workers, threads or connections would serve nothing.
         if [workers, self.threads_per_job, threads_per_what_if, self.max_connections].contains(&0) {
             let message = "--workers, --threads-per-job, --threads-per-what-if and --max-connections must be at least 1";
@@ -124,26 +124,28 @@ impl ServeArgs {
             listen: self.listen,
             store: self.store,
             workers,
-            threads_per_job: self.threads_per_job,
-            threads_per_what_if,
+            runs: RunConfig {
+                threads_per_job: self.threads_per_job,
+                threads_per_what_if,
+                deadline: Duration::from_secs(self.deadline_s),
+                budget: Budget {
+                    document_bytes: self.max_body,
+                    mesh_bytes: self.max_mesh,
+                    elements: self.max_elements,
+                    steps: self.max_steps,
+                    memory_bytes: self.max_memory,
+                    recording_bytes: self.max_recording,
+                    ..Budget::SERVICE
+                },
+            },
             max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_queued: self.max_queued,
             max_attempts: self.max_attempts.max(1),
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
-            deadline: Duration::from_secs(self.deadline_s),
             grace: Duration::from_secs(self.grace_s),
             keep_days: self.keep_days,
             least_free: self.least_free,
-            budget: Budget {
-                document_bytes: self.max_body,
-                mesh_bytes: self.max_mesh,
-                elements: self.max_elements,
-                steps: self.max_steps,
-                memory_bytes: self.max_memory,
-                recording_bytes: self.max_recording,
-                ..Budget::SERVICE
-            },
             tokens,
             tokens_file: self.tokens_file,
             cors_origins: self.cors_origins,
@@ -175,7 +177,7 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     keep_files_private();
     // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let engine = Arc::new(ProcessEngine::new(&config, &this_program()?));
+    let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let served = runtime.block_on(async {
         let signals = count_signals()?;
@@ -227,7 +229,7 @@ pub fn purge(args: &PurgeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     }
     keep_files_private();
     let config = ServiceConfig { store: store.clone(), ..ServiceConfig::default() };
-    let engine = Arc::new(Simulator::new(&config));
+    let engine = Arc::new(Simulator::new(&config.runs));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let purged = runtime.block_on(crate::service::purge(config, engine, args.older_than_days));
     let purged = purged.map_err(|error| {

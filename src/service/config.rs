@@ -4,9 +4,34 @@ use super::jobs::store::StoreAddress;
 use super::memory;
 use super::tokens::Tokens;
 use crate::scene::Budget;
+use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// Configuration of scenes and runs, which the process of a run receives.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunConfig {
+    /// Number of threads for each run.
+    pub threads_per_job: usize,
+    /// Number of cases of a what-if question running at the same time.
+    pub threads_per_what_if: usize,
+    /// Wall-clock limit of a job.
+    pub deadline: Duration,
+    /// Limits of a scene; also the largest document and the largest mesh.
+    pub budget: Budget,
+}
+
+impl Default for RunConfig {
+    fn default() -> Self {
+        Self {
+            threads_per_job: 1,
+            threads_per_what_if: std::thread::available_parallelism().map_or(1, usize::from),
+            deadline: Duration::from_secs(3600),
+            budget: Budget::SERVICE,
+        }
+    }
+}
 
 /// Configuration of the service.
 #[derive(Clone, Debug)]
@@ -17,10 +42,8 @@ pub struct ServiceConfig {
     pub store: StoreAddress,
     /// Number of jobs running at the same time.
     pub workers: usize,
-    /// Number of threads for each run.
-    pub threads_per_job: usize,
-    /// Number of cases of a what-if question running at the same time.
-    pub threads_per_what_if: usize,
+    /// Threads and limits of scenes and runs.
+    pub runs: RunConfig,
     /// Memory of all running jobs together, by their estimates [bytes]; a job waits until its own is free.
     pub max_running_memory: u64,
     /// Maximum number of waiting jobs.
@@ -39,16 +62,12 @@ pub struct ServiceConfig {
     pub least_rate: u64,
     /// Free space of the disk below which no job is accepted or begun [bytes].
     pub least_free: u64,
-    /// Wall-clock limit of a job.
-    pub deadline: Duration,
     /// Grace period of running jobs and open responses after a request to shut down.
     pub grace: Duration,
     /// Days after which jobs that have ended, and meshes, are deleted; never if `None`.
     pub keep_days: Option<u32>,
     /// Number of attempts after which a job counts as the cause of losing its worker.
     pub max_attempts: u32,
-    /// Limits of a scene; also the largest document and the largest mesh.
-    pub budget: Budget,
     /// Tokens that grant access; open to everyone on this machine if there are none.
     pub tokens: Tokens,
     /// File of these tokens, which replace them when it changes.
@@ -67,8 +86,7 @@ impl Default for ServiceConfig {
             listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
             store: StoreAddress::in_folder("data"),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
-            threads_per_job: 1,
-            threads_per_what_if: std::thread::available_parallelism().map_or(1, usize::from),
+            runs: RunConfig::default(),
             max_running_memory: memory::usable().map_or(u64::MAX, |bytes| bytes / 4 * 3),
             max_queued: 1000,
             max_connections: 512,
@@ -78,11 +96,9 @@ impl Default for ServiceConfig {
             upload_timeout: Duration::from_secs(600),
             least_rate: 4096,
             least_free: 64 << 20,
-            deadline: Duration::from_secs(3600),
             grace: Duration::from_secs(20),
             keep_days: None,
             max_attempts: 3,
-            budget: Budget::SERVICE,
             tokens: Tokens::default(),
             tokens_file: None,
             cors_origins: Vec::new(),

@@ -21,7 +21,7 @@ fn start(listen: [u8; 4], tokens: Tokens) -> Result<(), ServiceError> {
         tokens,
         ..ServiceConfig::default()
     };
-    let engine = Arc::new(Simulator::new(&config));
+    let engine = Arc::new(Simulator::new(&config.runs));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
     let started = runtime.block_on(Service::start(config, engine)).map(drop);
     runtime.shutdown_background();

@@ -129,7 +129,7 @@ impl FromRequest<Arc<App>> for JsonBody {
         if !is_json(request.headers()) {
             return Err(Problem::unsupported_media_type("application/json"));
         }
-        let limit = app.config.budget.document_bytes;
+        let limit = app.config.runs.budget.document_bytes;
         if declared_length(request.headers()).is_some_and(|n| n > limit) {
             return Err(Problem::too_large(limit));
         }

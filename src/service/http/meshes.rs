@@ -75,7 +75,7 @@ pub async fn upload(
     if media_type(request.headers()).is_some_and(|m| m.starts_with("multipart/") || m == "application/json") {
         return Err(Problem::unsupported_media_type("application/octet-stream"));
     }
-    let limit = app.config.budget.mesh_bytes;
+    let limit = app.config.runs.budget.mesh_bytes;
     if declared_length(request.headers()).is_some_and(|n| n > limit) {
         return Err(Problem::too_large(limit));
     }
@@ -218,7 +218,7 @@ pub async fn first_scene(
         meshes.push(mesh);
     }
     if meshes.len() > 1 {
-        check_surfaces(&meshes, app.config.budget.mesh_bytes)?;
+        check_surfaces(&meshes, app.config.runs.budget.mesh_bytes)?;
     }
     reading(&app, &owner, meshes, move |engine, file| engine.first_scene(file, &uploads, &approach)).await
 }

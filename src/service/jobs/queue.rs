@@ -408,7 +408,7 @@ impl Queue {
 
     /// Control of a job that begins, already stopped if its owner cancelled or deleted it in between.
     async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
-        let control = Arc::new(RunControl::new(self.config.deadline));
+        let control = Arc::new(RunControl::new(self.config.runs.deadline));
         self.controls().insert(job.id, Arc::clone(&control));
         match self.store.request(job.seq).await {
             Ok(OwnerRequest::Stop | OwnerRequest::Deletion) => control.stop(StopReason::Cancel),

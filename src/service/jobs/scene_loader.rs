@@ -6,11 +6,10 @@ use crate::scene::cost::FactorSize;
 use crate::scene::json::Parsed;
 use crate::scene::problem::Pointer;
 use crate::scene::{Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, load_parsed};
-use crate::service::config::ServiceConfig;
+use crate::service::config::RunConfig;
 use crate::service::meshes::{MeshShelf, ShelfError};
 use crate::step::Failure;
 use std::io::Read as _;
-use std::time::Duration;
 
 /// Element-steps per second of one thread beyond any known machine: a scene that would exceed the deadline even at this
 /// speed is refused, without refusing any that could finish in time.
@@ -22,26 +21,13 @@ const UNREACHED_FLOPS: f64 = 3e11;
 /// Loads scenes within the limits of the service.
 #[derive(Debug)]
 pub struct SceneLoader {
-    budget: Budget,
-    deadline: Duration,
-    threads: usize,
-    what_if_threads: usize,
+    pub(super) runs: RunConfig,
 }
 
 impl SceneLoader {
-    /// A loader with the limits of the service.
-    pub fn new(config: &ServiceConfig) -> Self {
-        Self {
-            budget: config.budget.clone(),
-            deadline: config.deadline,
-            threads: config.threads_per_job,
-            what_if_threads: config.threads_per_what_if,
-        }
-    }
-
     /// Loads a scene whose run can finish before the deadline.
     pub fn load(&self, scene: &Parsed, meshes: &dyn MeshSource) -> Result<Loaded, Problems> {
-        let loaded = load_parsed(scene, meshes, &self.budget)?;
+        let loaded = load_parsed(scene, meshes, &self.runs.budget)?;
         self.too_long(&loaded, 1, "/end_time_s").map_or(Ok(loaded), |problem| Err(problem.alone()))
     }
 
@@ -53,11 +39,11 @@ impl SceneLoader {
         // A single run uses all threads for its elements and one for its systems; several runs are parallel.
         let of_run = |threads: usize| element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * threads as f64);
         let least_s = if runs > 1 {
-            (of_run(1) + systems_s) * runs as f64 / self.what_if_threads as f64
+            (of_run(1) + systems_s) * runs as f64 / self.runs.threads_per_what_if as f64
         } else {
-            of_run(self.threads) + systems_s
+            of_run(self.runs.threads_per_job) + systems_s
         };
-        let limit_s = self.deadline.as_secs_f64();
+        let limit_s = self.runs.deadline.as_secs_f64();
         (least_s > limit_s).then(|| {
             let message = format!("the run would take at least {least_s:.0} s of wall time");
             let value = if runs > 1 { runs as f64 } else { loaded.scene.document.end_time_s };
@@ -77,12 +63,12 @@ impl SceneLoader {
 
     /// Number of parallel cases of a what-if question.
     pub fn what_if_threads(&self) -> usize {
-        self.what_if_threads
+        self.runs.threads_per_what_if
     }
 
     /// Budget of a run.
     pub fn budget(&self) -> &Budget {
-        &self.budget
+        &self.runs.budget
     }
 }
 

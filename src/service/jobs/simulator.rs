@@ -26,7 +26,7 @@ use crate::scene::first_surfaces::SurfaceFile;
 use crate::scene::json;
 use crate::scene::problem::Pointer;
 use crate::scene::{Loaded, Problem, Problems};
-use crate::service::config::ServiceConfig;
+use crate::service::config::RunConfig;
 use crate::service::meshes::{MeshRefusal, MeshShelf};
 use crate::step::{Ending, Failure};
 use crate::study::{RunRequest, run_scene};
@@ -41,8 +41,8 @@ pub struct Simulator {
 
 impl Simulator {
     /// A simulator with the limits of the service.
-    pub fn new(config: &ServiceConfig) -> Self {
-        Self { scenes: SceneLoader::new(config) }
+    pub fn new(runs: &RunConfig) -> Self {
+        Self { scenes: SceneLoader { runs: runs.clone() } }
     }
 
     /// [`Engine::check`] on any meshes.

@@ -124,7 +124,7 @@ impl Worker {
             most_memory: self.queue.most_memory(job),
             meshes: &shelf,
             recording: &recording,
-            threads: self.queue.config.threads_per_job,
+            threads: self.queue.config.runs.threads_per_job,
             control,
             progress: &mut progress,
             emit: &mut emit,

@@ -6,7 +6,7 @@ pub mod program;
 
 use client::{Answer, Client};
 use contuse::service::Service;
-use contuse::service::config::ServiceConfig;
+use contuse::service::config::{RunConfig, ServiceConfig};
 use contuse::service::jobs::engine::Engine;
 use contuse::service::jobs::process::ProcessEngine;
 pub use contuse::service::jobs::store::StoreAddress;
@@ -48,7 +48,7 @@ impl Server {
 
     /// With the engine that ships, which runs jobs as processes of a program.
     pub fn running(program: &Path, change: impl FnOnce(&mut ServiceConfig)) -> Self {
-        let engine = ProcessEngine::new(&ServiceConfig::default(), program);
+        let engine = ProcessEngine::new(&RunConfig::default(), program);
         Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), change)
     }
 

@@ -28,7 +28,7 @@ fn mesh_is_named_by_its_bytes() {
 
 #[test]
 fn what_is_no_mesh_leaves_nothing() {
-    let server = Server::with(|c| c.budget.mesh_bytes = 1000);
+    let server = Server::with(|c| c.runs.budget.mesh_bytes = 1000);
     let client = server.client();
     problem(&upload(&client, "", b"$ broken"), 422, "invalid-mesh");
     problem(&upload(&client, "", b"hello"), 422, "invalid-mesh");

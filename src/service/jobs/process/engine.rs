@@ -2,14 +2,14 @@
 
 use super::child::{Child, Death, Heard};
 use super::limits::{LIMITS_MEMORY, Limits};
-use super::wire::{FromChild, Settings, Task, ToChild, Work};
+use super::wire::{FromChild, Task, ToChild, Work};
 use crate::blobs::{BlobError, Draft};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::mesh::section::{Plane, Section};
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Problem, Problems, problem::Pointer};
-use crate::service::config::ServiceConfig;
+use crate::service::config::RunConfig;
 use crate::service::jobs::control::{RunControl, StopReason};
 use crate::service::jobs::engine::{
     CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NamedUpload, OpenMesh, RunOrder, RunReport,
@@ -49,7 +49,7 @@ pub struct ProcessEngine {
     /// For what needs no process.
     simulator: Simulator,
     program: PathBuf,
-    settings: Settings,
+    runs: RunConfig,
 }
 
 /// A process that ended without an answer.
@@ -69,24 +69,18 @@ struct Patience<'a> {
 
 impl ProcessEngine {
     /// An engine that starts `program`, which is this one.
-    pub fn new(config: &ServiceConfig, program: &Path) -> Self {
+    pub fn new(runs: &RunConfig, program: &Path) -> Self {
         if !LIMITS_MEMORY {
             tracing::warn!(
                 "this system does not limit the memory of a process: a run may take what it needs"
             );
         }
-        let settings = Settings {
-            budget: config.budget.clone(),
-            deadline: config.deadline,
-            threads_per_job: config.threads_per_job,
-            threads_per_what_if: config.threads_per_what_if,
-        };
-        Self { simulator: Simulator::new(config), program: program.to_owned(), settings }
+        Self { simulator: Simulator::new(runs), program: program.to_owned(), runs: runs.clone() }
     }
 
     /// A task with its limits: memory [bytes], processor time [s].
     fn task(&self, work: Work, memory_bytes: u64, cpu_s: u64) -> Task {
-        Task { limits: Limits { memory_bytes, cpu_s }, settings: self.settings.clone(), work }
+        Task { limits: Limits { memory_bytes, cpu_s }, runs: self.runs.clone(), work }
     }
 
     /// Has a process validate a document. `answer` selects the answer.
@@ -98,7 +92,7 @@ impl ProcessEngine {
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
         let text = (document.text.len() as u64, &mut document.text.as_slice() as &mut dyn Read);
-        let patience = Patience { within: self.settings.deadline, is_wanted: &|| true };
+        let patience = Patience { within: self.runs.deadline, is_wanted: &|| true };
         self.ask(work, text, Some(meshes), &patience, answer)
     }
 
@@ -110,7 +104,7 @@ impl ProcessEngine {
         answer: impl Fn(FromChild) -> Option<Result<T, MeshRefusal>>,
     ) -> Result<T, MeshRefusal> {
         let MeshFile { content, bytes, is_wanted, .. } = file;
-        let within = Duration::from_secs(LEAST_READING_S + bytes / BYTES_PER_S).min(self.settings.deadline);
+        let within = Duration::from_secs(LEAST_READING_S + bytes / BYTES_PER_S).min(self.runs.deadline);
         let asked = self.ask(work, (bytes, content), None, &Patience { within, is_wanted }, answer);
         asked.unwrap_or_else(|lost| Err(MeshRefusal { message: lost.words() }))
     }
@@ -124,7 +118,7 @@ impl ProcessEngine {
         Patience { within, is_wanted }: &Patience<'_>,
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
-        let most_memory = self.settings.budget.memory_bytes.saturating_add(SPARE_MEMORY);
+        let most_memory = self.runs.budget.memory_bytes.saturating_add(SPARE_MEMORY);
         let mut lost = Lost { death: Death::default(), most_memory, within: *within, is_late: false };
         let mut child = match Child::start(&self.program) {
             Ok(child) => child,
@@ -219,10 +213,10 @@ impl Engine for ProcessEngine {
         };
         let Some(mut child) = self.child(order.control) else { return run.stopped(order.control) };
         let threads =
-            if order.kind == JobKind::WhatIf { self.settings.threads_per_what_if } else { order.threads };
+            if order.kind == JobKind::WhatIf { self.runs.threads_per_what_if } else { order.threads };
         let work =
             Work::Run { kind: order.kind, recording: order.recording.to_owned(), threads: order.threads };
-        let cpu_s = self.settings.deadline.as_secs().saturating_mul(threads as u64) + SPARE_CPU_S;
+        let cpu_s = self.runs.deadline.as_secs().saturating_mul(threads as u64) + SPARE_CPU_S;
         let task = self.task(work, order.most_memory, cpu_s);
         let text = (order.document.len() as u64, &mut &*order.document as &mut dyn Read);
         // A process that does not listen has ended, which is found below.

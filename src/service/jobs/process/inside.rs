@@ -2,12 +2,11 @@
 
 use super::host::{Host, HostMeshes, HostResults};
 use super::limits;
-use super::wire::{self, FromChild, Settings, Task, ToChild, Work};
+use super::wire::{self, FromChild, Task, ToChild, Work};
 use crate::blobs::BlobStore;
 use crate::mesh::read::MeshFormat;
 use crate::scene::problem::Pointer;
 use crate::scene::{Problem, Problems};
-use crate::service::config::ServiceConfig;
 use crate::service::jobs::control::RunControl;
 use crate::service::jobs::engine::{Engine, JsonDocument, MeshFile, RunOrder, RunReport};
 use crate::service::jobs::simulator::Simulator;
@@ -57,14 +56,7 @@ fn listen(input: &mut impl BufRead, control: &RunControl, answers: &Sender<(ToCh
 }
 
 fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> FromChild {
-    let Settings { threads_per_job, threads_per_what_if, deadline, budget } = task.settings.clone();
-    let simulator = Simulator::new(&ServiceConfig {
-        threads_per_job,
-        threads_per_what_if,
-        deadline,
-        budget,
-        ..ServiceConfig::default()
-    });
+    let simulator = Simulator::new(&task.runs);
     let meshes = HostMeshes(Arc::clone(host));
     match &task.work {
         Work::Run { kind, recording, threads } => {

@@ -5,7 +5,8 @@ use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::mesh::section::{Plane, Section};
 use crate::scene::first_impact::{Approach, FirstScene};
-use crate::scene::{Budget, MeshSourceError, Problems};
+use crate::scene::{MeshSourceError, Problems};
+use crate::service::config::RunConfig;
 use crate::service::jobs::control::StopReason;
 use crate::service::jobs::engine::{CheckedScene, NamedUpload, RunReport, ScenePreview};
 use crate::service::jobs::{JobKind, Progress};
@@ -16,7 +17,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::{self, BufRead, Read, Write};
 use std::path::PathBuf;
-use std::time::Duration;
 
 /// Longest line of a message [bytes]: a summary is the longest part of one.
 const LONGEST_LINE: u64 = 256 << 20;
@@ -26,19 +26,10 @@ const LONGEST_LINE: u64 = 256 << 20;
 pub(super) struct Task {
     /// Limits of the process.
     pub limits: Limits,
-    /// Limits of scenes and runs.
-    pub settings: Settings,
+    /// Threads and limits of scenes and runs.
+    pub runs: RunConfig,
     /// What it has to do.
     pub work: Work,
-}
-
-/// The part of the configuration of a service that concerns scenes and runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Settings {
-    pub threads_per_job: usize,
-    pub threads_per_what_if: usize,
-    pub deadline: Duration,
-    pub budget: Budget,
 }
 
 /// One call of an engine.

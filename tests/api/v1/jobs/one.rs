@@ -73,7 +73,7 @@ fn run_that_cannot_begin_fails() {
 
 #[test]
 fn deadline_ends_a_job() {
-    let server = Server::with(|c| c.deadline = std::time::Duration::from_millis(100));
+    let server = Server::with(|c| c.runs.deadline = std::time::Duration::from_millis(100));
     let job = submit(&server.client(), &endless());
     assert_eq!(wait_for(&server.client(), &job, "failed")["failure"]["cause"], "deadline");
 }

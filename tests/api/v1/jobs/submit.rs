@@ -64,7 +64,7 @@ fn only_declared_json_is_taken() {
 
 #[test]
 fn huge_bodies_are_refused_declared_or_not() {
-    let server = Server::with(|c| c.budget.document_bytes = 1000);
+    let server = Server::with(|c| c.runs.budget.document_bytes = 1000);
     let mut big = quick();
     big["padding"] = json!("x".repeat(2000));
     problem(&server.client().post_json("/v1/jobs", &big), 413, "body-too-large");
