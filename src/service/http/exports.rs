@@ -6,7 +6,7 @@ use super::problem::{Problem, ProblemBody};
 use crate::report::{ReadError, RecordedRun, csv, fhir, html};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobId;
-use crate::service::jobs::store::JobRow;
+use crate::service::jobs::store::Job;
 use crate::service::shelves::recording_name;
 use axum::extract::State;
 use axum::http::header;
@@ -111,12 +111,7 @@ pub async fn table(
 }
 
 /// The recording of a job that has ended, read on a thread that may wait for files.
-async fn recorded(
-    app: &Arc<App>,
-    owner: &str,
-    id: JobId,
-    what: &str,
-) -> Result<(RecordedRun, JobRow), Problem> {
+async fn recorded(app: &Arc<App>, owner: &str, id: JobId, what: &str) -> Result<(RecordedRun, Job), Problem> {
     let row = recorded_row(app, owner, id, what).await?;
     let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
     let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
@@ -139,7 +134,7 @@ async fn recorded(
 }
 
 /// A job that has ended with a recording; `what` is to be made of it.
-pub(super) async fn recorded_row(app: &App, owner: &str, id: JobId, what: &str) -> Result<JobRow, Problem> {
+pub(super) async fn recorded_row(app: &App, owner: &str, id: JobId, what: &str) -> Result<Job, Problem> {
     let row = app.queue.store.job(owner, id).await?.ok_or_else(Problem::no_such_job)?;
     if !row.state.is_final() {
         return Err(Problem::not_yet(what, row.state));

@@ -3,13 +3,13 @@
 use super::app::App;
 use super::extract::{JobPath, JsonBody, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
-use super::wire::{Job, JobList, SceneBody, Validation};
+use super::wire::{JobList, SceneBody, Validation};
 use crate::blobs::hexadecimal;
 use crate::plan::PlanReport;
 use crate::scene::Problems;
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::engine::JsonDocument;
-use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
+use crate::service::jobs::store::{CancelAnswer, Job, NewJob, Page, Submitted};
 use crate::service::jobs::{JobKind, JobState};
 use crate::service::meshes::MeshShelf;
 use axum::Json;
@@ -203,7 +203,7 @@ pub async fn list(
     let has_more = rows.len() > page.limit as usize;
     rows.truncate(page.limit as usize);
     let next_cursor = rows.last().filter(|_| has_more).map(|row| format!("{:x}", row.seq));
-    Ok(Json(JobList { jobs: rows.into_iter().map(Job::of).collect(), next_cursor }))
+    Ok(Json(JobList { jobs: rows, next_cursor }))
 }
 
 /// Get a job with its state and progress.
@@ -220,7 +220,7 @@ pub async fn get(
     JobPath(id): JobPath,
 ) -> Result<Response, Problem> {
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
-    Ok(([(header::CACHE_CONTROL, "no-store")], Json(Job::of(row))).into_response())
+    Ok(([(header::CACHE_CONTROL, "no-store")], Json(row)).into_response())
 }
 
 /// Cancel a job.
@@ -247,7 +247,7 @@ pub async fn cancel(
         CancelAnswer::Unknown => return Err(Problem::no_such_job()),
     };
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
-    Ok((status, Json(Job::of(row))).into_response())
+    Ok((status, Json(row)).into_response())
 }
 
 /// Delete a job and its recording.
@@ -354,9 +354,8 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
         Submitted::Replayed(row) => (row, true),
         Submitted::KeyReused => return Err(Problem::idempotency_key_reused()),
     };
-    let location =
-        HeaderValue::try_from(format!("/v1/jobs/{}", row.id)).map_err(|e| Problem::internal(&e))?;
-    let mut response = (StatusCode::ACCEPTED, Json(Job::of(*row))).into_response();
+    let location = HeaderValue::try_from(&row.links.this).map_err(|e| Problem::internal(&e))?;
+    let mut response = (StatusCode::ACCEPTED, Json(row)).into_response();
     response.headers_mut().insert(header::LOCATION, location);
     if is_replay {
         response.headers_mut().insert(REPLAYED, HeaderValue::from_static("true"));

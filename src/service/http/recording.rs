@@ -8,7 +8,7 @@ use crate::blobs::{Blob, BlobDigest};
 use crate::service::jobs::JobsError;
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::snapshots::Which;
-use crate::service::jobs::store::JobRow;
+use crate::service::jobs::store::Job;
 use crate::service::permits::Permit;
 use crate::service::shelves::{recording_name, snapshot_name};
 use axum::body::{Body, Bytes};
@@ -99,7 +99,7 @@ struct Sendable {
 }
 
 /// The recording of a job that has ended.
-fn final_file(row: &JobRow) -> Result<Sendable, Problem> {
+fn final_file(row: &Job) -> Result<Sendable, Problem> {
     let recording = row.recording.clone().ok_or_else(|| Problem::never("recording", row.state))?;
     Ok(Sendable {
         blob: recording_name(row.id),
@@ -110,7 +110,7 @@ fn final_file(row: &JobRow) -> Result<Sendable, Problem> {
 }
 
 /// Snapshot of the recording of a running job, copied on a thread that may wait for the disk.
-async fn snapshot_file(app: &Arc<App>, row: &JobRow, which: Which) -> Result<Option<Sendable>, Problem> {
+async fn snapshot_file(app: &Arc<App>, row: &Job, which: Which) -> Result<Option<Sendable>, Problem> {
     let id = row.id;
     let snapshot = app.queue.with_files(move |queue| queue.snapshot(id, &which)).await?;
     Ok(snapshot.map(|s| {
@@ -127,7 +127,7 @@ fn which(headers: &HeaderMap) -> Which {
 }
 
 /// The final recording of a job that ended between the queries of the store and of the snapshots.
-async fn ended_meanwhile(app: &App, owner: &str, row: &JobRow) -> Result<Sendable, Problem> {
+async fn ended_meanwhile(app: &App, owner: &str, row: &Job) -> Result<Sendable, Problem> {
     let row_now = app.queue.store.job(owner, row.id).await?.ok_or_else(Problem::no_such_job)?;
     if row_now.state.is_final() {
         final_file(&row_now)

@@ -6,15 +6,17 @@
 //! ([`super::data_folder::DataFolder`]): at its start every `running` job has lost its worker.
 
 mod chosen;
+mod job;
 mod records;
 mod sqlite;
 #[cfg(test)]
 mod tests;
 
 pub use chosen::StoreAddress;
+pub use job::{Job, JobLinks, NOTICE};
 pub use records::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, KnownBlobs, MeshDeletion,
-    NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
+    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, KnownBlobs, MeshDeletion, NewJob,
+    Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 
 use super::{JobId, JobKind, JobState, JobsError, Progress};
@@ -85,10 +87,10 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     fn orphans(&self) -> Answer<'_, Vec<Orphan>>;
 
     /// One job of an owner.
-    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<JobRow>>;
+    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<Job>>;
 
     /// A page of the jobs of an owner, newest first.
-    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<JobRow>>;
+    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<Job>>;
 
     /// The summary of a job of an owner, as JSON text.
     fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>>;

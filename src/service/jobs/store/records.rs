@@ -1,9 +1,10 @@
 //! Records of a job store.
 
+use super::job::Job;
 use crate::mesh::read::MeshFormat;
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
-use crate::step::{Ending, Failure};
+use crate::step::Ending;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -36,9 +37,9 @@ pub struct NewJob {
 #[derive(Clone, Debug)]
 pub enum Submitted {
     /// A new job was created.
-    Created(Box<JobRow>),
+    Created(Box<Job>),
     /// The job of an earlier request with the same key and the same body.
-    Replayed(Box<JobRow>),
+    Replayed(Box<Job>),
     /// The key belongs to a request with another body.
     KeyReused,
 }
@@ -201,45 +202,6 @@ pub enum MeshDeletion {
     },
     /// The owner has no such mesh.
     Unknown,
-}
-
-/// Current record of a job.
-#[derive(Clone, Debug)]
-pub struct JobRow {
-    /// Sequence number in the order of arrival.
-    pub seq: i64,
-    /// Public id of the job.
-    pub id: JobId,
-    /// Name of the scene.
-    pub name: String,
-    /// Digest of the document and its meshes.
-    pub content_hash: String,
-    /// Simulated time to the end [s].
-    pub end_time_s: f64,
-    /// Warnings from the validation of the scene.
-    pub warnings: Vec<Problem>,
-    /// Current state of the job.
-    pub state: JobState,
-    /// Current progress of the job.
-    pub progress: Progress,
-    /// Number of attempts so far.
-    pub attempts: u32,
-    /// Whether its owner requested cancellation.
-    pub cancel_requested: bool,
-    /// Time of submission, RFC 3339.
-    pub created_at: String,
-    /// Start of the latest attempt.
-    pub started_at: Option<String>,
-    /// Time of the end.
-    pub finished_at: Option<String>,
-    /// Diagnosis of a failed job.
-    pub failure: Option<Failure>,
-    /// Whether it has a summary.
-    pub has_summary: bool,
-    /// Final recording, if there is one.
-    pub recording: Option<FinalRecording>,
-    /// Position in the queue, from 1; `None` if it is not waiting.
-    pub queue_position: Option<u64>,
 }
 
 /// Which jobs to list, newest first.

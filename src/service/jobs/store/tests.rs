@@ -35,7 +35,7 @@ pub(super) fn new(name: &str) -> NewJob {
     }
 }
 
-pub(super) async fn submitted(store: &dyn JobStore, name: &str) -> JobRow {
+pub(super) async fn submitted(store: &dyn JobStore, name: &str) -> Job {
     match store.submit(&new(name), 10).await.unwrap() {
         Submitted::Created(row) => *row,
         other => panic!("{other:?}"),
@@ -69,12 +69,12 @@ async fn attempt_that_is_over_changes_nothing(store: &dyn JobStore) {
     assert!(!store.finish(first.seq, first.attempt, &end(Ending::Finished)).await.unwrap());
     store.requeue(first.seq, first.attempt, Requeued::Shutdown).await.unwrap();
     let row = store.job("anna", job.id).await.unwrap().unwrap();
-    assert_eq!((row.state, row.progress.progress), (JobState::Running, 0.0));
+    assert_eq!((row.state, row.progress), (JobState::Running, 0.0));
 
     assert!(store.finish(second.seq, second.attempt, &end(Ending::Finished)).await.unwrap());
     assert!(!store.finish(second.seq, second.attempt, &end(internal().into())).await.unwrap());
     let row = store.job("anna", job.id).await.unwrap().unwrap();
-    assert_eq!((row.state, row.progress.progress), (JobState::Succeeded, 1.0));
+    assert_eq!((row.state, row.progress), (JobState::Succeeded, 1.0));
     let (events, ended) = store.events_after(job.seq, 0, 100).await.unwrap();
     let kinds: Vec<&str> = events.iter().map(|e| e.kind.as_str()).collect();
     assert_eq!(kinds, ["queued", "running", "requeued", "running", "succeeded"]);

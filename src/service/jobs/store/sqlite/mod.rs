@@ -7,7 +7,7 @@ mod read;
 mod submit;
 
 use super::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, KnownBlobs,
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, KnownBlobs,
     MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 use crate::mesh::read::MeshFormat;
@@ -156,10 +156,10 @@ impl JobStore for SqliteStore {
     fn orphans(&self) -> Answer<'_, Vec<Orphan>> {
         Box::pin(self.orphans())
     }
-    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<JobRow>> {
+    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<Job>> {
         Box::pin(self.job(owner, id))
     }
-    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<JobRow>> {
+    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<Job>> {
         Box::pin(self.jobs(owner, page))
     }
     fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>> {

@@ -1,13 +1,13 @@
 //! Queries of jobs, which change nothing.
 
 use super::SqliteStore;
-use crate::service::jobs::store::{EventRow, JobRow, Page};
-use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase, Progress};
+use crate::service::jobs::store::{EventRow, Job, JobLinks, NOTICE, Page};
+use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase};
 use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
 
 impl SqliteStore {
-    pub(super) async fn job(&self, owner: &str, id: JobId) -> Result<Option<JobRow>, JobsError> {
+    pub(super) async fn job(&self, owner: &str, id: JobId) -> Result<Option<Job>, JobsError> {
         let row = sqlx::query("SELECT * FROM job_rows WHERE owner = ?1 AND id = ?2")
             .bind(owner)
             .bind(id.to_string())
@@ -19,7 +19,7 @@ impl SqliteStore {
         Ok(rows.into_iter().next())
     }
 
-    pub(super) async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<JobRow>, JobsError> {
+    pub(super) async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<Job>, JobsError> {
         let before = page.before.unwrap_or(i64::MAX);
         let found = if page.states.is_empty() {
             let rows = sqlx::query(
@@ -38,7 +38,7 @@ impl SqliteStore {
             }
             found
         };
-        let mut rows: Vec<JobRow> = found.iter().filter_map(readable).collect();
+        let mut rows: Vec<Job> = found.iter().filter_map(readable).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.seq));
         rows.truncate(page.limit as usize);
         self.count_positions(&mut rows).await?;
@@ -46,8 +46,8 @@ impl SqliteStore {
     }
 
     /// Sets the positions of waiting jobs in the queue: the queue is counted once, whatever the number of jobs.
-    async fn count_positions(&self, rows: &mut [JobRow]) -> Result<(), JobsError> {
-        let mut waiting: Vec<&mut JobRow> = rows.iter_mut().filter(|r| r.state == JobState::Queued).collect();
+    async fn count_positions(&self, rows: &mut [Job]) -> Result<(), JobsError> {
+        let mut waiting: Vec<&mut Job> = rows.iter_mut().filter(|r| r.state == JobState::Queued).collect();
         waiting.sort_by_key(|row| row.seq);
         let (mut counted_to, mut position) = (i64::MIN, 0_u64);
         for row in waiting {
@@ -158,7 +158,7 @@ pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
 }
 
 /// Converts a row of a list; one that cannot be read is reported, and does not hide the others.
-fn readable(row: &SqliteRow) -> Option<JobRow> {
+fn readable(row: &SqliteRow) -> Option<Job> {
     match job_of_row(row) {
         Ok(row) => Some(row),
         Err(error) => {
@@ -170,8 +170,8 @@ fn readable(row: &SqliteRow) -> Option<JobRow> {
 }
 
 /// Converts a row of the view `job_rows`.
-fn job_of_row(row: &SqliteRow) -> Result<JobRow, JobsError> {
-    let id: String = row.try_get("id")?;
+fn job_of_row(row: &SqliteRow) -> Result<Job, JobsError> {
+    let id = job_id(row.try_get("id")?)?;
     let state: String = row.try_get("state")?;
     let phase: String = row.try_get("phase")?;
     let warnings: String = row.try_get("warnings")?;
@@ -184,30 +184,29 @@ fn job_of_row(row: &SqliteRow) -> Result<JobRow, JobsError> {
         }),
         _ => None,
     };
-    Ok(JobRow {
+    Ok(Job {
         seq: row.try_get("seq")?,
-        id: job_id(id)?,
+        id,
         name: row.try_get("name")?,
         content_hash: row.try_get("content_hash")?,
         end_time_s: row.try_get("end_time_s")?,
         warnings: serde_json::from_str(&warnings)?,
         state: JobState::from_name(&state).ok_or(JobsError::Corrupt { what: "state", value: state })?,
-        progress: Progress {
-            phase: Phase::from_name(&phase).ok_or(JobsError::Corrupt { what: "phase", value: phase })?,
-            progress: row.try_get("progress")?,
-            step: row.try_get::<i64, _>("step")?.cast_unsigned(),
-            expected_steps: row.try_get::<Option<i64>, _>("expected_steps")?.map(i64::cast_unsigned),
-            simulated_time_s: row.try_get("simulated_time_s")?,
-            eta_s: row.try_get("eta_s")?,
-        },
+        phase: Phase::from_name(&phase).ok_or(JobsError::Corrupt { what: "phase", value: phase })?,
+        progress: row.try_get("progress")?,
+        step: row.try_get::<i64, _>("step")?.cast_unsigned(),
+        expected_steps: row.try_get::<Option<i64>, _>("expected_steps")?.map(i64::cast_unsigned),
+        simulated_time_s: row.try_get("simulated_time_s")?,
+        eta_s: row.try_get("eta_s")?,
         attempts: row.try_get("attempts")?,
         cancel_requested: row.try_get("cancel_requested")?,
         created_at: row.try_get("created_at")?,
         started_at: row.try_get("started_at")?,
         finished_at: row.try_get("finished_at")?,
         failure: failure.map(|f| serde_json::from_str(&f)).transpose()?,
-        has_summary: row.try_get("has_summary")?,
+        links: JobLinks::new(id, row.try_get("has_summary")?, recording.is_some()),
         recording,
         queue_position: None,
+        notice: NOTICE,
     })
 }

@@ -52,7 +52,7 @@ async fn jobs_of_before_there_were_kinds_are_known_by_their_documents() {
 
     let store = SqliteStore::open(&file).await.unwrap();
     let row = store.job("anna", JobId::from_u128(0)).await.unwrap().unwrap();
-    assert_eq!(row.progress.phase, Phase::DynamicRelaxation, "under its former name");
+    assert_eq!(row.phase, Phase::DynamicRelaxation, "under its former name");
     let mut kinds = Vec::new();
     for id in 0..4 {
         kinds.push(store.document("anna", JobId::from_u128(id)).await.unwrap().unwrap().0);
