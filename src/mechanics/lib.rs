@@ -14,6 +14,8 @@ pub mod force;
 pub mod lanes;
 pub mod material;
 pub mod principal;
+#[cfg(test)]
+mod random;
 pub mod real;
 pub mod registers;
 pub mod rigid;

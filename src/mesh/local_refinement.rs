@@ -147,11 +147,10 @@ mod tests {
     use super::super::quality::quality;
     use super::super::refine::refined;
     use super::super::refinement_region::Place;
-    use super::super::surface::enclosed_volume_m3;
+    use super::super::surface::{enclosed_volume_m3, is_closed};
     use super::*;
     use crate::mechanics::followers::Followers;
     use crate::mechanics::tensor::Vec3;
-    use std::collections::BTreeMap;
 
     fn block() -> Mesh {
         Block::uniform(Vec3::zeros(), Vec3::new(8.0, 8.0, 4.0), [8, 8, 4], "b").generate().unwrap()
@@ -159,20 +158,6 @@ mod tests {
 
     fn at_top(mesh: &Mesh, within: f64, size: f64) -> Region {
         Region { places: Place::on_all(mesh, &[Vec3::new(4.0, 4.0, 4.0)]), within, size }
-    }
-
-    /// Whether faces run along each edge once in each direction, as on a closed surface.
-    fn is_closed(faces: &[[u32; 4]]) -> bool {
-        let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
-        for face in faces {
-            for i in 0..4 {
-                let (a, b) = (face[i], face[(i + 1) % 4]);
-                if a != b {
-                    *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
-                }
-            }
-        }
-        edges.values().all(|sum| *sum == 0)
     }
 
     #[test]

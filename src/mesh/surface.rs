@@ -95,6 +95,21 @@ pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
     areas
 }
 
+/// Whether faces run along each edge once in each direction, as on a closed surface.
+#[cfg(test)]
+pub(super) fn is_closed(faces: &[[u32; 4]]) -> bool {
+    let mut edges: std::collections::BTreeMap<(u32, u32), i32> = Default::default();
+    for face in faces {
+        for i in 0..4 {
+            let (a, b) = (face[i], face[(i + 1) % 4]);
+            if a != b {
+                *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+            }
+        }
+    }
+    edges.values().all(|sum| *sum == 0)
+}
+
 /// Volume [m³] enclosed by a closed surface, by Gauss' theorem; positive for outward faces.
 ///
 /// V = ⅓ ∮ x · n dA over the bilinear faces. The integrand x · (x,ξ × x,η) is quadratic in ξ and in η, so that the 2×2

@@ -259,7 +259,7 @@ fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Estimate, GateResult};
+    use super::super::GateResult;
     use super::*;
 
     const CHEST: PersonDocument = PersonDocument {
@@ -271,18 +271,11 @@ mod tests {
 
     /// Statement for a response of 0.2 m times the value, with an error of 0.2 m times the half-width.
     fn said(value: f64, half_width: Option<f64>, unfinished: Option<&'static str>) -> InjuryMeasure {
-        let estimate = |total: f64| Estimate {
-            total,
-            mesh: total,
-            step: 0.0,
-            contact: 0.0,
-            bulk_modulus: 0.0,
-            resolution: 0.0,
-            resolved: true,
-        };
-        let error =
-            half_width.map_or(ErrorEstimate::NotEstimated, |e| ErrorEstimate::Estimated(estimate(0.2 * e)));
-        viscous(&Quantity { value: 0.2 * value, error, gate: GateResult::Passed }, unfinished, Some(&CHEST))
+        let mut response = Quantity::with_mesh_error(0.2 * value, 0.2 * half_width.unwrap_or(0.0), true);
+        if half_width.is_none() {
+            response.error = ErrorEstimate::NotEstimated;
+        }
+        viscous(&response, unfinished, Some(&CHEST))
     }
 
     #[test]

@@ -261,24 +261,11 @@ fn strains(tissue: &Tissue) -> Vec<Row<'_>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ErrorEstimate, Estimate, GateResult};
     use super::*;
 
     #[test]
     fn the_parts_of_an_absorbed_energy_add_up_and_show_what_is_not_resolved() {
-        let quantity = |value: f64, error: f64| Quantity {
-            value,
-            error: ErrorEstimate::Estimated(Estimate {
-                bulk_modulus: 0.0,
-                total: error,
-                mesh: error,
-                step: 0.0,
-                contact: 0.0,
-                resolution: 0.0,
-                resolved: error < value.abs(),
-            }),
-            gate: GateResult::Passed,
-        };
+        let quantity = |value: f64, error: f64| Quantity::with_mesh_error(value, error, error < value.abs());
         let shown = |not_from_contact: f64| {
             let parts = Split {
                 strain_j: quantity(2.0, 0.1),

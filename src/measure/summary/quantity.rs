@@ -23,6 +23,16 @@ pub struct Quantity {
     pub gate: GateResult,
 }
 
+#[cfg(test)]
+impl Quantity {
+    /// A number of a run that passed, with an error of the mesh alone.
+    pub(super) fn with_mesh_error(value: f64, mesh: f64, resolved: bool) -> Self {
+        let (step, contact, bulk_modulus, resolution) = (0.0, 0.0, 0.0, 0.0);
+        let error = Estimate { total: mesh, mesh, step, contact, bulk_modulus, resolution, resolved };
+        Self { value, error: ErrorEstimate::Estimated(error), gate: GateResult::Passed }
+    }
+}
+
 /// Status of a number's numerical error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ErrorEstimate {

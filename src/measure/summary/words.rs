@@ -254,19 +254,7 @@ mod tests {
 
     #[test]
     fn a_doubt_is_the_right_one() {
-        let said = |total: f64| {
-            let error = super::super::Estimate {
-                total,
-                mesh: total,
-                step: 0.0,
-                contact: 0.0,
-                bulk_modulus: 0.0,
-                resolution: 0.0,
-                resolved: false,
-            };
-            let error = ErrorEstimate::Estimated(error);
-            value(&Quantity { value: 0.24, error, gate: super::super::GateResult::Passed }, "")
-        };
+        let said = |total: f64| value(&Quantity::with_mesh_error(0.24, total, false), "");
         assert_eq!(said(0.02), "about 0.24 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
     }

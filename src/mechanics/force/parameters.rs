@@ -72,6 +72,21 @@ pub struct BlockParameters {
 pub const MOST_SINGLE_RATIO: f64 = 5e3;
 
 impl BlockParameters {
+    /// An elastic block: no viscosity, no memory, no erosion.
+    #[cfg(test)]
+    pub(crate) const fn elastic(material: Material, formulation: Formulation, density: f64) -> Self {
+        Self {
+            material,
+            formulation,
+            single_precision: false,
+            density,
+            linear_viscosity: 0.0,
+            quadratic_viscosity: 0.0,
+            shear_viscosity: 0.0,
+            memory: Memories::NONE,
+            erosion: None,
+        }
+    }
     /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
     pub fn is_viscous(&self) -> bool {
         self.shear_viscosity > 0.0 || self.has_memory()

@@ -203,17 +203,11 @@ mod tests {
                 }
             })
             .collect();
-        let parameters = BlockParameters {
-            material: Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1.0, lambda: 1.0 }),
-            formulation: Formulation::Full,
-            single_precision: false,
-            density: 1.0,
-            linear_viscosity: 0.0,
-            quadratic_viscosity: 0.0,
-            shear_viscosity: 0.0,
-            memory: crate::material::Memories::NONE,
-            erosion: None,
-        };
+        let parameters = BlockParameters::elastic(
+            Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1.0, lambda: 1.0 }),
+            Formulation::Full,
+            1.0,
+        );
         (x, ElementBlock::new(0, parameters, 0, &inputs).unwrap())
     }
 

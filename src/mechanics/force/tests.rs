@@ -38,17 +38,7 @@ struct Evaluated {
 
 /// Parameters of an elastic block: no viscosity, no memory.
 fn parameters(material: Material, formulation: Formulation) -> BlockParameters {
-    BlockParameters {
-        material,
-        formulation,
-        single_precision: false,
-        density: DENSITY,
-        linear_viscosity: 0.0,
-        quadratic_viscosity: 0.0,
-        shear_viscosity: 0.0,
-        memory: Memories::NONE,
-        erosion: None,
-    }
+    BlockParameters::elastic(material, formulation, DENSITY)
 }
 
 impl Element {

@@ -43,17 +43,11 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
             }
         })
         .collect();
-    let parameters = BlockParameters {
-        material: Material::NeoHookean(NeoHookean { c10: 0.5, volumetric: Volumetric::LnSquared(5.0) }),
-        formulation: Formulation::MeanDilatation,
-        single_precision: false,
-        density: 1.0,
-        linear_viscosity: 0.0,
-        quadratic_viscosity: 0.0,
-        shear_viscosity: 0.0,
-        memory: crate::material::Memories::NONE,
-        erosion: None,
-    };
+    let parameters = BlockParameters::elastic(
+        Material::NeoHookean(NeoHookean { c10: 0.5, volumetric: Volumetric::LnSquared(5.0) }),
+        Formulation::MeanDilatation,
+        1.0,
+    );
     (X, hexes, ElementBlock::new(0, parameters, 0, &inputs).unwrap())
 }
 

@@ -4,7 +4,7 @@
 use super::*;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::quality::quality;
-use crate::mesh::surface::{boundary, enclosed_volume_m3, topology_problems};
+use crate::mesh::surface::{boundary, enclosed_volume_m3, is_closed, topology_problems};
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
@@ -156,20 +156,6 @@ fn options() -> Options {
         noise_m3: None,
         max_elements: 200_000,
     }
-}
-
-/// Whether faces run along each edge once in each direction, as on a closed surface.
-fn is_closed(faces: &[[u32; 4]]) -> bool {
-    let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
-    for face in faces {
-        for i in 0..4 {
-            let (a, b) = (face[i], face[(i + 1) % 4]);
-            if a != b {
-                *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
-            }
-        }
-    }
-    edges.values().all(|sum| *sum == 0)
 }
 
 /// Whether all nodes of a face are in one of the sets of the surface.

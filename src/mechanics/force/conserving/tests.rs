@@ -42,17 +42,7 @@ impl Case {
     fn new(material: Material, formulation: Formulation) -> Self {
         let X = HEX8_CORNERS
             .map(|c| Vec3::new(c[0] + 0.1 * c[1] * c[2], 1.5 * c[1] + 0.2 * c[0], 0.7 * c[2]) * 1e-3);
-        let parameters = BlockParameters {
-            material,
-            formulation,
-            single_precision: false,
-            density: 1000.0,
-            linear_viscosity: 0.0,
-            quadratic_viscosity: 0.0,
-            shear_viscosity: 0.0,
-            memory: crate::material::Memories::NONE,
-            erosion: None,
-        };
+        let parameters = BlockParameters::elastic(material, formulation, 1000.0);
         let input = BlockInput {
             element: 0,
             nodes: (0..8).collect(),

@@ -31,17 +31,7 @@ struct Seen {
 
 impl Element {
     fn new(X: [Vec3; 8], material: Material, formulation: Formulation) -> Self {
-        let parameters = BlockParameters {
-            material,
-            formulation,
-            single_precision: false,
-            density: 1000.0,
-            linear_viscosity: 0.0,
-            quadratic_viscosity: 0.0,
-            shear_viscosity: 0.0,
-            memory: crate::material::Memories::NONE,
-            erosion: None,
-        };
+        let parameters = BlockParameters::elastic(material, formulation, 1000.0);
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let mass = std::array::from_fn(|a| 1000.0 * geometry.corner_volume[a]);
         let nodes = (0..8).collect();

@@ -75,15 +75,9 @@ impl Element {
     fn new(material: Material, formulation: Formulation) -> Self {
         let X = distorted();
         let parameters = BlockParameters {
-            material,
-            formulation,
-            single_precision: false,
-            density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
-            shear_viscosity: 0.0,
-            memory: crate::material::Memories::NONE,
-            erosion: None,
+            ..BlockParameters::elastic(material, formulation, 1000.0)
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let nodes = (0..8).collect();

@@ -46,10 +46,10 @@ impl WithSimd for LanesOfLaw<'_> {
 
 #[test]
 fn lanes_give_what_plain_numbers_give() {
-    let mut uniform = Uniform(10);
+    let mut random = Random(10);
     for law in all_laws(40.0) {
         let fibres = law.fibre_directions();
-        let mut deformations: [Mat3; BATCH] = std::array::from_fn(|_| uniform.deformation(0.5));
+        let mut deformations: [Mat3; BATCH] = std::array::from_fn(|_| random.deformation(0.5));
         // Neighbouring lanes at rest, and far beyond the exponent limit.
         deformations[2] = Mat3::identity();
         let far = if matches!(law, Material::Ogden(_)) {

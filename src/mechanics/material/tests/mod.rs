@@ -14,6 +14,7 @@ mod viscous_volume;
 pub use viscous_volume::ViscousVolume;
 
 use super::*;
+use crate::random::Random;
 use crate::tensor::{Mat3, Tensor};
 use nalgebra::Rotation3;
 
@@ -107,18 +108,7 @@ pub(super) fn hgo(kappa: f64, i4: I4Form, matrix: MatrixForm, volumetric: Volume
     Material::HolzapfelGasserOgden(law)
 }
 
-/// Reproducible numbers (splitmix64), uniform in [−1, 1).
-pub(super) struct Uniform(pub u64);
-
-impl Uniform {
-    /// The next pseudo-random number in [−1, 1).
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
+impl Random {
     /// A rotation about a random axis by up to ±3 rad.
     pub fn rotation(&mut self) -> Mat3 {
         let axis = nalgebra::Vector3::new(self.next(), self.next(), self.next());

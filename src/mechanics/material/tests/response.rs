@@ -19,10 +19,10 @@ fn every_law_is_exactly_free_of_stress_and_energy_at_rest() {
 
 #[test]
 fn stress_is_the_derivative_of_the_energy_by_dual_numbers() {
-    let mut uniform = Uniform(1);
+    let mut random = Random(1);
     for law in all_laws(40.0) {
         for _ in 0..20 {
-            let (F, dF) = (uniform.deformation(0.5), uniform.deformation(1.0));
+            let (F, dF) = (random.deformation(0.5), random.deformation(1.0));
             let H = gradient(&F);
             let lifted = Tensor::from_fn(|i, j| Dual { value: H.0[i][j], slope: dF[(i, j)] });
             let lifted_fibre = |a: &[f64; 3]| a.map(|value| Dual { value, slope: 0.0 });
@@ -37,10 +37,10 @@ fn stress_is_the_derivative_of_the_energy_by_dual_numbers() {
 
 #[test]
 fn stress_and_tangent_agree_with_central_differences() {
-    let mut uniform = Uniform(2);
+    let mut random = Random(2);
     for law in all_laws(40.0) {
         for _ in 0..20 {
-            let (F, dF) = (uniform.deformation(0.4), uniform.deformation(0.5).normalize());
+            let (F, dF) = (random.deformation(0.4), random.deformation(0.5).normalize());
             let at = |t: f64| eval(&law, &(F + dF * t));
             let (psi, P) = at(0.0);
             let A = tangent_along(&law, &gradient(&F), law.fibre_directions(), &Tensor::from(&dF));
@@ -67,10 +67,10 @@ fn is_on(law: &Material, F: &Mat3) -> Vec<bool> {
 
 #[test]
 fn a_rotation_turns_the_stress_with_it() {
-    let mut uniform = Uniform(3);
+    let mut random = Random(3);
     for law in all_laws(40.0) {
         for _ in 0..20 {
-            let (F, Q) = (uniform.deformation(0.6), uniform.rotation());
+            let (F, Q) = (random.deformation(0.6), random.rotation());
             let (psi, P) = eval(&law, &F);
             let (psi_turned, P_turned) = eval(&law, &(Q * F));
             assert!((psi_turned - psi).abs() <= 1e-11 * psi, "{law:?}: {psi} {psi_turned}");
@@ -83,11 +83,11 @@ fn a_rotation_turns_the_stress_with_it() {
 
 #[test]
 fn reflections_that_map_the_families_onto_themselves_change_nothing() {
-    let mut uniform = Uniform(4);
+    let mut random = Random(4);
     for law in all_laws(40.0) {
         for mirror in [[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]] {
             let Q = Mat3::from_diagonal(&mirror.into());
-            let F = uniform.deformation(0.6);
+            let F = random.deformation(0.6);
             let (psi, P) = eval(&law, &F);
             // J must stay positive: reflect the reference and the space.
             let (psi_mirrored, P_mirrored) = eval(&law, &(Q * F * Q));
@@ -99,9 +99,9 @@ fn reflections_that_map_the_families_onto_themselves_change_nothing() {
 
 #[test]
 fn a_law_without_fibres_is_isotropic() {
-    let mut uniform = Uniform(5);
+    let mut random = Random(5);
     for law in all_laws(40.0) {
-        let (F, Q) = (uniform.deformation(0.6), uniform.rotation());
+        let (F, Q) = (random.deformation(0.6), random.rotation());
         let P = Mat3::from(&law.eval_total(&gradient(&F), &[]).P);
         let turned = Mat3::from(&law.eval_total(&gradient(&(F * Q)), &[]).P);
         assert!((turned - P * Q).norm() <= 1e-11 * P.norm(), "{law:?}");
@@ -110,10 +110,10 @@ fn a_law_without_fibres_is_isotropic() {
 
 #[test]
 fn the_tangent_has_major_symmetry() {
-    let mut uniform = Uniform(6);
+    let mut random = Random(6);
     for law in all_laws(40.0) {
         for _ in 0..10 {
-            let A = assemble_tangent(&law, &gradient(&uniform.deformation(0.6)), law.fibre_directions());
+            let A = assemble_tangent(&law, &gradient(&random.deformation(0.6)), law.fibre_directions());
             let A = SMatrix::<f64, 9, 9>::from_fn(|i, j| A[i][j]);
             assert!((A - A.transpose()).amax() <= 1e-12 * A.amax(), "{law:?}");
         }

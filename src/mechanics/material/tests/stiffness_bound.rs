@@ -18,11 +18,11 @@ fn bound(law: &Material, F: &Mat3, fibres: &[[f64; 3]]) -> f64 {
 
 #[test]
 fn the_bound_is_never_below_the_largest_eigenvalue() {
-    let mut uniform = Uniform(7);
+    let mut random = Random(7);
     for law in all_laws(0.0) {
         for spread in [0.02, 0.2, 0.5, 1.0] {
             for _ in 0..60 {
-                let F = uniform.deformation(spread);
+                let F = random.deformation(spread);
                 let own = law.fibre_directions();
                 for fibres in [own, &own[..own.len().min(1)], &[]] {
                     // An orthotropic law has three axes or none.
@@ -42,14 +42,14 @@ fn the_bound_is_never_below_the_largest_eigenvalue() {
 
 #[test]
 fn the_bound_is_exact_at_rest_without_fibres_and_close_near_it() {
-    let mut uniform = Uniform(8);
+    let mut random = Random(8);
     for law in all_laws(0.0).into_iter().filter(has_matrix) {
         let exact = largest_eigenvalue(&law, &Mat3::identity(), &[]);
         let at_rest = bound(&law, &Mat3::identity(), &[]);
         // The coupled bound omits λ < 0 and is then 2μ, as is the exact value.
         assert!((at_rest / exact - 1.0).abs() <= 1e-12, "{law:?}: {at_rest} {exact}");
         for _ in 0..20 {
-            let H = uniform.rotation() * 0.01;
+            let H = random.rotation() * 0.01;
             let F = Mat3::identity() + H;
             let ratio = bound(&law, &F, &[]) / largest_eigenvalue(&law, &F, &[]);
             // A difference of two bounds is less sharp.
@@ -87,10 +87,10 @@ fn the_bound_of_an_orthotropic_law_is_exact_at_rest() {
 
 #[test]
 fn bounds_of_the_stretches_are_never_below_the_true_ones() {
-    let mut uniform = Uniform(9);
+    let mut random = Random(9);
     for spread in [0.0, 1e-6, 0.02, 0.2, 0.5, 1.0, 1.5] {
         for _ in 0..300 {
-            let F = uniform.deformation(spread);
+            let F = random.deformation(spread);
             let inv = Invariants::new(&Kinematics::new(&gradient(&F)));
             let squares = F.singular_values().map(|s| s * s);
             let (largest, smallest) = (squares.max(), squares.min());

@@ -9,21 +9,9 @@ use crate::contact::ContactLaw;
 use crate::contact::Kind;
 use crate::contact::solution::local::proj_coulomb_cone;
 use crate::contact::stencil::Stencil;
-
-/// SplitMix64, uniform in (−1, 1).
-struct Random(u64);
+use crate::random::Random;
 
 impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.next(), self.next(), self.next())
-    }
     fn frame(&mut self) -> [Vec3; 3] {
         let n = self.vector().normalize();
         let t = n.cross(&self.vector()).normalize();

@@ -3,24 +3,12 @@
 
 use super::*;
 use crate::contact::solution::slip::solve_contact;
-
-/// A small reproducible generator (SplitMix64), uniform in (−1, 1).
-struct Random(u64);
+use crate::random::Random;
 
 impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    fn local(&mut self) -> Local {
-        [self.next(), self.next(), self.next()]
-    }
     /// `A Aᵀ + shift I`.
     fn operator(&mut self, rank: usize, shift: f64) -> LocalOperator {
-        let columns: Vec<Local> = (0..rank).map(|_| self.local()).collect();
+        let columns: Vec<Local> = (0..rank).map(|_| self.numbers()).collect();
         let mut w = [[0.0; 3]; 3];
         for (i, row) in w.iter_mut().enumerate() {
             for (j, x) in row.iter_mut().enumerate() {
@@ -65,7 +53,7 @@ fn projection_matches_the_worked_example_and_the_three_cases() {
 fn projection_is_idempotent_and_orthogonal() {
     let mut random = Random(1);
     for _ in 0..5000 {
-        let (a, mu) = (random.local(), 1.5 * random.next().abs());
+        let (a, mu) = (random.numbers(), 1.5 * random.next().abs());
         let p = proj_coulomb_cone(a, mu);
         let again = proj_coulomb_cone(p, mu);
         let step = [a[0] - p[0], a[1] - p[1], a[2] - p[2]];
@@ -83,7 +71,7 @@ fn exact_solution_satisfies_the_law_for_random_operators() {
     for i in 0..20_000 {
         let shift = [1.0, 1e-2, 1e-5][i % 3];
         let W = random.operator(3, shift);
-        let (q, mu) = (random.local(), [0.01, 0.3, 0.8, 2.0, 10.0, 1e-6, 1e6][i % 7]);
+        let (q, mu) = (random.numbers(), [0.01, 0.3, 0.8, 2.0, 10.0, 1e-6, 1e6][i % 7]);
         let r = solve_contact(&W, q, mu);
         let u = apply(&W, r, q);
         let error = scaled_residual(&W, q, mu, r);
@@ -108,7 +96,7 @@ fn isotropic_closed_form_is_the_general_solution() {
     let mut random = Random(3);
     for i in 0..5000 {
         let w = 10f64.powf(6.0 * random.next());
-        let (q, mu) = (random.local(), [0.0, 0.2, 1.0, f64::INFINITY][i % 4]);
+        let (q, mu) = (random.numbers(), [0.0, 0.2, 1.0, f64::INFINITY][i % 4]);
         let W = [[w, 0.0, 0.0], [0.0, w, 0.0], [0.0, 0.0, w]];
         let (a, b) = (solve_isotropic(w, q, mu), solve_contact(&W, q, mu));
         assert!(norm([a[0] - b[0], a[1] - b[1], a[2] - b[2]]) <= 1e-14 * norm(q) / w, "{a:?} against {b:?}");
@@ -122,7 +110,7 @@ fn singular_and_empty_operators_give_finite_reactions() {
     for i in 0..5000 {
         let W = random.operator(i % 3, 0.0);
         for mu in [0.0, 0.5, 3.0, f64::INFINITY] {
-            let r = solve_contact(&W, random.local(), mu);
+            let r = solve_contact(&W, random.numbers(), mu);
             assert!(r.iter().all(|x| x.is_finite()), "rank {}, mu {mu}: {r:?}", i % 3);
         }
     }

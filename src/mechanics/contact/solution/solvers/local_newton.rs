@@ -95,35 +95,27 @@ pub(super) fn solve_3x3(A: &Block, b: Local) -> Option<Local> {
 mod tests {
     use super::*;
     use crate::contact::solution::local::proj_coulomb_cone;
-
-    /// A small reproducible generator (SplitMix64), uniform in (−1, 1).
-    fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
+    use crate::random::Random;
 
     /// `A Aᵀ + I/2`, with an unsymmetric part of the given size.
-    fn operator(state: &mut u64, unsymmetric: f64) -> Block {
-        let a: Block = std::array::from_fn(|_| std::array::from_fn(|_| random(state)));
+    fn operator(random: &mut Random, unsymmetric: f64) -> Block {
+        let a: Block = std::array::from_fn(|_| random.numbers());
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let own = if i == j { 0.5 } else { 0.0 };
                 let product: f64 = (0..3).map(|k| a[i][k] * a[j][k]).sum();
-                own + product + unsymmetric * random(state)
+                own + product + unsymmetric * random.next()
             })
         })
     }
 
     #[test]
     fn newton_finds_what_the_fixed_point_finds() {
-        let mut state = 7;
+        let mut random = Random(7);
         for case in 0..2000 {
             let unsymmetric = [0.0, 1e-3][case % 2];
-            let W = operator(&mut state, unsymmetric);
-            let q: Local = std::array::from_fn(|_| random(&mut state));
+            let W = operator(&mut random, unsymmetric);
+            let q: Local = random.numbers();
             let mu = [0.1, 0.4, 0.0][case % 3];
             // Brute force: De Saxcé's fixed point, with a short step.
             let rho = 0.5 / (W[0][0] + W[1][1] + W[2][2]);
@@ -134,7 +126,7 @@ mod tests {
                 let step = [lifted, u[1], u[2]];
                 expected = proj_coulomb_cone([0, 1, 2].map(|i| expected[i] - rho * step[i]), mu);
             }
-            let start: Local = std::array::from_fn(|_| random(&mut state));
+            let start: Local = random.numbers();
             for from in [[0.0; 3], start] {
                 let LocalSolution { r, solved } = solve(&W, q, mu, from);
                 let off = squared([0, 1, 2].map(|i| r[i] - expected[i])).sqrt();
@@ -145,9 +137,9 @@ mod tests {
 
     #[test]
     fn strong_friction_and_thin_operators_are_solved_or_reported() {
-        let mut state = 11;
+        let mut random = Random(11);
         for case in 0..5000 {
-            let mut W = operator(&mut state, 0.0);
+            let mut W = operator(&mut random, 0.0);
             let mu = [0.7, 3.0, 100.0, f64::INFINITY][case % 4];
             if case % 5 == 0 {
                 // A row and a column along which nothing moves.
@@ -155,7 +147,7 @@ mod tests {
                     (W[2][i], W[i][2]) = (0.0, 0.0);
                 }
             }
-            let q: Local = std::array::from_fn(|_| random(&mut state));
+            let q: Local = random.numbers();
             let LocalSolution { r, solved } = solve(&W, q, mu, [0.0; 3]);
             let u = velocity(&W, r, q);
             let error = squared_residual(r, u, mu, 1.0).sqrt();

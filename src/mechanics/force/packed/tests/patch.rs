@@ -5,7 +5,7 @@ use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::material::{Material, Memories};
+use crate::material::Material;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -14,17 +14,7 @@ use std::ops::Range;
 pub const DENSITY: f64 = 1000.0;
 
 pub fn parameters(material: Material) -> BlockParameters {
-    BlockParameters {
-        material,
-        formulation: Formulation::Full,
-        single_precision: false,
-        density: DENSITY,
-        linear_viscosity: 0.0,
-        quadratic_viscosity: 0.0,
-        shear_viscosity: 0.0,
-        memory: Memories::NONE,
-        erosion: None,
-    }
+    BlockParameters::elastic(material, Formulation::Full, DENSITY)
 }
 
 /// Elements of one kind that fill a brick of 10 × 13 × 8 mm.
