@@ -98,7 +98,7 @@ pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
 /// Whether faces run along each edge once in each direction, as on a closed surface.
 #[cfg(test)]
 pub(super) fn is_closed(faces: &[[u32; 4]]) -> bool {
-    let mut edges: std::collections::BTreeMap<(u32, u32), i32> = Default::default();
+    let mut edges = std::collections::BTreeMap::<(u32, u32), i32>::new();
     for face in faces {
         for i in 0..4 {
             let (a, b) = (face[i], face[(i + 1) % 4]);

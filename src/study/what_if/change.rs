@@ -234,7 +234,7 @@ fn strike(
     let (index, limb) = limb_of(scene, limb)?;
     let mut changed = limb.clone();
     change(&mut changed);
-    let [(from, normal), (to, new_normal)] = [limb, &changed].map(|limb| limb.impact_point());
+    let [(from, normal), (to, new_normal)] = [limb, &changed].map(LimbSegment::impact_point);
     // The section lies in x and z: the angle of a normal from +z towards +x is a rotation about +y.
     let angle = |n: &Vec3| n.x.atan2(n.z);
     let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), angle(&new_normal) - angle(&normal));
