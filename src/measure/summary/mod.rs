@@ -200,3 +200,21 @@ impl Summary {
         serde_json::to_string_pretty(self)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_run_in_progress_has_an_ending_in_documents_too() {
+        #[derive(Serialize)]
+        struct Of {
+            #[serde(flatten, serialize_with = "ended_or_running")]
+            ending: Option<Ending>,
+        }
+        let written = |ending| serde_json::to_value(Of { ending }).unwrap();
+        assert_eq!(written(None), json!({"ending": "running"}));
+        assert_eq!(written(Some(Ending::Cancelled)), json!({"ending": "cancelled"}));
+    }
+}
