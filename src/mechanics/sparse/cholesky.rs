@@ -5,7 +5,7 @@
 //! The matrix is in the order of elimination. Everything runs on one thread, so that the bits are always the same.
 
 use super::panels::Panels;
-use super::pattern_inverse::PatternInverse;
+use super::pattern_inverse::{InverseEntries, PatternInverse};
 use super::{SparseError, SymmetricMatrix};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -36,6 +36,8 @@ pub struct Cholesky {
     /// Subdiagonal of B and the pivots; empty until a matrix is indefinite.
     subdiagonal: Vec<f64>,
     pivots: [Vec<usize>; 2],
+    /// Entries of the inverse, once they are asked for.
+    inverse: Option<InverseEntries>,
     memory: MemBuffer,
     flops: f64,
 }
@@ -76,7 +78,7 @@ impl Cholesky {
         let values = vec![0.0; symbolic.len_val()];
         let definiteness = Definiteness::Positive;
         let (subdiagonal, pivots) = (Vec::new(), [Vec::new(), Vec::new()]);
-        Ok(Self { symbolic, definiteness, values, subdiagonal, pivots, memory, flops })
+        Ok(Self { symbolic, definiteness, values, subdiagonal, pivots, inverse: None, memory, flops })
     }
 
     /// Number of entries of the factor, including zeros inside supernodes.
@@ -91,7 +93,10 @@ impl Cholesky {
 
     /// Memory of the factor and its buffers [bytes].
     pub fn memory(&self) -> usize {
-        8 * (self.values.len() + self.subdiagonal.len() + 2 * self.pivots[0].len()) + self.memory.len()
+        let inverse = self.inverse.as_ref().map_or(0, InverseEntries::memory);
+        8 * (self.values.len() + self.subdiagonal.len() + 2 * self.pivots[0].len())
+            + inverse
+            + self.memory.len()
     }
 
     /// Definiteness found by the last factorisation.
@@ -105,6 +110,7 @@ impl Cholesky {
     /// [`SparseError::TooLarge`] when there is no memory for the pivots of an indefinite matrix.
     pub fn factorize(&mut self, matrix: &SymmetricMatrix) -> Result<Definiteness, SparseError> {
         let size = matrix.size();
+        self.inverse = None;
         let pattern =
             SymbolicSparseColMatRef::new_checked(size, size, &matrix.column_start, None, &matrix.row);
         let A = SparseColMatRef::new(pattern, &matrix.value[..]);
@@ -154,9 +160,12 @@ impl Cholesky {
         }
     }
 
-    /// Entries of A⁻¹ in the pattern of the factor; `None` where the factor has no panels.
-    pub fn pattern_inverse(&self) -> Option<PatternInverse<'_>> {
-        self.panels().map(PatternInverse::new)
+    /// Entries of A⁻¹ in the pattern of the factor, computed once for each; `None` where the factor has no panels.
+    pub fn pattern_inverse(&mut self) -> Option<PatternInverse<'_>> {
+        if self.inverse.is_none() {
+            self.inverse = self.panels().as_ref().map(InverseEntries::new);
+        }
+        Some(PatternInverse { panels: self.panels()?, entries: self.inverse.as_ref()? })
     }
 
     /// The panels of the factor of a positive definite matrix; `None` for small or very sparse ones, which are factored without panels.

@@ -199,13 +199,13 @@ impl<'p> System<'p> {
     /// W of contacts, row by row [1/kg], as [`NodeCompliance::delassus`]. It is kept until the matrix or the contacts
     /// change, or until [`System::forget_contacts`].
     pub fn delassus(&mut self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
-        self.pushed.clear();
         if let (kept, Kept::All(W)) = &self.kept
             && kept == contacts
             && W.len() == (unknowns * contacts.len()).pow(2)
         {
             return W.clone();
         }
+        self.pushed.clear();
         if !self.compliance.covers(contacts, rigid) {
             let mut nodes = self.compliance.nodes_with(contacts, rigid);
             if nodes.len() > MOST_NODES {
@@ -220,28 +220,30 @@ impl<'p> System<'p> {
 
     /// Diagonal blocks of W [1/kg] only; kept like W.
     pub fn own_blocks(&mut self, contacts: &[Contact], rigid: &RigidSides) -> Vec<Block> {
-        self.pushed.clear();
         if let (kept, Kept::Own(blocks)) = &self.kept
             && kept == contacts
         {
             return blocks.clone();
         }
+        self.pushed.clear();
         let blocks = NodeCompliance::own_blocks(contacts, rigid, &self.options.unknowns, &mut self.factor);
         self.kept = (contacts.to_vec(), Kept::Own(blocks.clone()));
         blocks
     }
 
     /// `W r` by a solution with S: impulses `r` [N s] of contacts in, velocities `u` [m/s] out, three components per
-    /// contact.
+    /// contact. The contacts are those of the last [`System::own_blocks`]; the solution for the last `r` is known.
     pub fn product(&mut self, contacts: &[Contact], rigid: &RigidSides, r: &[f64], u: &mut [f64]) {
-        self.field.fill(Vec3::zeros());
-        for (contact, r) in contacts.iter().zip(r.chunks_exact(3)) {
-            add_impulse(contact, rigid, [r[0], r[1], r[2]], &mut self.field);
+        if self.pushed != r {
+            self.field.fill(Vec3::zeros());
+            for (contact, r) in contacts.iter().zip(r.chunks_exact(3)) {
+                add_impulse(contact, rigid, [r[0], r[1], r[2]], &mut self.field);
+            }
+            self.options.unknowns.gather(&self.field, &mut self.unknown);
+            self.factor.solve(&mut self.unknown);
+            self.pushed.clear();
+            self.pushed.extend_from_slice(r);
         }
-        self.options.unknowns.gather(&self.field, &mut self.unknown);
-        self.factor.solve(&mut self.unknown);
-        self.pushed.clear();
-        self.pushed.extend_from_slice(r);
         self.field.fill(Vec3::zeros());
         self.options.unknowns.scatter(&self.unknown, &mut self.field);
         for (contact, u) in contacts.iter().zip(u.chunks_exact_mut(3)) {

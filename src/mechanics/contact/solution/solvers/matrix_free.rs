@@ -109,10 +109,21 @@ impl<'p, 'a> Scaled<'p, 'a> {
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let start: Vec<f64> = r.iter().enumerate().map(|(i, r)| r * root[i / 3]).collect();
         let mut scaled = Self { problem, root, q_size, u: q.clone(), r: start, q };
-        if scaled.r.iter().any(|r| *r != 0.0) {
-            scaled.set_reactions(&scaled.r.clone());
+        if r.iter().any(|r| *r != 0.0) {
+            let effect = scaled.effect(r);
+            scaled.u.iter_mut().zip(&effect).for_each(|(u, effect)| *u += effect);
         }
         scaled
+    }
+
+    /// The scaled velocities `W r` of reactions in the units of the problem.
+    fn effect(&mut self, r: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; r.len()];
+        (self.problem.product)(r, &mut y);
+        for (i, y) in y.iter_mut().enumerate() {
+            *y /= self.root[i / 3];
+        }
+        y
     }
 }
 
@@ -136,11 +147,6 @@ impl Iterate for Scaled<'_, '_> {
 
     fn product(&mut self, x: &[f64]) -> Vec<f64> {
         let given: Vec<f64> = x.iter().enumerate().map(|(i, x)| x / self.root[i / 3]).collect();
-        let mut y = vec![0.0; x.len()];
-        (self.problem.product)(&given, &mut y);
-        for (i, y) in y.iter_mut().enumerate() {
-            *y /= self.root[i / 3];
-        }
-        y
+        self.effect(&given)
     }
 }
