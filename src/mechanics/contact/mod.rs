@@ -1,10 +1,11 @@
 //! Frictional contact by the bi-potential method.
 //!
 //! The data are a list of [`Surface`]s and their [`pairs`] (constant). [`detection`] finds the [`Contact`]s of a step: nodes with
-//! signed weights ([`stencil`]), a frame and a gap, whatever the geometry. [`solution`] knows these alone and changes the nodal
+//! signed weights ([`stencil`]), a frame, a gap and a [`kind`], whatever the geometry. [`solution`] knows these alone and changes the nodal
 //! velocities so that the law holds at the end of the step; [`projection`] removes the penetration that linearisation left.
 
 pub mod detection;
+pub mod kind;
 pub mod pairs;
 pub mod projection;
 pub mod solution;
@@ -12,6 +13,7 @@ pub mod stencil;
 
 use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;
+use kind::Kind;
 use stencil::Stencil;
 
 /// Allowed penetration of a master node into the slave, as a fraction of the size of the slave's face.
@@ -95,26 +97,6 @@ pub enum Discretisation {
     Mortar,
 }
 
-/// How the gap of a contact follows the positions within a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A slave node against a face, a plane or a rigid body, at the closest point: at most one per node and pair of meshes.
-    Node,
-    /// A further face at the node, in a valley; frictionless, since the distribution of friction between two opposing sides
-    /// is not determined, and sweeps do not find it.
-    Side,
-    /// The mean over the faces around a slave node, with constant weights: at most one per node and pair.
-    Averaged,
-    /// Constant weights, such as of two edges or of a face against a rigid body. A slave node may have several.
-    Fixed,
-    /// As [`Kind::Fixed`], of two edges one of which was formed by deformation: held where they are found, but not moved
-    /// apart.
-    Bulge,
-    /// A master node against a face of the slave, `face`, which it may enter by a small fraction of its size ([`ALLOWED`]):
-    /// the gap is measured from there.
-    Guard,
-}
-
 /// One candidate contact of a step: a point of the slave side against one of the master side, each a mean of nodes. A
 /// side that is a rigid body is represented by the node of its centre of mass with weight 1, and also rotates, about
 /// `point`.
@@ -122,7 +104,7 @@ pub enum Kind {
 pub struct Contact {
     /// Index of the pair.
     pub pair: u32,
-    /// How its gap follows the positions.
+    /// Its further properties.
     pub kind: Kind,
     /// Slave node (global); where the slave side has several, a representative one.
     pub slave: u32,
@@ -151,7 +133,7 @@ impl Contact {
 
     /// Gives it the law of its pair, and the relative flight velocity of its two sides [m/s].
     pub fn complete(&mut self, law: ContactLaw, drift: Vec3) {
-        self.law = if self.kind == Kind::Side { ContactLaw::Frictionless } else { law };
+        self.law = if self.kind.has_friction { law } else { ContactLaw::Frictionless };
         self.drift = drift;
     }
 }

@@ -312,7 +312,7 @@ impl Newton {
         // Add the unknown contacts that close.
         let mut is_new = false;
         for candidate in found {
-            let is_known = is_known(contacts, &candidate, sides.of_pair(candidate.pair));
+            let is_known = is_known(contacts, &candidate);
             let opening = closing(step, &candidate, &sides, &self.end.v)[0];
             let size = candidate.stencil.slave().map(|(n, w)| self.end.v[n as usize].amax() * w).sum::<f64>()
                 + candidate.drift.amax();

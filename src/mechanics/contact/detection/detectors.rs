@@ -3,6 +3,7 @@
 use super::detector::{DetectionError, Detector, Motion};
 use super::edges::BENT;
 use super::guard::Guard;
+use super::mortar::Mortar;
 use super::node_to_face::NodeToFace;
 use super::rigid_detection::RigidDetector;
 use super::surfaces::PairSurfaces;
@@ -40,7 +41,7 @@ impl ContactModel<'_> {
             Discretisation::NodeToSurface => vec![Box::new(nodes)],
             Discretisation::TwoPass => vec![Box::new(nodes), guard(BENT)],
             // Mortar contact controls the mean over a smooth face, not single edges.
-            Discretisation::Mortar => vec![Box::new(nodes.averaged()), guard(f64::INFINITY)],
+            Discretisation::Mortar => vec![Box::new(Mortar::new(nodes)), guard(f64::INFINITY)],
         }
     }
 

@@ -11,7 +11,7 @@
 //! An edge is sharp where the body is convex by more than [`SHARP`], or by [`BENT`] more than at the start of the
 //! run: crushed soft bodies form new edges. Two edges that were sharp from the start do not enter each other at all.
 //! All others are held as nodes of the master are: they may enter by [`ALLOWED`] and no deeper, so that this
-//! constrains nothing where nodes hold already; what is deeper when it is found stays so ([`Kind::Bulge`]).
+//! constrains nothing where nodes hold already; what is deeper when it is found stays so ([`BULGE`]).
 
 use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
@@ -23,8 +23,9 @@ use super::surfaces::PairSurfaces;
 use super::sweep::Sweep;
 use super::time_of_impact::Search;
 use crate::contact::ALLOWED;
+use crate::contact::kind::{Gap, Identity, Kind, SLOW};
 use crate::contact::stencil::Stencil;
-use crate::contact::{Contact, ContactLaw, ContactPair, Kind, Master};
+use crate::contact::{Contact, ContactLaw, ContactPair, Master};
 use crate::tensor::Vec3;
 use std::f64::consts::PI;
 
@@ -44,6 +45,19 @@ const AT_END: f64 = 0.05;
 /// Penetration, as a fraction of their mean length, beyond which crossed edges cannot be distinguished from edges
 /// that cross behind the bodies.
 const DEPTH: f64 = 0.25;
+
+/// Two edges, which may keep what linearisation leaves, up to twice the allowed penetration of a node: from step to step they
+/// cross elsewhere and along another normal, and pushing them out each time would do work without end.
+const CROSSING: Kind = Kind {
+    gap: Gap::ConstantWeights,
+    kept: 2.0 * ALLOWED,
+    pace: SLOW,
+    identity: Identity::Nodes,
+    ..Kind::NODE
+};
+/// Two edges one of which was formed by deformation: held where they are found, but not moved apart. Surfaces that bulge
+/// towards each other cross before anything detects it; moving them apart would do work.
+const BULGE: Kind = Kind { gap: Gap::NotMeasured, ..CROSSING };
 
 /// An edge between two faces.
 #[derive(Clone, Copy, Debug)]
@@ -335,7 +349,7 @@ fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[V
     let is_made = edges.iter().any(|edge| edge.is_sharp && edge.start <= SHARP);
     Some(Contact {
         pair: 0,
-        kind: if is_made { Kind::Bulge } else { Kind::Fixed },
+        kind: if is_made { BULGE } else { CROSSING },
         slave: of_slave[usize::from(a > 0.5)],
         face: edges[1].faces[0],
         stencil: Stencil::new(

@@ -11,8 +11,9 @@ use super::part::Part;
 use super::self_contact::OwnMotion;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
+use crate::contact::kind::{Identity, Kind};
 use crate::contact::stencil::Stencil;
-use crate::contact::{Contact, ContactLaw, Kind};
+use crate::contact::{Contact, ContactLaw};
 use crate::tensor::Vec3;
 use std::cell::OnceCell;
 
@@ -29,6 +30,10 @@ const WELL_OPPOSED: f64 = -0.5;
 /// smoothly.
 pub const VALLEY: f64 = 0.9;
 
+/// A further face at the node, in a valley; frictionless, since the distribution of friction between two opposing sides is not
+/// determined, and sweeps do not find it.
+pub(super) const SIDE: Kind = Kind { has_friction: false, identity: Identity::Normal, ..Kind::NODE };
+
 /// Finds the contacts of one pair in one step.
 pub(super) struct Finder<'a> {
     pub pair: &'a PairState,
@@ -39,6 +44,8 @@ pub(super) struct Finder<'a> {
     pub snapshot: &'a [Vec3],
     pub motion: Motion<'a>,
     pub master_moved: Moved,
+    /// Whether all sides of a valley of another surface hold a node, or the closest alone.
+    pub holds_valleys: bool,
 }
 
 impl Finder<'_> {
@@ -78,7 +85,7 @@ impl Finder<'_> {
             let first = contacts.len();
             if let Some((contact, is_impact)) = found {
                 contacts.push(contact);
-                if !is_impact && self.pair.own.is_none() && self.pair.averager.is_none() {
+                if !is_impact && self.holds_valleys && self.pair.own.is_none() {
                     self.add_sides_of_valley(master, faces, first, contacts);
                 }
             }
@@ -115,7 +122,7 @@ impl Finder<'_> {
         let (start, end) = (gap(self.motion.x), gap(self.motion.x_end));
         (start.min(end) <= NEAR * size).then_some(Contact {
             pair: self.pair.number,
-            kind: Kind::Node,
+            kind: Kind::NODE,
             slave: node,
             face: u32::MAX,
             stencil: Stencil::of_node(node),
@@ -229,7 +236,7 @@ impl Finder<'_> {
                 && contacts[first..].iter().all(stands_before)
                 && is_opposed()
             {
-                contacts.push(Contact { kind: Kind::Side, ..self.near_contact(master, node, &p) });
+                contacts.push(Contact { kind: SIDE, ..self.near_contact(master, node, &p) });
             }
         }
         contacts[first..].sort_unstable_by_key(|contact| contact.face);
@@ -334,6 +341,6 @@ impl Finder<'_> {
         let point = self.motion.x[slave as usize];
         let stencil = Stencil::node_on_face(slave, &master.faces[face as usize], weights);
         let (pair, drift, law) = (self.pair.number, Vec3::zeros(), ContactLaw::Frictionless);
-        Contact { pair, kind: Kind::Node, slave, face, stencil, frame, gap, point, drift, law }
+        Contact { pair, kind: Kind::NODE, slave, face, stencil, frame, gap, point, drift, law }
     }
 }

@@ -12,13 +12,17 @@ use super::edges::EdgeFinder;
 use super::frame::local_frame;
 use super::node_to_face::NodeToFace;
 use super::surfaces::PairSurfaces;
+use crate::contact::kind::{Gap, Identity, Kind};
 use crate::contact::stencil::Stencil;
-use crate::contact::{ALLOWED, Contact, ContactLaw, Kind};
+use crate::contact::{ALLOWED, Contact, ContactLaw};
 use crate::tensor::Vec3;
 use crate::threads::Threads;
 
 /// Shape function of a node above which a place on a face coincides with that node.
 const AT_NODE: f64 = 0.999;
+
+/// A master node against a face of the slave, which it may enter to the allowed depth: its gap is measured from there.
+const MASTER_NODE: Kind = Kind { gap: Gap::ToSlave, kept: ALLOWED, identity: Identity::Nodes, ..Kind::NODE };
 
 /// Finds the contacts of master nodes and of edges.
 pub struct Guard {
@@ -41,7 +45,7 @@ impl Guard {
         let reversed = surfaces.in_pairs(pairs);
         Self {
             edges: EdgeFinder::new(&reversed, x, bent),
-            reversed: NodeToFace::of(reversed, x),
+            reversed: NodeToFace::of(reversed, x).with_one_face_per_node(),
             found: Vec::with_capacity(most),
             first_unlisted: surfaces.pairs.unlisted().start,
             listed,
@@ -68,7 +72,7 @@ impl Detector for Guard {
             let unlisted = (pair as usize).saturating_sub(self.listed.len()) + self.first_unlisted;
             self.listed.get(pair as usize).map_or(unlisted, |number| *number) as u32
         };
-        for found in self.found.iter().filter(|found| found.kind != Kind::Side) {
+        for found in &self.found {
             let pair = number(found.pair);
             let face_size = self
                 .reversed
@@ -103,7 +107,7 @@ fn exchanged_contact(found: &Contact, pair: u32, gap: f64) -> Option<Contact> {
     let heaviest = of_face().fold((0, 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
     Some(Contact {
         pair,
-        kind: Kind::Guard,
+        kind: MASTER_NODE,
         slave: heaviest.0,
         face: found.face,
         stencil: Stencil::new(of_face(), [(found.slave, 1.0)])?,

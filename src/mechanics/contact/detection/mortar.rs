@@ -22,11 +22,14 @@
 
 use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
+use super::detector::{DetectionError, Detector, Motion};
 use super::frame::local_frame;
 use super::narrow_phase::NEAR;
+use super::node_to_face::NodeToFace;
 use super::segments::{OPPOSED, for_each_segment_point};
+use crate::contact::Contact;
+use crate::contact::kind::{Gap, Kind};
 use crate::contact::stencil::Stencil;
-use crate::contact::{Contact, Kind};
 use crate::tensor::Vec3;
 use nalgebra::{Matrix4, Vector4};
 
@@ -34,6 +37,40 @@ use nalgebra::{Matrix4, Vector4};
 const MOST_BELOW: usize = 36;
 /// Least fraction of a face above the master: on less, shape functions are nearly linearly dependent.
 const LEAST_COVERED: f64 = 0.5;
+
+/// The mean over the faces around a slave node: at most one contact per node and pair.
+const AVERAGED: Kind = Kind { gap: Gap::ConstantWeights, ..Kind::NODE };
+
+/// Finds the contacts of slave nodes with master faces and planes, and averages those of two meshes.
+pub(super) struct Mortar {
+    nodes: NodeToFace,
+    averager: Averager,
+}
+
+impl Mortar {
+    /// Averages what `nodes` find.
+    pub fn new(nodes: NodeToFace) -> Self {
+        let slaves = nodes.surfaces().boundaries.iter();
+        let most = slaves.map(|boundary| boundary.faces.len()).max().unwrap_or(0);
+        Self { averager: Averager::for_faces(most), nodes: nodes.with_one_face_per_node() }
+    }
+}
+
+impl Detector for Mortar {
+    fn detect(&mut self, motion: &Motion, contacts: &mut Vec<Contact>) -> Result<(), DetectionError> {
+        let before = contacts.len();
+        self.nodes.detect(motion, contacts)?;
+        let surfaces = self.nodes.surfaces();
+        for of_pair in contacts[before..].chunk_by_mut(|a, b| a.pair == b.pair) {
+            let pair = of_pair[0].pair as usize;
+            let slave = surfaces.slave(pair);
+            if let Some(master) = surfaces.master(pair).filter(|master| !std::ptr::eq(slave, *master)) {
+                self.averager.average(slave, master, motion.x, of_pair);
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Integrals over a slave face.
 #[derive(Clone, Debug)]
@@ -46,9 +83,8 @@ struct FaceMoments {
     count: usize,
 }
 
-/// Averages the contacts of one pair of surfaces; its buffers persist.
-#[derive(Clone, Debug)]
-pub(super) struct Averager {
+/// Averages the contacts of one pair of surfaces after the other; its buffers persist.
+struct Averager {
     moments: Vec<Option<FaceMoments>>,
     /// Index in `moments` of each slave face, `NONE` if it has none yet.
     places: Vec<u32>,
@@ -57,9 +93,8 @@ pub(super) struct Averager {
 }
 
 impl Averager {
-    /// Buffers for a slave surface.
-    pub fn new(slave: &Boundary) -> Self {
-        let count = slave.faces.len();
+    /// Buffers for slave surfaces of up to so many faces.
+    fn for_faces(count: usize) -> Self {
         Self {
             moments: Vec::with_capacity(count),
             places: vec![NONE; count],
@@ -68,7 +103,7 @@ impl Averager {
     }
 
     /// Replaces the contacts of the pair, sorted by slave node, by averages where possible, at the positions `x` [m].
-    pub fn average(&mut self, slave: &Boundary, master: &Boundary, x: &[Vec3], contacts: &mut [Contact]) {
+    fn average(&mut self, slave: &Boundary, master: &Boundary, x: &[Vec3], contacts: &mut [Contact]) {
         for contact in contacts.iter().filter(|c| is_near(c, master)) {
             for &face in slave.faces_around(contact.slave) {
                 if self.places[face as usize] == NONE {
@@ -123,14 +158,14 @@ impl Averager {
             return None;
         }
         let frame = local_frame(&normal, &contact.frame[1]);
-        (contact.kind, contact.stencil, contact.frame, contact.gap) = (Kind::Averaged, stencil, frame, gap);
+        (contact.kind, contact.stencil, contact.frame, contact.gap) = (AVERAGED, stencil, frame, gap);
         Some(())
     }
 }
 
 /// Whether the node is near its face at the start, rather than met later in the step.
 fn is_near(contact: &Contact, master: &Boundary) -> bool {
-    contact.kind == Kind::Node && contact.gap <= NEAR * master.sizes[contact.face as usize]
+    contact.gap <= NEAR * master.sizes[contact.face as usize]
 }
 
 /// Changes weights by the least linear function of position such that `x_A − Σ w x` is parallel to n; their sum is

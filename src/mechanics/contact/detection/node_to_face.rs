@@ -1,10 +1,10 @@
-//! Nodes against faces: the [`Contact`]s of slave nodes with master faces and planes, or averages over slave faces (mortar).
+//! Nodes against faces: the [`Contact`]s of slave nodes with master faces and planes.
 //!
 //! The rules, for each slave node and each master:
 //! - *One face per node and master surface*, except in a valley of another surface, all of whose sides hold the node
-//!   ([`Kind::Side`]): held by the closest side alone, it would slide into the other, and pushing it out again would
-//!   do work in every step. The exception applies neither to averaged contacts nor to those found by the first time
-//!   of impact.
+//!   (`SIDE` in `finder.rs`): held by the closest side alone, it would slide into the other, and pushing it out again
+//!   would do work in every step. The exception applies neither to contacts found by the first time of impact nor
+//!   where one face per node is asked for.
 //! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face
 //!   that is opposed to the slave, in the geometry at the start of the step. A node deeper inside a closed surface is
 //!   held by the closest of all faces, which determines its side; in self-contact, and behind an open surface, it is
@@ -26,7 +26,6 @@ pub use super::broad_phase::reach;
 use super::broad_phase::{FaceTree, SweptBox, swept_box};
 use super::detector::{DetectionError, Detector, Motion};
 use super::finder::Finder;
-use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::pair::{Moved, PairState, slack};
 use super::part::{LEAST, Part, divide, parts_for};
@@ -63,7 +62,8 @@ pub struct NodeToFace {
     idle: Vec<PairState>,
     /// The surfaces of which every two are a pair, as of the last search for those in reach.
     near: Vec<Near>,
-    is_averaged: bool,
+    /// Whether all sides of a valley hold a node.
+    holds_valleys: bool,
     /// Tree over the faces of each surface that is the master of another one, refitted where one of its pairs needs a list.
     trees: Vec<Option<FaceTree>>,
     /// Room for the boxes of the surfaces, and for the slack of each tree [m], negative where no pair needs it.
@@ -120,7 +120,7 @@ impl NodeToFace {
             states,
             idle: Vec::new(),
             near: Vec::new(),
-            is_averaged: false,
+            holds_valleys: true,
             snapshots: Vec::new(),
             moved,
             own_slack: OWN_SLACK,
@@ -142,15 +142,10 @@ impl NodeToFace {
         self
     }
 
-    /// Averages the contacts of two meshes over the faces of the slave (mortar).
+    /// Holds a node by the closest face alone, in a valley too.
     #[must_use]
-    pub fn averaged(mut self) -> Self {
-        self.is_averaged = true;
-        for pair in &mut self.states {
-            let is_of_two = pair.side.master().is_some_and(|master| master != pair.slave);
-            pair.averager = is_of_two.then(|| Averager::new(&self.surfaces.boundaries[pair.slave]));
-        }
-        self
+    pub(super) fn with_one_face_per_node(self) -> Self {
+        Self { holds_valleys: false, ..self }
     }
 
     /// Appends the contacts, in the order of [`Contact::key`]; returns whether the lists of the broad phase were rebuilt.
@@ -159,10 +154,10 @@ impl NodeToFace {
     /// [`DetectionError::NotFinite`]; nothing is appended then.
     pub fn find(&mut self, motion: &Motion, contacts: &mut Vec<Contact>) -> Result<bool, DetectionError> {
         let rebuilt = self.update_lists(motion)?;
+        let holds_valleys = self.holds_valleys;
         let Self { surfaces, states, trees, snapshots, moved, parts: of_others, threads, .. } = self;
         let boundaries = &surfaces.boundaries;
         for pair in states.iter_mut() {
-            let first = contacts.len();
             let master_moved = match &pair.own {
                 Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
                 None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
@@ -173,17 +168,14 @@ impl NodeToFace {
                 divide(&mut parts, count);
             }
             let snapshot = &snapshots[pair.slave];
-            let finder = Finder { pair, boundaries, trees, snapshot, motion: *motion, master_moved };
+            let motion = *motion;
+            let finder = Finder { pair, boundaries, trees, snapshot, motion, master_moved, holds_valleys };
             let threads = if count > LEAST { &*threads } else { &Threads::ONE };
             threads.for_each(&mut parts, |part| finder.find(part));
             for part in &mut parts {
                 contacts.append(&mut part.contacts);
             }
             *(if pair.own.is_some() { &mut pair.parts } else { &mut *of_others }) = parts;
-            if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
-                let [slave, master] = [&boundaries[pair.slave], &boundaries[master]];
-                averager.average(slave, master, motion.x, &mut contacts[first..]);
-            }
         }
         Ok(rebuilt)
     }
@@ -273,9 +265,7 @@ impl NodeToFace {
             let number = pairs.unlisted().start + every.number(first, second);
             let pair = pairs.get(number);
             let Master::Surface(master) = pair.master else { continue };
-            let mut state = PairState::of_two(number, [pair.slave, master], self.idle.pop());
-            state.averager = self.is_averaged.then(|| Averager::new(&boundaries[pair.slave]));
-            self.states.push(state);
+            self.states.push(PairState::of_two(number, [pair.slave, master], self.idle.pop()));
         }
     }
 

@@ -4,7 +4,6 @@ use super::boundary::Boundary;
 use super::broad_phase::{Candidates, FaceTree, SweptBox, clearance, reach};
 use super::detector::Motion;
 use super::frame::local_frame;
-use super::mortar::Averager;
 use super::part::{Part, divide, parts_for};
 use super::self_contact::{Exclusions, OwnMotion};
 use crate::contact::{ContactPair, Master};
@@ -29,8 +28,6 @@ pub(super) struct PairState {
     pub candidates: Candidates,
     /// Whether the list was begun and must be filled.
     must_fill: bool,
-    /// Averages the contacts, in mortar contact.
-    pub averager: Option<Averager>,
     /// Motion of the surface relative to itself, in self-contact.
     pub own: Option<OwnMotion>,
     /// Parts of the list, in self-contact: they remember which of their nodes are far from everything.
@@ -102,15 +99,14 @@ impl PairState {
         let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
         let parts = if own.is_some() { parts_for(slaves) } else { Vec::new() };
         let (number, slave) = (number as u32, pair.slave);
-        Some(Self { number, slave, side, candidates, must_fill: false, averager: None, own, parts })
+        Some(Self { number, slave, side, candidates, must_fill: false, own, parts })
     }
 
     /// The state of a pair of two surfaces, in the buffers of another one if there is such.
     pub fn of_two(number: usize, [slave, master]: [usize; 2], buffers: Option<Self>) -> Self {
         let candidates = buffers.map_or_else(|| Candidates::with_capacity(0), |state| state.candidates);
         let (number, side) = (number as u32, Side::Surface { master, itself: None });
-        let (averager, own, parts) = (None, None, Vec::new());
-        Self { number, slave, side, candidates, must_fill: false, averager, own, parts }
+        Self { number, slave, side, candidates, must_fill: false, own: None, parts: Vec::new() }
     }
 
     /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and

@@ -1,9 +1,11 @@
 //! The gaps of known contacts, measured again at new positions.
 
+use super::boundary::Boundary;
 use super::narrow_phase::eval_proximity;
 use super::surfaces::PairSurfaces;
+use crate::contact::Contact;
+use crate::contact::kind::Gap;
 use crate::contact::stencil::{Stencil, weighted};
-use crate::contact::{ALLOWED, Contact, Kind};
 use crate::tensor::Vec3;
 
 /// Penetration that is not worth a correction, as a fraction of the face's size.
@@ -21,56 +23,44 @@ pub struct Penetration {
     pub size: f64,
 }
 
-/// The gap of a contact of the step at new positions `x` [m], if it is negative: for the same node and face, or with the same
-/// weights. A node that has slid off its face is left to the next detection.
+/// The gap of a contact of the step at new positions `x` [m], if it is negative beyond what the contact may keep, measured as its
+/// kind says. A node that has slid off its face is left to the next detection.
 pub fn penetration(contact: &Contact, surfaces: &PairSurfaces, x: &[Vec3]) -> Option<Penetration> {
-    let s = &x[contact.slave as usize];
+    let pair = contact.pair as usize;
+    let node = contact.slave;
     // Most contacts are open: weights are gathered only for the others.
-    let found = |depth: f64, normal: Vec3, size: f64, stencil: &dyn Fn() -> Stencil| {
-        (depth > TOLERANCE * size).then(|| Penetration { depth, normal, stencil: stencil(), size })
+    let found = |gap: f64, normal: Vec3, size: f64, stencil: &dyn Fn() -> Option<Stencil>| {
+        let depth = -gap - contact.kind.kept * size;
+        let is_deep = depth > TOLERANCE * size;
+        is_deep.then(stencil).flatten().map(|stencil| Penetration { depth, normal, stencil, size })
     };
-    let same = || contact.stencil.clone();
-    // Surfaces that bulge towards each other cross before anything detects it; moving them apart would do work.
-    if contact.kind == Kind::Bulge {
-        return None;
+    let on_face = |boundary: &Boundary, place: &Vec3| {
+        let size = boundary.sizes[contact.face as usize];
+        let proximity = eval_proximity(boundary, contact.face, place, x).filter(|p| !p.beyond)?;
+        Some((proximity, boundary.faces[contact.face as usize], size))
+    };
+    let same = || Some(contact.stencil.clone());
+    match contact.kind.gap {
+        Gap::NotMeasured => None,
+        Gap::ConstantWeights => {
+            let size = surfaces.master(pair)?.sizes[contact.face as usize];
+            let normal = contact.frame[0];
+            found(normal.dot(&contact.stencil.difference(x)), normal, size, &same)
+        }
+        Gap::ToMaster => {
+            let s = &x[node as usize];
+            if let Some((point, normal, size)) = surfaces.plane(pair) {
+                return found(normal.dot(&(s - point)), normal, size, &same);
+            }
+            let (p, face, size) = on_face(surfaces.master(pair)?, s)?;
+            found(p.gap, p.normal, size, &|| Some(Stencil::node_on_face(node, &face, &p.weights)))
+        }
+        Gap::ToSlave => {
+            // The node of the master, or those that it follows.
+            let master = || contact.stencil.side(true);
+            let (p, face, size) = on_face(surfaces.slave(pair), &weighted(master(), |n| x[n as usize]))?;
+            let of_face = || face.into_iter().zip(p.weights);
+            found(p.gap, -p.normal, size, &|| Stencil::new(of_face(), master()))
+        }
     }
-    // The obstacle at the new positions: plane, master node in a slave face, fixed weights, or face.
-    if let Some((point, normal, size)) = surfaces.plane(contact.pair as usize) {
-        return found(-normal.dot(&(s - point)), normal, size, &same);
-    }
-    if contact.kind == Kind::Guard {
-        return guard_penetration(contact, surfaces, x);
-    }
-    let boundary = surfaces.master(contact.pair as usize)?;
-    let size = boundary.sizes[contact.face as usize];
-    if !matches!(contact.kind, Kind::Node | Kind::Side) {
-        let normal = contact.frame[0];
-        let depth = -normal.dot(&contact.stencil.difference(x));
-        // Two edges may keep what linearisation leaves, up to twice the allowed penetration of a node: from step to
-        // step they cross elsewhere and along another normal, and pushing them out each time would do work without
-        // end.
-        let left = if contact.kind == Kind::Fixed { 2.0 * ALLOWED * size } else { 0.0 };
-        return found(depth - left, normal, size, &same);
-    }
-    let p = eval_proximity(boundary, contact.face, s, x)?;
-    // Slid off the face: the next detection finds its new face.
-    if p.beyond {
-        return None;
-    }
-    let face = &boundary.faces[contact.face as usize];
-    found(-p.gap, p.normal, size, &|| Stencil::node_on_face(contact.slave, face, &p.weights))
-}
-
-/// Penetration of a master node into a slave face, beyond the allowed depth.
-fn guard_penetration(contact: &Contact, surfaces: &PairSurfaces, x: &[Vec3]) -> Option<Penetration> {
-    let boundary = surfaces.slave(contact.pair as usize);
-    // The node of the master, or those that it follows.
-    let node = contact.stencil.side(true);
-    let place = weighted(node.clone(), |n| x[n as usize]);
-    let size = boundary.sizes[contact.face as usize];
-    let p = eval_proximity(boundary, contact.face, &place, x).filter(|p| !p.beyond)?;
-    let depth = -p.gap - ALLOWED * size;
-    let of_face = boundary.faces[contact.face as usize].into_iter().zip(p.weights);
-    let stencil = Stencil::new(of_face, node)?;
-    (depth > TOLERANCE * size).then_some(Penetration { depth, normal: -p.normal, stencil, size })
 }

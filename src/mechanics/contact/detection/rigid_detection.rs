@@ -19,12 +19,13 @@ use super::detector::{DetectionError, Detector, Motion};
 use super::frame::local_frame;
 use super::narrow_phase::{NEAR, Proximity, eval_proximity_within, is_outside_box};
 use super::part::{LEAST, PARTS};
-use super::rigid_faces::{allowed, touches_of};
+use super::rigid_faces::{RIGID_ALLOWED, allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::rigid_mesh::{MeshPart, MeshSide};
 use super::time_of_impact::first_meeting;
+use crate::contact::kind::{Gap, Identity, Kind, SLOW};
 use crate::contact::stencil::Stencil;
-use crate::contact::{Contact, ContactLaw, ContactPair, Kind, Master, Surface};
+use crate::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use crate::rigid::{Pose, RigidBody, Shape};
 use crate::tensor::Vec3;
 use crate::threads::Threads;
@@ -36,6 +37,18 @@ pub use super::rigid_manifold::MOST_POINTS;
 const MET: f64 = 1e-9;
 /// The same for two shapes, whose distance is found by iteration.
 const MET_SHAPES: f64 = 1e-3;
+
+/// A rigid body against a face between its nodes, at one of several places. It may keep what linearisation leaves, up to twice
+/// the allowed depth.
+const FACE: Kind = Kind {
+    gap: Gap::ConstantWeights,
+    kept: RIGID_ALLOWED,
+    pace: SLOW,
+    identity: Identity::Weights,
+    ..Kind::NODE
+};
+/// One of several points of a rigid body, against a plane or another one.
+const POINT: Kind = Kind { identity: Identity::Point, ..Kind::NODE };
 
 /// Largest distance from a shape or plane at which a contact is formed, for a length of a shape or face [m].
 pub fn reach(size: f64) -> f64 {
@@ -189,9 +202,10 @@ impl Finder<'_> {
             let then = start.orientation.slerp(&end.orientation, fraction);
             let point = start.centre + then * met;
             let gap = left - normal.dot(&way) * fraction;
-            return Some(self.contact(node, Some(body), &(then * normal), gap, point));
+            return Some(self.contact(Kind::NODE, node, Some(body), &(then * normal), gap, point));
         }
-        (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
+        (gap <= near)
+            .then(|| self.contact(Kind::NODE, node, Some(body), &(start.orientation * normal), gap, x))
     }
 
     /// Contacts of a face between its nodes, and on the edges checked with it; returns whether the face is near the
@@ -273,8 +287,8 @@ impl Finder<'_> {
         let heaviest =
             of_face().fold((face[0], 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
         let stencil = Stencil::new(of_face(), [(self.bodies[body].centre, 1.0)])?;
-        let contact = self.contact(heaviest.0, Some(body), normal, gap, point);
-        Some(Contact { kind: Kind::Fixed, face: index, stencil, ..contact })
+        let contact = self.contact(FACE, heaviest.0, Some(body), normal, gap, point);
+        Some(Contact { face: index, stencil, ..contact })
     }
 
     fn body_on_plane(&self, body: usize, point: &Vec3, frame: &[Vec3; 3], contacts: &mut Vec<Contact>) {
@@ -286,7 +300,7 @@ impl Finder<'_> {
             let height = |x: &Vec3| frame[0].dot(&(x - point));
             let gap = height(&place);
             if gap.min(height(&end.place(foot_end))) <= reach(shape.size()) {
-                let contact = self.contact(*centre, None, &frame[0], gap, place);
+                let contact = self.contact(POINT, *centre, None, &frame[0], gap, place);
                 contacts.push(Contact { frame: *frame, ..contact });
             }
         }
@@ -341,20 +355,26 @@ impl Finder<'_> {
                 touches.push(Touch { point, gap, ..touch });
             });
         }
-        contacts.extend(
-            touches
-                .iter()
-                .map(|touch| self.contact(a.centre, Some(bodies[1]), &touch.normal, touch.gap, touch.point)),
-        );
+        contacts.extend(touches.iter().map(|touch| {
+            self.contact(POINT, a.centre, Some(bodies[1]), &touch.normal, touch.gap, touch.point)
+        }));
     }
 
     /// A contact of the slave's node (the centre of a rigid slave) with a rigid body or a plane.
-    fn contact(&self, slave: u32, master: Option<usize>, normal: &Vec3, gap: f64, point: Vec3) -> Contact {
+    fn contact(
+        &self,
+        kind: Kind,
+        slave: u32,
+        master: Option<usize>,
+        normal: &Vec3,
+        gap: f64,
+        point: Vec3,
+    ) -> Contact {
         let centre = master.map_or(slave, |body| self.bodies[body].centre);
         let weight = if master.is_some() { 1.0 } else { 0.0 };
         Contact {
             pair: self.pair,
-            kind: Kind::Node,
+            kind,
             slave,
             face: u32::MAX,
             stencil: Stencil::node_on_face(slave, &[centre; 4], &[weight, 0.0, 0.0, 0.0]),

@@ -26,7 +26,7 @@ use crate::rigid::Shape;
 use crate::tensor::Vec3;
 
 /// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
-pub(in crate::contact) const RIGID_ALLOWED: f64 = 0.0025;
+pub(super) const RIGID_ALLOWED: f64 = 0.0025;
 /// Size at rest up to which the nodes of a face alone hold a round shape, as a fraction of its radius.
 const FINE: f64 = 0.2;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.

@@ -4,17 +4,15 @@
 //! it by velocities (`v⁺ = −g/h`) would eject the node. Instead the nodes of the contact are moved apart along its
 //! normal, each in proportion to its inverse mass, so that the centre of mass stays; fixed axes do not move.
 
+use crate::contact::Contact;
 use crate::contact::detection::penetration::{Penetration, penetration};
 use crate::contact::detection::surfaces::PairSurfaces;
-use crate::contact::{Contact, Kind};
 use crate::followers::Followers;
 use crate::tensor::Vec3;
 
 /// Largest correction of a contact in a step of usual length, as a fraction of the face's size, and less in a shorter
 /// step, as where elements are crushed: more, within a fraction of a microsecond, would be an impact of its own.
 pub const CAP: f64 = 0.005;
-/// Fraction of this cap for places between nodes, which may begin to touch at any depth.
-pub const SLOW: f64 = 0.1;
 /// Passes over the contacts, which have nodes in common.
 const PASSES: usize = 4;
 
@@ -71,8 +69,7 @@ pub fn project_positions(
         for contact in contacts {
             let Some(found) = penetration(contact, surfaces, x) else { continue };
             report.left = report.left.max(found.depth);
-            let slow = if contact.kind == Kind::Fixed { SLOW } else { 1.0 };
-            let cap = slow * fraction * CAP / PASSES as f64 * found.size;
+            let cap = contact.kind.pace * fraction * CAP / PASSES as f64 * found.size;
             if separate(&found, found.depth.min(cap), nodes, x, moved) {
                 corrected += 1;
             }

@@ -11,13 +11,12 @@
 //! That is the frictionless law of [`crate::contact::solution::gauss_seidel`] with gaps in the place of velocities, so its solver is
 //! used: corners of one face do not lift each other in turn, and open gaps are unaffected.
 
-use super::meshes::{CAP, MovableNodes, SLOW};
+use super::meshes::{CAP, MovableNodes};
 use crate::contact::detection::detector::Motion;
 use crate::contact::detection::detectors::Detectors;
 use crate::contact::detection::penetration::TOLERANCE;
-use crate::contact::detection::rigid_faces::RIGID_ALLOWED;
 use crate::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
-use crate::contact::{Contact, Kind, Reaction, RigidSides};
+use crate::contact::{Contact, Reaction, RigidSides};
 use crate::rigid::{Pose, rotated};
 use crate::tensor::Vec3;
 
@@ -77,16 +76,15 @@ impl RigidProjection {
             Some(_) => size(contact),
             None => size(contact).min(detectors.surfaces().slave(contact.pair as usize).mean_size),
         };
-        // Between nodes a face may keep what linearisation leaves, up to twice the allowed depth.
-        for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
-            contact.gap += RIGID_ALLOWED * length(contact);
+        for contact in &mut self.contacts {
+            contact.gap += contact.kind.kept * length(contact);
         }
         if self.contacts.iter().all(|contact| contact.gap >= -TOLERANCE * size(contact)) {
             return;
         }
         // Gaps, limited by the cap, take the place of velocities.
         for contact in &mut self.contacts {
-            let cap = if contact.kind == Kind::Fixed { SLOW * CAP } else { CAP };
+            let cap = contact.kind.pace * CAP;
             let gap = contact.gap.max(-fraction * cap * length(contact));
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;

@@ -114,7 +114,7 @@ fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], A: &Mat3) -> Block {
 mod tests {
     use super::*;
     use crate::contact::solution::gauss_seidel::{Options, Workspace, solve};
-    use crate::contact::{ContactLaw, Kind, stencil::Stencil};
+    use crate::contact::{ContactLaw, kind::Kind, stencil::Stencil};
 
     #[test]
     fn the_impulses_of_a_step_solve_the_problem_of_the_step() {
@@ -122,7 +122,7 @@ mod tests {
         let frame = [Vec3::z(), Vec3::x(), Vec3::y()];
         let contact = |slave, weights| Contact {
             pair: 0,
-            kind: Kind::Node,
+            kind: Kind::NODE,
             slave,
             face: 0,
             stencil: Stencil::node_on_face(slave, &[0, 1, 2, 3], &weights),

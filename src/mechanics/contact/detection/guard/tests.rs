@@ -161,7 +161,7 @@ fn what_slave_nodes_hold_constrains_nothing_more() {
     let floor = cube(Vec3::new(-1.5, -1.5, -3.0), 3.0, 6, &plain(), &mut x);
     let top = cube(Vec3::new(-0.4, -0.6, 0.0), 1.0, 1, &plain(), &mut x);
     let contacts = contacts_of(&[floor, top], &x, &x, &x);
-    assert!(!contacts.is_empty() && contacts.iter().all(|c| c.kind == Kind::Node), "{contacts:?}");
+    assert!(!contacts.is_empty() && contacts.iter().all(|c| c.kind == Kind::NODE), "{contacts:?}");
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Requirements on averages: a uniform pressure is transferred, straight and curved, and no row has a moment.
 #![allow(clippy::unwrap_used)] // tests may panic
 
+use super::{AVERAGED, Mortar};
 use crate::contact::detection::closest_point::Patch;
-use crate::contact::detection::detector::{Detector as _, Motion};
+use crate::contact::detection::detector::{Detector, Motion};
 use crate::contact::detection::node_to_face::NodeToFace;
-use crate::contact::{Contact, ContactLaw, ContactPair, Discretisation, Kind, Master, Surface};
+use crate::contact::kind::Kind;
+use crate::contact::{Contact, ContactLaw, ContactPair, Discretisation, Master, Surface};
 use crate::tensor::Vec3;
 use std::f64::consts::FRAC_PI_3;
 
@@ -30,7 +32,8 @@ fn contacts(slave: Surface, master: Surface, x: &[Vec3], by: Discretisation) -> 
     let pair = ContactPair { slave: 0, master: Master::Surface(1), law };
     let mut found = Vec::new();
     let nodes = NodeToFace::new(&master, &[pair].into_iter().collect(), x);
-    let mut detector = if by == Discretisation::Mortar { nodes.averaged() } else { nodes };
+    let mut detector: Box<dyn Detector> =
+        if by == Discretisation::Mortar { Box::new(Mortar::new(nodes)) } else { Box::new(nodes) };
     detector.detect(&Motion::of_nodes(x, x), &mut found).unwrap();
     found
 }
@@ -132,7 +135,7 @@ fn no_row_moves_or_turns_the_two_bodies_together() {
     let above = sheet(9, 8, true, &mut x, |a, b| wave(a, b, 0.001));
     let below = sheet(7, 7, false, &mut x, |a, b| wave(a, b, 0.0));
     let found = contacts(above, below, &x, Discretisation::Mortar);
-    let averaged: Vec<&Contact> = found.iter().filter(|c| c.kind == Kind::Averaged).collect();
+    let averaged: Vec<&Contact> = found.iter().filter(|c| c.kind == AVERAGED).collect();
     assert!(averaged.len() > 40, "{} of {}", averaged.len(), found.len());
     for c in averaged {
         let sum: f64 = c.stencil.weights().iter().sum();
@@ -150,5 +153,5 @@ fn a_slave_too_coarse_for_a_stencil_keeps_its_nodes() {
     let below = sheet(20, 20, false, &mut x, |a, b| Vec3::new(a, b, 0.0));
     let found = contacts(above, below, &x, Discretisation::Mortar);
     assert_eq!(found.len(), 16);
-    assert!(found.iter().all(|c| c.kind == Kind::Node && c.gap.abs() < 1e-12));
+    assert!(found.iter().all(|c| c.kind == Kind::NODE && c.gap.abs() < 1e-12));
 }

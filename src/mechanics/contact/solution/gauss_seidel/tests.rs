@@ -6,7 +6,7 @@ use super::super::contact_row::squared;
 use super::super::local::natural_map;
 use super::*;
 use crate::contact::ContactLaw;
-use crate::contact::Kind;
+use crate::contact::kind::Kind;
 use crate::contact::solution::local::proj_coulomb_cone;
 use crate::contact::stencil::Stencil;
 use crate::random::Random;
@@ -22,7 +22,7 @@ impl Random {
 fn contact(slave: u32, master: [u32; 4], weights: [f64; 4], frame: [Vec3; 3], gap: f64) -> Contact {
     Contact {
         pair: 0,
-        kind: Kind::Node,
+        kind: Kind::NODE,
         slave,
         face: 0,
         stencil: Stencil::node_on_face(slave, &master, &weights),
