@@ -31,7 +31,10 @@ use quantity::Quantity;
 use seen::Seen;
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, available_parallelism};
 use std::time::Instant;
 
 /// What is expected of one scene.
@@ -164,15 +167,27 @@ fn check(folder: &Path, name: &str, expected: &Expected) -> Vec<String> {
     wrong
 }
 
+/// Runs all scenes, each on a thread of its own, as many at a time as there are cores.
 fn check_all(slow: bool) {
-    let mut wrong = Vec::new();
-    for folder in folders() {
-        for (name, expected) in expectations(&folder) {
-            if expected.slow == slow {
-                wrong.extend(check(&folder, &name, &expected));
-            }
+    let of_folder = |folder: PathBuf| {
+        expectations(&folder).into_iter().map(move |(name, expected)| (folder.clone(), name, expected))
+    };
+    let scenes: Vec<_> =
+        folders().into_iter().flat_map(of_folder).filter(|(_, _, expected)| expected.slow == slow).collect();
+    assert!(scenes.len() > 5, "{}", scenes.len());
+    let next = AtomicUsize::new(0);
+    let check_next = || {
+        let mut wrong = Vec::new();
+        while let Some((folder, name, expected)) = scenes.get(next.fetch_add(1, Ordering::Relaxed)) {
+            wrong.extend(check(folder, name, expected));
         }
-    }
+        wrong
+    };
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    let wrong = thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(check_next)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect::<Vec<_>>()
+    });
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
