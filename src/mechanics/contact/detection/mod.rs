@@ -1,7 +1,7 @@
 //! Detection: from surfaces and their motion to the candidate contacts of a step. It knows no law and no reaction.
 //!
 //! A producer of contacts is a [`detector`], and [`detectors`] the list of them: [`node_to_face`] and [`guard`] find nodes
-//! against faces and edges against edges, [`mortar`] averages over faces; [`rigid_detection`] rigid shapes against nodes and
+//! against faces and edges against edges, `mortar` averages over faces; [`rigid_detection`] rigid shapes against nodes and
 //! against each other.
 
 pub mod bodies;
