@@ -127,11 +127,11 @@ impl Plan {
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
     }
-    /// Whether a part has stress relaxation.
+    /// Whether the stress of a part depends on its history: by a memory or by internal variables of its law.
     pub fn has_memory(&self) -> bool {
         self.blocks.iter().any(|block| block.parameters.has_memory())
     }
-    /// Buffer for the history seen by recorders, by chunk; empty without stress relaxation.
+    /// Buffer for the history seen by recorders, by chunk; empty where no stress depends on history.
     pub fn room_for_history(&self) -> Vec<Vec<Row>> {
         if self.has_memory() { ElementForces::no_history(&self.blocks) } else { Vec::new() }
     }

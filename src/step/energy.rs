@@ -28,12 +28,12 @@ pub struct PairLedger {
 pub struct BodyEnergy {
     /// Kinetic energy, `½ v₋ᵀ M v₊` including the rigid-body velocity V, and the rotation of a rigid body [J].
     pub kinetic_j: f64,
-    /// Strain energy, ∫ψ dV, including that of the stabilisation of one-point elements and of Prony series branches
-    /// [J].
+    /// Strain energy, ∫ψ dV, including that of the stabilisation of one-point elements, of Prony series branches and
+    /// of internal variables [J].
     pub strain_j: f64,
     /// Part of the strain energy in the stabilisation [J]; 0 in formulations that need none.
     pub hourglass_j: f64,
-    /// Part of the strain energy in the branches of Prony series [J], less what is lost by softening.
+    /// Part of the strain energy in the branches of Prony series and in internal variables [J], less what is lost by softening.
     pub branches_j: f64,
     /// Energy dissipated by bulk and shear viscosity, relaxation and softening so far [J].
     pub viscous_j: f64,

@@ -59,9 +59,9 @@ pub(super) struct ExplicitStepper<'p> {
     evaluated: u64,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
-    /// Part of it in the branches of Prony series.
+    /// Part of it in the branches of Prony series and in internal variables.
     branches: Branches,
-    /// History of the elements for recorders; empty if no material relaxes.
+    /// History of the elements for recorders; empty where no stress depends on it.
     history: Vec<Vec<Row>>,
     /// Energy dissipated by bulk viscosity in the step to t_n, by body [J].
     viscous: Vec<f64>,

@@ -167,7 +167,7 @@ fn check(folder: &Path, name: &str, expected: &Expected) -> Vec<String> {
     wrong
 }
 
-/// Runs all scenes, each on a thread of its own, as many at a time as there are cores.
+/// Runs all scenes, as many at a time as there are cores.
 fn check_all(slow: bool) {
     let of_folder = |folder: PathBuf| {
         expectations(&folder).into_iter().map(move |(name, expected)| (folder.clone(), name, expected))

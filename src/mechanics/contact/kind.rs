@@ -1,15 +1,16 @@
-//! What a detector says of its contacts, beyond their rows, to those that use them later: projection, the law, and recognition of
-//! contacts that are detected again. They read these properties and know no detector.
+//! The properties of a contact that projection, the contact law and the recognition of contacts detected again read: they know no
+//! detector.
 
 /// Fraction of the usual correction for places between nodes, which may begin to touch at any depth.
 pub const SLOW: f64 = 0.1;
 
-/// The properties of a kind of contact. Each detector defines those of its own, mostly as a variation of [`Kind::NODE`].
+/// The properties of a kind of contact. Each detector defines those of its own, mostly as a variation of [`Kind::NODE`]. Kinds with equal
+/// properties are one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kind {
-    /// How projection measures its gap at new positions. Contacts with a rigid side are detected again instead.
+    /// How projection measures its gap at new positions; not read where a side is rigid, since these contacts are detected again.
     pub gap: Gap,
-    /// Penetration that projection leaves, as a fraction of the size of the face [-].
+    /// Penetration that projection leaves, as a fraction of the size of the face, or of the rigid body where that is smaller [-].
     pub kept: f64,
     /// Fraction of the largest correction of a contact that projection may make [-].
     pub pace: f64,

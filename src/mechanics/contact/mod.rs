@@ -104,7 +104,7 @@ pub enum Discretisation {
 pub struct Contact {
     /// Index of the pair.
     pub pair: u32,
-    /// Its further properties.
+    /// How its gap is measured again, what penetration it keeps, whether it has friction, when another contact is the same.
     pub kind: Kind,
     /// Slave node (global); where the slave side has several, a representative one.
     pub slave: u32,

@@ -259,8 +259,8 @@ impl<'k, S: Simd> Outlined for PointInStep<'_, 'k, S> {
     }
 }
 
-/// The elastic response of a point, and what its history adds, which it takes over a step; with U in tension [J/m³] and the size of the
-/// element [m].
+/// Takes the history of a point over a step; the elastic response there, and what the history adds to it. With U in tension [J/m³] and the
+/// size of the element [m].
 #[inline(always)]
 pub(super) fn take_over_step<'a, R: Real>(
     parameters: &BlockParameters,

@@ -80,7 +80,7 @@ impl Barrier {
 
 /// Fraction of the mean J of an element, taken as 1 where it is less, above which all its points leave no corner below the threshold of the
 /// penalty.
-const CORNERS_ARE_WELL: f64 = 0.9;
+const LEAST_WITHOUT_FOLD: f64 = 0.9;
 
 /// Whether a corner of an element of a register may be folding, from the least and the mean J − 1 of the points of each element: one that
 /// expands may have a corner crushed, too.
@@ -88,8 +88,8 @@ const CORNERS_ARE_WELL: f64 = 0.9;
 pub(super) fn corners_may_fold<S: Registers>(smallest: Lane<S>, mean: Lane<S>, part: usize) -> bool {
     let lanes = S::LANES;
     let mut excess = Row::default();
-    (smallest - mean.max(mean.zero()) * CORNERS_ARE_WELL).store(&mut excess, part);
-    excess.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL - 1.0)
+    (smallest - mean.max(mean.zero()) * LEAST_WITHOUT_FOLD).store(&mut excess, part);
+    excess.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < LEAST_WITHOUT_FOLD - 1.0)
 }
 
 /// Whether a point of an element of a register is in reach of the barrier.

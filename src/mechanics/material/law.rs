@@ -91,7 +91,8 @@ pub trait Law: Copy + std::fmt::Debug + Send + Sync + 'static {
         0
     }
     /// Takes the internal variables over a step of `h` [s] to the deformation of `elastic`, and returns what they add to that response. With
-    /// `h = 0` they stay, and add what they have then; where they are zero, as at the start of a run, the response of `eval` is all.
+    /// `h = 0` the stress that they add stays, and one that holds the last deformation is set to that of `elastic`. At the start of a run all
+    /// are zero, and add nothing. Their stress is evaluated at each point, also in elements that average the dilatation.
     #[inline(always)]
     fn update<R: Real>(
         &self,

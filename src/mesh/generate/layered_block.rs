@@ -8,6 +8,9 @@ use crate::mesh::{Mesh, MeshError, ParameterProblem};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Least thickness of an element, relative to the largest coordinate: positions are rounded.
+const LEAST_THICKNESS: f64 = 1e-12;
+
 /// A layer of a layered block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -69,9 +72,20 @@ impl LayeredBlock {
             "at least one layer",
             "give the layers from the top down",
         );
+        let depth: f64 = self.layers.iter().map(|layer| layer.thickness_m).sum();
+        let least = LEAST_THICKNESS * (self.top_center_m[2].abs() + depth);
         for (i, layer) in self.layers.iter().enumerate() {
-            checks.positive_length(&format!("layers[{i}].thickness_m"), layer.thickness_m);
+            let field = format!("layers[{i}].thickness_m");
+            checks.positive_length(&field, layer.thickness_m);
             checks.count(&format!("layers[{i}].elements"), layer.elements, 1);
+            let is_thin = layer.thickness_m > 0.0 && layer.thickness_m < least * f64::from(layer.elements);
+            checks.require(
+                !is_thin,
+                &field,
+                layer.thickness_m,
+                "enough that its nodes differ in position",
+                "give a thickness in metres, or place the block nearer to the origin",
+            );
         }
         checks.budget(self.element_count());
         checks.into_problems()
@@ -184,6 +198,10 @@ mod tests {
         bad.size_m[1] = f64::NAN;
         let fields: Vec<String> = bad.problems().into_iter().map(|p| p.field).collect();
         assert_eq!(fields, ["size_m[1]", "layers[1].thickness_m", "layers[2].elements"]);
+        // Its nodes would be at one position.
+        let mut far = plate();
+        (far.top_center_m[2], far.layers[1].thickness_m) = (1.0, 1e-20);
+        assert_eq!(far.problems()[0].field, "layers[1].thickness_m");
         let none = LayeredBlock { layers: Vec::new(), ..plate() };
         assert_eq!(none.problems()[0].field, "layers");
     }

@@ -22,11 +22,11 @@ pub trait LawDocument {
     fn is_split(&self) -> bool {
         true
     }
-    /// What internal variables of the law need of steps and elements, where it has any. Unless it says otherwise, energy-conserving steps do
-    /// not support them, and slow loading, without real time, has the elastic response.
+    /// What internal variables of the law need of steps and elements, where it has any. Energy-conserving steps do not support them;
+    /// preload and quasi-static steps without real time have the elastic response.
     fn rules(&self) -> Rules {
         Rules {
-            name: "a law with internal variables",
+            name: "internal variables",
             without_explicit_steps: None,
             needs_pressure_of_element: false,
             damages: false,

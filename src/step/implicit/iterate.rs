@@ -95,7 +95,7 @@ pub(super) struct Iterate {
     /// Strain energy of each body, and its part in the stabilisation [J].
     pub strain: Vec<f64>,
     pub hourglass: Vec<f64>,
-    /// Part of it in the branches of Prony series; none if nothing depends on time.
+    /// Part of it in the branches of Prony series and in internal variables; none if nothing depends on time.
     pub branches: Branches,
     /// Smallest J − 1 [-].
     pub smallest_j: f64,

@@ -93,7 +93,7 @@ struct Averager {
 }
 
 impl Averager {
-    /// Buffers for slave surfaces of up to so many faces.
+    /// Buffers for slave surfaces of at most `count` faces.
     fn for_faces(count: usize) -> Self {
         Self {
             moments: Vec::with_capacity(count),
