@@ -13,6 +13,7 @@ use crate::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
 };
+use crate::random::Random;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::{SMatrix, SVector};
 
@@ -112,20 +113,8 @@ impl Element {
     }
 }
 
-/// Numbers between −1 and 1 that are as good as random, and the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.number(), self.number(), self.number())
-    }
-    fn rotation(&mut self) -> Mat3 {
-        nalgebra::Rotation3::from_scaled_axis(self.vector() * 3.0).into_inner()
-    }
+fn rotation(random: &mut Random) -> Mat3 {
+    nalgebra::Rotation3::from_scaled_axis(random.vector() * 3.0).into_inner()
 }
 
 fn shapes() -> [U; 3] {
@@ -161,15 +150,15 @@ const FORMULATIONS: [Formulation; 3] = [Formulation::Full, Formulation::MeanDila
 fn deformed(X: &U, q: f64, random: &mut Random) -> U {
     let stretch = random.vector();
     let stretch = (stretch - Vec3::repeat(stretch.mean())).map(f64::exp);
-    let axes = random.rotation();
-    let F = random.rotation() * axes * Mat3::from_diagonal(&stretch) * axes.transpose();
+    let axes = rotation(random);
+    let F = rotation(random) * axes * Mat3::from_diagonal(&stretch) * axes.transpose();
     let edge = [1, 3, 4].map(|a| (X[a] - X[0]).norm()).into_iter().fold(f64::INFINITY, f64::min);
     X.map(|X| F * (X + random.vector() * (q * edge)) - X)
 }
 
 fn check_derivatives(element: &Element, u: &U, random: &mut Random, what: &str) {
     let (evaluated, K) = (element.evaluate(u), element.stiffness(u));
-    let along = SVector::<f64, 24>::from_fn(|_, _| random.number());
+    let along = SVector::<f64, 24>::from_fn(|_, _| random.next());
     let h = 1e-7;
     let side = |sign: f64| {
         element.evaluate(&std::array::from_fn(|a| u[a] + Vec3::from_fn(|i, _| sign * h * along[3 * a + i])))
@@ -345,10 +334,8 @@ fn no_corner_of_an_element_that_expands_is_folded_before_it_is_looked_for() {
     {
         let element = Element::new(X, laws()[0], formulation);
         for sample in 0..20_000 {
-            let (u, size) = (
-                deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random),
-                1.25 + 0.25 * random.number(),
-            );
+            let (u, size) =
+                (deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random), 1.25 + 0.25 * random.next());
             let u = std::array::from_fn(|a| (X[a] + u[a]) * size - X[a]);
             if penalty(&X, &u) > 0.0 {
                 let evaluated = element.evaluate(&u);

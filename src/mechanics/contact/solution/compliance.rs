@@ -13,8 +13,8 @@ use crate::contact::{Contact, RigidSides};
 use crate::sparse::{Cholesky, PatternInverse, Unknowns};
 use crate::tensor::{Mat3, Vec3};
 
-/// Number of contact nodes beyond which W is not formed: G of so many takes 72 MB, and W is solved as slowly as without it even where
-/// products with it converge slowly (docs/performance.md).
+/// Number of contact nodes beyond which W is not formed: G of so many takes 72 MB, and forming W is no faster even where
+/// iterations with products converge slowly (docs/performance.md).
 pub const MOST_NODES: usize = 1000;
 /// Number of contacts whose diagonal blocks of W are computed together.
 const CONTACTS_AT_A_TIME: usize = 32;

@@ -17,17 +17,7 @@ const RATE: f64 = 40.0;
 
 /// A cube around the origin.
 fn block(material: Material, formulation: Formulation, memory: Memories) -> [ElementBlock; 1] {
-    let parameters = BlockParameters {
-        material,
-        formulation,
-        single_precision: false,
-        density: 1000.0,
-        linear_viscosity: 0.0,
-        quadratic_viscosity: 0.0,
-        shear_viscosity: 0.0,
-        memory,
-        erosion: None,
-    };
+    let parameters = BlockParameters { memory, ..BlockParameters::elastic(material, formulation, 1000.0) };
     let X = HEX8_CORNERS.map(|c| Vec3::from(c) * (0.5 * EDGE));
     let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
     let nodes = (0..8).collect();
