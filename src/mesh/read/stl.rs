@@ -198,7 +198,7 @@ impl Corners {
         let Self { points, triangles, offsets, .. } = self;
         if triangles.is_empty() {
             return Err(MeshError::Unsupported {
-                what: "the surface has no triangle".into(),
+                what: format!("{}: the surface has no triangle with an area", place(0)),
                 remedy: "export the surface again".into(),
             });
         }
