@@ -2,6 +2,9 @@
 //!
 //! The patch is that of the slave, the finer surface, bounded by what its master can cover: the faces of a mesh around
 //! the participating nodes, or the projection of a rigid body. The patch of a flat end is therefore at most that end.
+//!
+//! In an impact nodes leave the surface and touch it again within a few steps, on every mesh at other instants, so that the area of the
+//! nodes pressed at one instant does not converge. A node therefore counts as in contact until it was last pressed a given time ago.
 
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
@@ -9,11 +12,12 @@ use crate::mechanics::followers::Followers;
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::step::Frame;
+use std::collections::BTreeMap;
 
 /// The contact patch of one pair at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPatch {
-    /// Sum of the current tributary areas of the slave nodes with r_n > 0, as far as a rigid master covers them [m²]. A
+    /// Sum of the current tributary areas of the slave nodes in contact, as far as a rigid master covers them [m²]. A
     /// contact between nodes counts as one node in total, by its weights. At most the area of the master's faces around
     /// the participating nodes.
     pub area: f64,
@@ -21,11 +25,11 @@ pub struct ContactPatch {
     /// uniformly covered ellipse; for a ring or a rectangle it would exceed the width, to which it is limited. A single
     /// node has no extent and gives 0.
     pub axes: [f64; 2],
-    /// Number of slave nodes with r_n > 0.
+    /// Number of slave nodes with r_n > 0 at this instant.
     pub nodes: u32,
     /// Approximate number of nodes across the short axis: 1 + extent / mean spacing, rounded [-].
     pub nodes_across: u32,
-    /// Largest nodal pressure r_n / (h̄ · full tributary area), covered or not [Pa].
+    /// Largest nodal pressure r_n / (h̄ · full tributary area) at this instant, covered or not [Pa].
     pub peak_pressure: f64,
     /// Area-weighted centre of the patch [m].
     pub centre: Vec3,
@@ -76,10 +80,24 @@ pub struct PatchGeometry {
     /// Shape of each face, with the evaluation it belongs to.
     shapes: Vec<(u64, FaceShape)>,
     evaluation: u64,
-    pressed: Vec<Pressed>,
-    /// For each node the last evaluation in which it was pressed, and its place in `pressed`.
-    places: Vec<(u64, u32)>,
+    /// The nodes in contact.
+    touches: BTreeMap<u32, Touch>,
+    /// Resultant unit normal of the latest contacts; zero before the first.
+    normal: Vec3,
     pressed_faces: Vec<u32>,
+}
+
+/// When and how a node was last pressed.
+#[derive(Clone, Copy, Debug)]
+struct Touch {
+    /// Time [s].
+    time: f64,
+    /// Outward normal of the other side.
+    normal: Vec3,
+    /// Sum of the weights of its contacts; 1 for a contact at the node itself.
+    weight: f64,
+    /// Force normal to the face [N].
+    force: f64,
 }
 
 /// Limit of the part of a surface that can be pressed at all.
@@ -92,15 +110,15 @@ enum Limit {
     Front(Vec3),
 }
 
-/// A node in contact.
+/// A node in contact, with its area.
 #[derive(Clone, Copy, Debug)]
 struct Pressed {
     position: Vec3,
     /// Tributary area covered by a rigid master, and in full [m²].
     tributary: [f64; 2],
-    /// Sum of the weights of its contacts; 1 for a contact at the node itself.
+    /// Sum of the weights of its contacts.
     weight: f64,
-    /// Force normal to the face [N].
+    /// Force normal to the face at this instant [N].
     normal_force: f64,
 }
 
@@ -150,13 +168,13 @@ impl PatchGeometry {
             is_master,
             rigid_master: None,
             faces: surface.faces.clone(),
-            places: vec![(0, 0); nodes.len()],
             nodes,
             start,
             incident,
             shapes: vec![(0, FaceShape::default()); surface.faces.len()],
             evaluation: 0,
-            pressed: Vec::new(),
+            touches: BTreeMap::new(),
+            normal: Vec3::zeros(),
             pressed_faces: Vec::new(),
         }
     }
@@ -206,48 +224,58 @@ impl PatchGeometry {
         areas
     }
 
-    /// The patch of pair `pair` in a frame.
-    pub fn eval(&mut self, frame: &Frame, pair: u32) -> ContactPatch {
-        let contacts = frame.contacts_of(pair).map(|(contact, reaction)| (contact, reaction.impulse[0]));
-        let pressing = || contacts.clone().filter(|(_, p_n)| *p_n > 0.0);
-        if pressing().next().is_none() {
+    /// The patch of pair `pair` in a frame; nodes count as in contact until they were last pressed `window` ago [s].
+    pub fn eval(&mut self, frame: &Frame, pair: u32, window: f64) -> ContactPatch {
+        self.touches.retain(|_, touch| touch.time >= frame.time - window);
+        self.touch(frame, pair);
+        if self.touches.is_empty() {
             return ContactPatch::default();
         }
-        // Erosion exposes new faces.
-        let (body, gone) = (self.body, frame.erosion.elements().len());
-        if gone != self.gone {
-            let surface = frame.plan.bodies[body].boundary_after(frame.erosion);
-            *self = Self {
-                gone,
-                rigid_master: self.rigid_master.clone(),
-                ..Self::new(body, &surface, self.is_master)
-            };
-        }
+        self.follow_erosion(frame);
+        let limit = if self.normal == Vec3::zeros() { Limit::None } else { self.limit(frame, self.normal) };
+        let body = self.body;
         let position = |node: u32| frame.position_in(body, node);
-        self.evaluation += 1;
-        self.pressed.clear();
-        self.pressed_faces.clear();
-        // Resultant normal of the contacts in compression.
-        let normal = pressing().fold(Vec3::zeros(), |sum, (contact, p_n)| sum + contact.frame[0] * p_n);
+        let pressed = self.press(frame.time, &position, &limit, frame.plan.assembly.followers());
+        let spacing = self.spacing();
+        patch_of(&pressed, spacing)
+    }
+
+    /// Notes the nodes that a pair presses in a frame.
+    fn touch(&mut self, frame: &Frame, pair: u32) {
         let sign = if self.is_master { -1.0 } else { 1.0 };
-        let limit = normal.try_normalize(0.0).map_or(Limit::None, |normal| self.limit(frame, normal * sign));
-        // Contributions of each contact to its nodes.
-        for (contact, p_n) in pressing() {
-            let normal = contact.frame[0] * sign;
+        let mut resultant = Vec3::zeros();
+        for (contact, reaction) in frame.contacts_of(pair).filter(|(_, reaction)| reaction.impulse[0] > 0.0) {
+            let (normal, p_n) = (contact.frame[0] * sign, reaction.impulse[0]);
+            resultant += normal * p_n;
             for (node, w) in contact.stencil.side(self.is_master) {
                 let weight = if self.is_master { 1.0 } else { w };
-                let force = w * p_n / frame.mean_step;
-                self.press(
-                    node,
-                    &normal,
-                    (weight, force),
-                    &position,
-                    (&limit, frame.plan.assembly.followers()),
-                );
+                self.add(node, Touch { time: frame.time, normal, weight, force: w * p_n / frame.mean_step });
             }
         }
-        let spacing = self.spacing();
-        patch_of(&self.pressed, spacing)
+        self.normal = resultant.try_normalize(0.0).unwrap_or(self.normal);
+    }
+
+    /// Adds a contact to a node.
+    fn add(&mut self, node: u32, touch: Touch) {
+        let of_node = self.touches.entry(node).or_insert(Touch { weight: 0.0, force: 0.0, ..touch });
+        let before =
+            if of_node.time < touch.time { Touch { weight: 0.0, force: 0.0, ..*of_node } } else { *of_node };
+        *of_node = Touch { weight: before.weight + touch.weight, force: before.force + touch.force, ..touch };
+    }
+
+    /// Takes the new faces that erosion exposes.
+    fn follow_erosion(&mut self, frame: &Frame) {
+        let gone = frame.erosion.elements().len();
+        if gone != self.gone {
+            let surface = frame.plan.bodies[self.body].boundary_after(frame.erosion);
+            *self = Self {
+                gone,
+                rigid_master: self.rigid_master.take(),
+                touches: std::mem::take(&mut self.touches),
+                normal: self.normal,
+                ..Self::new(self.body, &surface, self.is_master)
+            };
+        }
     }
 
     /// The region that contacts with this resultant unit normal can press.
@@ -262,34 +290,29 @@ impl PatchGeometry {
         })
     }
 
-    /// Adds a contact to a node, with its weight there and its force [N] along the normal `n`. The node counts once,
-    /// with its fraction of the areas of the nodes that follow it.
+    /// The nodes in contact at a time [s] with their areas. A node has its fraction of the areas of the nodes that follow it.
     fn press(
         &mut self,
-        node: u32,
-        n: &Vec3,
-        (weight, normal_force): (f64, f64),
+        time: f64,
         position: &impl Fn(u32) -> Vec3,
-        (limit, followers): (&Limit, &Followers),
-    ) {
-        let place = self.nodes.binary_search(&node).ok();
-        if let Some((of, at)) = place.map(|place| self.places[place])
-            && of == self.evaluation
-        {
-            let pressed = &mut self.pressed[at as usize];
-            pressed.weight += weight;
-            pressed.normal_force += normal_force;
-            return;
-        }
-        if let Some(place) = place {
-            self.places[place] = (self.evaluation, self.pressed.len() as u32);
-        }
-        let mut tributary = self.tributary_area(node, n, position, limit);
-        for (follower, w) in followers.led_by(node as usize) {
-            let of_follower = self.tributary_area(*follower, n, position, limit);
-            tributary = std::array::from_fn(|i| tributary[i] + w * of_follower[i]);
-        }
-        self.pressed.push(Pressed { position: position(node), tributary, weight, normal_force });
+        limit: &Limit,
+        followers: &Followers,
+    ) -> Vec<Pressed> {
+        self.evaluation += 1;
+        self.pressed_faces.clear();
+        let touches = std::mem::take(&mut self.touches);
+        let pressed = touches.iter().map(|(node, touch)| {
+            let mut tributary = self.tributary_area(*node, &touch.normal, position, limit);
+            for (follower, w) in followers.led_by(*node as usize) {
+                let of_follower = self.tributary_area(*follower, &touch.normal, position, limit);
+                tributary = std::array::from_fn(|i| tributary[i] + w * of_follower[i]);
+            }
+            let normal_force = if touch.time < time { 0.0 } else { touch.force };
+            Pressed { position: position(*node), tributary, weight: touch.weight, normal_force }
+        });
+        let pressed = pressed.collect();
+        self.touches = touches;
+        pressed
     }
 
     /// Mean edge length of the pressed faces [m].
@@ -305,8 +328,9 @@ impl PatchGeometry {
 /// Area, axes and pressure of the pressed nodes; `spacing` is the mean edge length of their faces [m].
 fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
     let area: f64 = pressed.iter().map(Pressed::area).sum();
+    let nodes = pressed.iter().filter(|p| p.normal_force > 0.0).count() as u32;
     if area <= 0.0 {
-        return ContactPatch { nodes: pressed.len() as u32, ..ContactPatch::default() };
+        return ContactPatch { nodes, ..ContactPatch::default() };
     }
     // Second moment of area about the centre.
     let centre = pressed.iter().fold(Vec3::zeros(), |sum, p| sum + p.position * p.area()) / area;
@@ -331,7 +355,7 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
     ContactPatch {
         area,
         axes: [axis(0), axis(1)],
-        nodes: pressed.len() as u32,
+        nodes,
         nodes_across: rounded(across),
         peak_pressure: pressed.iter().map(Pressed::pressure).fold(0.0, f64::max),
         centre,

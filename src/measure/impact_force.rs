@@ -136,12 +136,17 @@ impl ImpactForce {
 
     /// The window that the force is averaged over [s]; `None` where it is filtered instead.
     pub fn window(&self) -> Option<f64> {
+        (!matches!(self.average, ForceAverage::Filter(_))).then(|| self.touch_window())
+    }
+
+    /// The time for which a node counts as in contact after it was last pressed: that of the window over which the force is averaged, or
+    /// would be if it were not filtered [s].
+    pub fn touch_window(&self) -> f64 {
         match self.average {
-            ForceAverage::OfContact => {
-                Some(f64::max(FRACTION_OF_CONTACT * self.contact_time(), FEWEST_STEPS * self.mean_step()))
+            ForceAverage::Window(window) => window,
+            ForceAverage::OfContact | ForceAverage::Filter(_) => {
+                f64::max(FRACTION_OF_CONTACT * self.contact_time(), FEWEST_STEPS * self.mean_step())
             }
-            ForceAverage::Window(window) => Some(window),
-            ForceAverage::Filter(_) => None,
         }
     }
 

@@ -26,7 +26,7 @@ impl ImpulseSample {
     #[must_use]
     pub fn next(&self, time: f64, impulse: Vec3, before: &ContactPatch, after: &ContactPatch) -> Self {
         let of = |p: &ContactPatch| {
-            let is_pressed = f64::from(u8::from(p.nodes > 0));
+            let is_pressed = f64::from(u8::from(p.area > 0.0));
             [is_pressed, p.area, p.axes[0], p.axes[1], f64::from(p.nodes_across)]
         };
         let (before, after, half) = (of(before), of(after), 0.5 * (time - self.time));

@@ -71,15 +71,13 @@ impl PairMeasures {
     }
 
     fn patch(&mut self, frame: &Frame, index: u32) -> ContactPatch {
-        if frame.contacts_of(index).next().is_none() {
-            return ContactPatch::default();
-        }
-        if self.geometry.is_none() {
+        if self.geometry.is_none() && frame.contacts_of(index).next().is_some() {
             self.geometry = geometry_of(frame.plan, index as usize);
         }
         let Some((slave, master)) = &mut self.geometry else { return ContactPatch::default() };
-        let patch = slave.eval(frame, index);
-        master.as_mut().map_or(patch, |master| patch.within(&master.eval(frame, index)))
+        let window = self.force.touch_window();
+        let patch = slave.eval(frame, index, window);
+        master.as_mut().map_or(patch, |master| patch.within(&master.eval(frame, index, window)))
     }
 
     /// Accumulates a frame; `index` is the number of the pair in its plan.

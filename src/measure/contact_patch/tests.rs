@@ -79,13 +79,15 @@ fn axes_of_a_ring_are_no_longer_than_it_is_wide() {
 fn a_contact_between_nodes_is_one_nodes_worth_and_what_is_not_covered_does_not_count() {
     let (surface, position) = grid();
     let mut geometry = PatchGeometry::of_slave(0, &surface, None);
-    let press = |geometry: &mut PatchGeometry, contacts: &[(u32, f64)], limit: &Limit| {
-        geometry.evaluation += 1;
-        geometry.pressed.clear();
+    let mut time = 0.0;
+    let mut press = |geometry: &mut PatchGeometry, contacts: &[(u32, f64)], limit: &Limit| {
+        time += 1.0;
+        geometry.touches.clear();
         for &(node, weight) in contacts {
-            geometry.press(node, &-Vec3::z(), (weight, 1.0), &position, (limit, &Followers::default()));
+            geometry.add(node, Touch { time, normal: -Vec3::z(), weight, force: 1.0 });
         }
-        geometry.pressed.iter().map(Pressed::area).sum::<f64>()
+        let pressed = geometry.press(time, &position, limit, &Followers::default());
+        pressed.iter().map(Pressed::area).sum::<f64>()
     };
     // In the middle of a face; at a node, and again beside it.
     let middle = [48, 49, 59, 60].map(|node| (node, 0.25));
@@ -124,4 +126,25 @@ fn the_sides_of_a_flat_end_are_no_part_of_it() {
     };
     assert!((area(&Limit::None) - 0.5).abs() < 1e-12);
     assert!((area(&Limit::Front(-Vec3::z())) - 0.25).abs() < 1e-12);
+}
+
+#[test]
+fn a_node_that_bounces_keeps_its_area_and_the_weight_of_its_last_touch() {
+    let (surface, position) = grid();
+    let mut geometry = PatchGeometry::of_slave(0, &surface, None);
+    let touch = |time, weight| Touch { time, normal: -Vec3::z(), weight, force: 3.0 };
+    let at = |geometry: &mut PatchGeometry, time: f64, touches: &[(u32, f64)]| {
+        for (node, weight) in touches {
+            geometry.add(*node, touch(time, *weight));
+        }
+        patch_of(&geometry.press(time, &position, &Limit::None, &Followers::default()), 1.0)
+    };
+    let check = |patch: ContactPatch, area: f64, nodes: u32, pressure: f64| {
+        assert!((patch.area - area).abs() < 1e-12 && patch.nodes == nodes, "{patch:?}");
+        assert!((patch.peak_pressure - pressure).abs() < 1e-12, "{patch:?}");
+    };
+    check(at(&mut geometry, 1.0, &[(60, 0.75), (60, 0.25), (62, 1.0)]), 2.0, 2, 6.0);
+    // Only one of them is pressed, and by half; then none.
+    check(at(&mut geometry, 2.0, &[(60, 0.5)]), 1.5, 1, 6.0);
+    check(at(&mut geometry, 3.0, &[]), 1.5, 0, 0.0);
 }

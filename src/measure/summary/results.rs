@@ -100,7 +100,8 @@ pub struct Impact {
     pub contact_ended: bool,
     /// Whether both sides are rigid and touch in points: then there is no patch.
     pub touches_in_points: bool,
-    /// Patch area, averaged over the window of the peak force [mm²].
+    /// Patch area, averaged over the window of the peak force; a node counts as in contact until it was last pressed the length of
+    /// a window ago [mm²].
     pub patch_area_mm2: Quantity,
     /// Long axis of the patch, averaged likewise [mm].
     pub patch_long_axis_mm: Quantity,
