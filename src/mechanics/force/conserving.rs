@@ -1,11 +1,12 @@
 //! The mean force of a step whose work is exactly the strain energy that the step stores.
 //!
-//! The force in the middle, `f(u_m)` with `u_m = ½ (u + u⁺)`, conserves both momenta, but its work misses the change of the
-//! strain energy Ψ by what is of third order in the step. A chunk of elements makes up for it along the change of its strains,
+//! A force in the middle, `f_m = D⁻¹ f(ũ)`, conserves both momenta, where `F̃ = D F_m` with one symmetric D a body, and F_m of
+//! `u_m = ½ (u + u⁺)`. But its work misses the change of the strain energy Ψ by what is of third order in the step. A chunk of elements
+//! makes up for it along the change of its strains,
 //!
 //! ```text
-//! f̄ = f(u_m) + α g          g = Σ_q w F_m ΔE ∇N          ΔE = ½ (F⁺ᵀ F⁺ − Fᵀ F)
-//! α = [Ψ⁺ − Ψ − f(u_m) · (u⁺ − u)] / Σ_q w ΔE:ΔE
+//! f̄ = f_m + α g          g = Σ_q w F_m ΔE ∇N          ΔE = ½ (F⁺ᵀ F⁺ − Fᵀ F)
+//! α = [Ψ⁺ − Ψ − f_m · (u⁺ − u)] / Σ_q w ΔE:ΔE
 //! ```
 //!
 //! since `g · (u⁺ − u) = Σ_q w ΔE:ΔE`. Neither force resultant nor moment comes of it: `F_m ΔE F_mᵀ` is symmetric. That is the
@@ -20,7 +21,7 @@ use super::{ElementForces, Threads};
 use crate::element::Element;
 use crate::lanes::{BATCH, Lane, Row, dispatch_rare};
 use crate::real::Real;
-use crate::tensor::{Sym, Tensor, Vec3};
+use crate::tensor::{Mat3, Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
 /// An energy below this fraction of what it is the difference of is rounding.
@@ -33,19 +34,21 @@ impl ElementForces {
         energies.extend(self.chunks.iter().map(|chunk| chunk.totals.strain));
     }
 
-    /// Makes the forces of an evaluation in the middle between two displacements [m], nodes × 3, conserve; `energies` are those of the
-    /// chunks [J] at either end.
+    /// Makes the forces of an evaluation in the middle between two displacements [m], nodes × 3, conserve, with D⁻¹ of each body; `energies`
+    /// are those of the chunks [J] at either end.
     pub fn conserve(
         &mut self,
         threads: &Threads,
         blocks: &[ElementBlock],
-        [before, after]: [&[Vec3]; 2],
+        (ends, narrowing): ([&[Vec3]; 2], &[Mat3]),
         energies: [&[f64]; 2],
     ) {
         let mut energies: Vec<_> = energies[0].iter().copied().zip(energies[1].iter().copied()).collect();
         threads.for_each_run(1, (&mut self.chunks[..], &mut energies[..]), |_, chunk, energies| {
             for (chunk, energies) in chunk.iter_mut().zip(energies) {
-                blocks[chunk.block as usize].conserve([before, after], *energies, chunk);
+                let block = &blocks[chunk.block as usize];
+                chunk.force.iter_mut().for_each(|f| *f = narrowing[block.body] * *f);
+                block.conserve(ends, *energies, chunk);
             }
         });
     }

@@ -1,5 +1,6 @@
 //! A trial end of the step in Newton's iteration: motion, forces, and the residual of the momentum balance.
 
+use super::midpoint::widen;
 use crate::mechanics::force::{ElementForces, ForceInput, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
@@ -61,7 +62,8 @@ impl Step<'_> {
     }
 }
 
-/// Midpoint of the step, the energy-conserving forces there [N], and the strain energies of the chunks at the end [J].
+/// Displacements of the widened middle of the step [m], the energy-conserving forces there [N], and the strain energies of the chunks at the
+/// end [J].
 #[derive(Default)]
 struct Conserving {
     u: Vec<Vec3>,
@@ -152,20 +154,19 @@ impl Iterate {
     fn conserve(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
         let Conserving { u, f_int, energies } = &mut self.conserving;
         forces.chunk_energies(energies);
-        u.clear();
-        u.extend(step.state.u.iter().zip(&self.u).map(|(before, after)| (before + after) * 0.5));
+        let ends = [&step.state.u[..], &self.u[..]];
+        let narrowing = widen(step.plan, ends, u);
         evaluate_at(u, step.plan, step.threads, forces);
         for (index, block) in step.plan.blocks.iter().enumerate() {
             check_block(step.plan, block, &forces.totals(index), step.state)?;
         }
-        let ends = [&step.state.u[..], &self.u[..]];
-        forces.conserve(step.threads, &step.plan.blocks, ends, [step.energies, energies]);
+        forces.conserve(step.threads, &step.plan.blocks, (ends, &narrowing), [step.energies, energies]);
         f_int.clear();
         f_int.extend((0..u.len()).map(|node| forces.at_node(&step.plan.assembly, node)));
         Ok(())
     }
 
-    /// Linearisation point of the step: its end, or its midpoint for energy-conserving forces.
+    /// Linearisation point of the step: its end, or its widened middle for energy-conserving forces.
     pub fn tangent_point(&self, step: &Step) -> &[Vec3] {
         if step.options.energy_momentum { &self.conserving.u } else { &self.u }
     }

@@ -28,6 +28,7 @@
 
 mod contact_law;
 mod iterate;
+mod midpoint;
 mod newton;
 mod system;
 

@@ -8,6 +8,7 @@
 
 use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
+use super::midpoint::turn_on;
 use super::system::{Linearisation, System};
 use crate::mechanics::contact::detection::known::is_known;
 use crate::mechanics::contact::solution::compliance::add_impulse;
@@ -139,9 +140,13 @@ impl Newton {
         Err(not_converged(step, &self.end, MOST_ITERATIONS, "the maximum").into())
     }
 
-    /// Initial guess: the velocity at the start of the step, or, if that violates an element's law, zero displacement.
+    /// Initial guess: the velocity at the start of the step, with energy-conserving forces turned with the bodies, or, if that violates an
+    /// element's law, zero displacement.
     fn start(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
         self.end.v.copy_from_slice(&step.state.v);
+        if step.options.energy_momentum {
+            turn_on(step.plan, &step.options.unknowns, step.state, step.h, &mut self.end.v);
+        }
         self.end.impulse.fill(Vec3::zeros());
         if self.end.eval(step, forces).is_ok() {
             return Ok(());

@@ -84,7 +84,12 @@ impl Case {
         let at_nodes = |forces: &ElementForces| std::array::from_fn(|a| forces.at_node(&assembly, a));
         let middle = at_nodes(&forces);
         let ends = [&self.ends[0][..], &self.ends[1][..]];
-        forces.conserve(&Threads::ONE, &self.blocks, ends, [&energies[0], &energies[1]]);
+        forces.conserve(
+            &Threads::ONE,
+            &self.blocks,
+            (ends, &[Mat3::identity()]),
+            [&energies[0], &energies[1]],
+        );
         (energies[1][0] - energies[0][0], at_nodes(&forces), middle)
     }
 
