@@ -274,9 +274,11 @@ impl Results {
             all_found.push((listed, Differences { bulk_modulus, ..differences }));
         }
         let least = LEAST_FRACTION * median_mesh_error(&all_found);
-        for (Listed { quantity, steps_known, spacing, missing, is_peak, is_too_coarse }, found) in all_found {
+        for (Listed { quantity, steps_known, spacing, least_mesh_error, is_peak, is_too_coarse }, found) in
+            all_found
+        {
             let Differences { mesh, step, contact, bulk_modulus } = found;
-            let mesh = mesh.max(missing).max(least * quantity.value.abs());
+            let mesh = mesh.max(least_mesh_error).max(least * quantity.value.abs());
             // The total, with the resolution.
             let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + bulk_modulus + resolution;

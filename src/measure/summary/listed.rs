@@ -12,13 +12,12 @@ pub(super) struct Listed<'a> {
     pub quantity: &'a mut Quantity,
     /// Number of steps by which a time is uncertain: one for an instant, two for a duration.
     pub steps_known: u8,
-    /// Additional resolution, in the unit of the number: for a depth and a value exceeded in a volume that of the measure,
-    /// for a volume half the spacing of its points all around it, for a peak force the effect of the position of its
-    /// window relative to the steps.
+    /// Additional resolution, in the unit of the number: for a value exceeded in a volume that of the measure, for a volume half the
+    /// spacing of its points all around it, for a peak force the effect of the position of its window relative to the steps.
     pub spacing: f64,
-    /// Known deficit, in the unit of the number: for an absorbed energy the numerical contact dissipation. The mesh
-    /// error is at least this large.
-    pub missing: f64,
+    /// The mesh error is at least this large, in the unit of the number: for an absorbed energy its deficit, the numerical contact
+    /// dissipation, for a depth its resolution.
+    pub least_mesh_error: f64,
     /// Whether it is a maximum of a field at one or a few points, which may grow with every mesh.
     pub is_peak: bool,
     /// Whether the mesh is too coarse for it, whatever its error bar: a patch of a few nodes.
@@ -27,7 +26,14 @@ pub(super) struct Listed<'a> {
 
 impl<'a> Listed<'a> {
     fn sum(quantity: &'a mut Quantity) -> Self {
-        Self { quantity, steps_known: 0, spacing: 0.0, missing: 0.0, is_peak: false, is_too_coarse: false }
+        Self {
+            quantity,
+            steps_known: 0,
+            spacing: 0.0,
+            least_mesh_error: 0.0,
+            is_peak: false,
+            is_too_coarse: false,
+        }
     }
     fn time(quantity: &'a mut Quantity, steps_known: u8) -> Self {
         Self { steps_known, ..Self::sum(quantity) }
@@ -93,7 +99,7 @@ impl Results {
         all.push(Some(Listed::time(&mut t.peak_absorbed_energy_time_s, 1)));
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
-        all.extend(absorbed.map(|energy| Some(Listed { missing: lost, ..Listed::sum(energy) })));
+        all.extend(absorbed.map(|energy| Some(Listed { least_mesh_error: lost, ..Listed::sum(energy) })));
         let sums = [&mut t.energy_given_j, &mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
         all.extend(sums.map(|sum| Some(Listed::sum(sum))));
         all.push(t.projectile_loss_j.as_mut().map(Listed::sum));
@@ -119,7 +125,11 @@ impl Results {
             let volumes = [&mut stress.volume_mm3, &mut stress.volume_at_end_mm3];
             all.extend(volumes.map(|volume| Some(Listed::volume(volume, spacing))));
             let depth = stress.depth_mm.as_mut();
-            all.push(depth.zip(resolution).map(|(depth, known_to)| Listed::known_to(depth, known_to)));
+            all.push(
+                depth
+                    .zip(resolution)
+                    .map(|(depth, least_mesh_error)| Listed { least_mesh_error, ..Listed::sum(depth) }),
+            );
         }
         let doses = t.dose_volumes.iter_mut();
         all.extend(doses.map(|dose| Some(Listed::volume(&mut dose.volume_mm3, dose.point_spacing_mm))));

@@ -87,7 +87,7 @@ pub struct Estimate {
     /// Contribution of lowered bulk moduli.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub bulk_modulus: f64,
-    /// Limit of resolution: a time within its steps, a depth within the scatter of its stress, a sum within its rounding.
+    /// Limit of resolution: a time within its steps, a volume within the spacing of its points, a sum within its rounding.
     pub resolution: f64,
     /// Whether the number exceeds its error, or both are zero. A pointwise peak is never resolved on two meshes, which
     /// cannot show convergence.
