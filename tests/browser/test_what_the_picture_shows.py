@@ -140,7 +140,7 @@ SIDES_OF_TWO_SIZES = """async () => {
   const small = [2, 3].flatMap((x) => [0, 1].flatMap((y) => [0, 1].flatMap((z) => hexahedron(x, y, z, 1))));
   const cells = new Cells(Uint32Array.from([...hexahedron(0, 0, 0, 2), ...small]));
   const parts = [null, Uint32Array.from({ length: 9 }, (_, e) => Number(e > 0))];
-  return parts.map((part) => [...surfaceOf(cells, names.size, part).sides].reduce((counts, kind) => (counts[kind]++, counts), [0, 0, 0]));
+  return parts.map((partOf) => [...surfaceOf({ X: new Float32Array(3 * names.size), cells, partOf }).sides].reduce((counts, kind) => (counts[kind]++, counts), [0, 0, 0]));
 }"""
 
 

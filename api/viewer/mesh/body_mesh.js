@@ -68,8 +68,7 @@ export class BodyMesh {
 
   /** Shows the surface without elements that are `eroded`. */
   #showElements(eroded) {
-    const { cells, X, partOf } = this.#body;
-    const { triangles, lines, sides, elements } = surfaceOf(cells, X.length / 3, partOf, eroded);
+    const { triangles, lines, sides, elements } = surfaceOf(this.#body, eroded);
     [this.#sides, this.#elements, this.#eroded] = [sides, elements, eroded];
     this.#surface.setIndex(new THREE.BufferAttribute(triangles, 1));
     this.#lines?.setIndex(new THREE.BufferAttribute(lines, 1));
@@ -109,10 +108,11 @@ export class BodyMesh {
     }
   }
 
-  /** The middles of the triangles of the section, by part: {part, at}. */
+  /** The middle of the first triangle of each element in the section, by part: {part, at}. */
   *sectionMiddles() {
     const { positions, elements } = this.#shown;
     for (let t = 0; t < elements.length; t++) {
+      if (elements[t] === elements[t - 1]) continue;
       const at = [0, 1, 2].map((k) => (positions[9 * t + k] + positions[9 * t + 3 + k] + positions[9 * t + 6 + k]) / 3);
       yield { part: this.#body.partOf[elements[t]], at };
     }

@@ -89,11 +89,21 @@ export function boxAround(points) {
 /** What a side of an element is: within a part, between two parts, or on the surface of the body. */
 export const SIDE = { inside: 0, interface: 1, surface: 2 };
 
+/** Surfaces by the array of the eroded elements, or by the body where none are. */
+const surfaces = new WeakMap();
+
 /**
- * The surface of the elements that are not `eroded`: `triangles` and `lines` (the edges of the faces) as node indices, `elements` of the
- * triangles, and `sides`: what each side of each element is, element after element.
+ * The surface of a body {X, cells, partOf} without its `eroded` elements: `triangles` and `lines` (the edges of the faces) as node indices,
+ * `elements` of the triangles, and `sides`: what each side of each element is, element after element.
  */
-export function surfaceOf(cells, nodeCount, partOf = null, eroded = null) {
+export function surfaceOf(body, eroded = null) {
+  const key = eroded ?? body;
+  if (!surfaces.has(key)) surfaces.set(key, findSurface(body, eroded));
+  return surfaces.get(key);
+}
+
+function findSurface({ X, cells, partOf = null }, eroded) {
+  const nodeCount = X.length / 3;
   const kinds = kindsOfSides(cells, nodeCount, partOf, eroded);
   const [triangles, elements] = [[], []];
   const edges = new Set();
@@ -113,8 +123,13 @@ export function surfaceOf(cells, nodeCount, partOf = null, eroded = null) {
       });
     }
   }
-  const lines = [...edges].flatMap((key) => [Math.floor(key / nodeCount), key % nodeCount]);
-  return { triangles: Uint32Array.from(triangles), lines: Uint32Array.from(lines), elements: Uint32Array.from(elements), sides: kinds };
+  const lines = new Uint32Array(2 * edges.size);
+  let at = 0;
+  for (const key of edges) {
+    lines[at++] = Math.floor(key / nodeCount);
+    lines[at++] = key % nodeCount;
+  }
+  return { triangles: new Uint32Array(triangles), lines, elements: new Uint32Array(elements), sides: kinds };
 }
 
 /** What each side of each element is. Sides are chained by their lowest node; three nodes of a side are its name but for rare twins. */
@@ -151,10 +166,14 @@ function kindsOfSides(cells, nodeCount, partOf, eroded) {
   return kinds;
 }
 
+/** A number above those of all nodes, with which two of them are one exact number. */
+const MOST_NODES = 2 ** 26;
+
 /** Joins sides of four nodes with the four smaller ones on their other side, which have a node in its middle: hexahedra of two sizes. */
 function joinHanging(cells, kinds, partOf) {
   const [open, around] = [new Map(), new Map()];
-  const name = (face) => [...face].sort((a, b) => a - b).join();
+  const put = (map, key, face) => (map.has(key) ? map.get(key).push(face) : map.set(key, [face]));
+  const name = (nodes) => Math.min(...nodes) * MOST_NODES + Math.max(...nodes);
   let side = -1;
   for (let element = 0; element < cells.length; element++) {
     const start = cells.startOf(element);
@@ -162,13 +181,14 @@ function joinHanging(cells, kinds, partOf) {
       side++;
       if (kinds[side] !== SIDE.surface || corners.length !== 4) continue;
       const face = { side, element, nodes: corners.map((i) => cells.nodes[start + i]) };
-      open.set(name(face.nodes), face);
-      for (const node of face.nodes) around.set(node, [...(around.get(node) ?? []), face]);
+      put(open, name(face.nodes), face);
+      for (const node of face.nodes) put(around, node, face);
     }
   }
   for (const [middle, small] of around) {
     if (small.length !== 4) continue;
-    const large = open.get(name(small.map(({ nodes }) => nodes[(nodes.indexOf(middle) + 2) % 4])));
+    const corners = small.map(({ nodes }) => nodes[(nodes.indexOf(middle) + 2) % 4]);
+    const large = open.get(name(corners))?.find(({ nodes }) => corners.every((node) => nodes.includes(node)));
     if (!large || large.nodes.includes(middle)) continue;
     const isWithin = ({ element }) => !partOf || partOf[element] === partOf[large.element];
     for (const face of small) kinds[face.side] = isWithin(face) ? SIDE.inside : SIDE.interface;
@@ -180,11 +200,11 @@ function joinHanging(cells, kinds, partOf) {
 export function valuesAlong({ cells, positions, values, origin, direction, eroded = null }) {
   const found = [];
   const point = (node) => [positions[3 * node], positions[3 * node + 1], positions[3 * node + 2]];
+  const across = acrossLine(positions, origin, direction);
   for (let element = 0; element < cells.length; element++) {
-    if (eroded?.[element]) continue;
+    if (eroded?.[element] || !across.every((distances) => areAround(distances, cells, element))) continue;
     const nodes = cells.nodesOf(element);
     const corners = Array.from(nodes, point);
-    if (!isNear(corners, origin, direction)) continue;
     for (const t of cells.kindOf(element).tetrahedra) {
       for (const [a, b, c] of [[t[0], t[1], t[2]], [t[0], t[1], t[3]], [t[0], t[2], t[3]], [t[1], t[2], t[3]]]) {
         const hit = crossing(corners[a], corners[b], corners[c], origin, direction);
@@ -202,11 +222,32 @@ const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const crossProduct = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** Whether a line comes near a few points: within their sphere. */
-function isNear(corners, origin, direction) {
-  const centre = [0, 1, 2].map((k) => corners.reduce((total, p) => total + p[k], 0) / corners.length);
-  const radius = Math.max(...corners.map((p) => Math.hypot(...minus(p, centre))));
-  return Math.hypot(...crossProduct(minus(centre, origin), direction)) <= radius * (1 + 1e-6);
+/** Distances of points from a line in two directions across it, as two arrays. */
+function acrossLine(positions, origin, direction) {
+  const sizes = direction.map(Math.abs);
+  const least = sizes.indexOf(Math.min(...sizes));
+  const first = crossProduct(direction, [0, 1, 2].map((k) => Number(k === least)));
+  return [first, crossProduct(direction, first)].map((axis) => distancesAlong(positions, axis, dot(axis, origin)));
+}
+
+/** Distances n·x − d of points from a plane. */
+export function distancesAlong(positions, [nx, ny, nz], offset) {
+  const distances = new Float64Array(positions.length / 3);
+  for (let i = 0; i < distances.length; i++) distances[i] = nx * positions[3 * i] + ny * positions[3 * i + 1] + nz * positions[3 * i + 2] - offset;
+  return distances;
+}
+
+/** Whether the nodes of an element are on both sides of a plane, or nearly. */
+export function areAround(distances, cells, element) {
+  const [start, { nodes: count }] = [cells.startOf(element), cells.kindOf(element)];
+  let [low, high] = [Infinity, -Infinity];
+  for (let i = start; i < start + count; i++) {
+    const distance = distances[cells.nodes[i]];
+    if (distance < low) low = distance;
+    if (distance > high) high = distance;
+  }
+  const slack = 1e-5 * (high - low);
+  return low <= slack && high >= -slack;
 }
 
 /** Where a ray crosses a triangle (Möller and Trumbore 1997); edges count as inside. */

@@ -1,8 +1,12 @@
 // The section of a body with a plane: coloured triangles, the outlines of its elements, of its parts and of itself.
 
-import { SIDE } from "./cells.js";
+import { SIDE, areAround, distancesAlong } from "./cells.js";
 
+/** Edges of a tetrahedron, and of a side by the number of nodes around it. */
 const EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+const AROUND = Object.fromEntries([3, 4, 6].map((count) => [count, Array.from({ length: count }, (_, i) => [i, (i + 1) % count])]));
+/** Triangles of three or four cut edges: of a quadrilateral the order of the edges makes 0, 1, 3, 2 go around. */
+const ORDER = { 3: [0, 1, 2], 4: [0, 1, 3, 0, 3, 2] };
 
 /** A section with nothing in it. */
 export const NO_SECTION = {
@@ -16,50 +20,55 @@ export const NO_SECTION = {
  * `lines` are the outlines of elements, `outlines` those of parts and of the body.
  */
 export function planeSection({ cells, sides, positions, values, normal, offset, eroded = null }) {
-  const found = { positions: [], values: [], elements: [], ends: [], fractions: [] };
-  const [lines, outlines] = [[], []];
-  const distance = (node) =>
-    normal[0] * positions[3 * node] + normal[1] * positions[3 * node + 1] + normal[2] * positions[3 * node + 2] - offset;
-  const heights = new Float64Array(10);
-  for (let e = 0, firstSide = 0; e < cells.length; e++) {
-    const [start, kind, side0] = [cells.startOf(e), cells.kindOf(e), firstSide];
-    firstSide += kind.sides.length;
-    if (eroded?.[e]) continue;
-    let above = 0;
-    for (let i = 0; i < kind.nodes; i++) above += (heights[i] = distance(cells.nodes[start + i])) > 0 ? 1 : 0;
-    if (above === 0 || above === kind.nodes) continue;
-    const cross = (a, b) => {
-      const fraction = heights[a] / (heights[a] - heights[b]);
-      const [i, j] = [cells.nodes[start + a], cells.nodes[start + b]];
-      return { i, j, fraction, at: [0, 1, 2].map((k) => positions[3 * i + k] + fraction * (positions[3 * j + k] - positions[3 * i + k])) };
-    };
-    const isCut = ([a, b]) => heights[a] > 0 !== heights[b] > 0;
-    for (const tetrahedron of kind.tetrahedra) {
-      const points = EDGES.map(([a, b]) => [tetrahedron[a], tetrahedron[b]]).filter(isCut).map(([a, b]) => cross(a, b));
-      addTriangles(found, points, e, values);
+  const heights = distancesAlong(positions, normal, offset);
+  const [corners, elements, lines, outlines] = [[], [], [], []];
+  for (let e = 0, side = 0; e < cells.length; e++) {
+    const { sides: faces, tetrahedra } = cells.kindOf(e);
+    const firstSide = side;
+    side += faces.length;
+    if (eroded?.[e] || !areAround(heights, cells, e)) continue;
+    const nodes = cells.nodesOf(e);
+    for (const tetrahedron of tetrahedra) {
+      const cut = cutEdges(heights, nodes, tetrahedron, EDGES);
+      ORDER[cut.length / 2]?.forEach((p) => corners.push(cut[2 * p], cut[2 * p + 1]));
+      while (elements.length < corners.length / 6) elements.push(e);
     }
-    kind.sides.forEach((side, s) => {
-      const ends = side.map((c, i) => [c, side[(i + 1) % side.length]]).filter(isCut).map(([a, b]) => cross(a, b).at);
-      if (ends.length !== 2) return;
-      (sides[side0 + s] === SIDE.inside ? lines : outlines).push(...ends[0], ...ends[1]);
+    faces.forEach((face, s) => {
+      const cut = cutEdges(heights, nodes, face, AROUND[face.length]);
+      if (cut.length === 4) (sides[firstSide + s] === SIDE.inside ? lines : outlines).push(...cut);
     });
   }
+  const [ends, fractions] = [new Uint32Array(corners), fractionsOf(corners, heights)];
+  const placesOf = (list) => between(positions, 3, list, fractionsOf(list, heights));
   return {
-    positions: Float32Array.from(found.positions), values: Float32Array.from(found.values),
-    elements: Uint32Array.from(found.elements), ends: Uint32Array.from(found.ends), fractions: Float32Array.from(found.fractions),
-    lines: Float32Array.from(lines), outlines: Float32Array.from(outlines),
+    positions: between(positions, 3, ends, fractions), values: values ? between(values, 1, ends, fractions) : new Float32Array(fractions.length),
+    elements: new Uint32Array(elements), ends, fractions, lines: placesOf(lines), outlines: placesOf(outlines),
   };
 }
 
-/** Of a quadrilateral the order of the edges makes 0, 1, 3, 2 go around. */
-function addTriangles(found, points, element, values) {
-  const order = points.length === 4 ? [0, 1, 3, 0, 3, 2] : points.length === 3 ? [0, 1, 2] : [];
-  order.forEach((p, n) => {
-    const { i, j, fraction, at } = points[p];
-    found.positions.push(...at);
-    found.values.push(values ? values[i] + fraction * (values[j] - values[i]) : 0);
-    found.ends.push(i, j);
-    found.fractions.push(fraction);
-    if (n % 3 === 0) found.elements.push(element);
-  });
+/** Edges between `corners` of an element that cross the plane, as pairs of nodes. */
+function cutEdges(heights, nodes, corners, edges) {
+  const found = [];
+  for (const [a, b] of edges) {
+    const [i, j] = [nodes[corners[a]], nodes[corners[b]]];
+    if (heights[i] > 0 !== heights[j] > 0) found.push(i, j);
+  }
+  return found;
+}
+
+/** Where the plane crosses edges: fractions of the way from their first to their second node. */
+function fractionsOf(ends, heights) {
+  const fractions = new Float32Array(ends.length / 2);
+  for (let c = 0; c < fractions.length; c++) fractions[c] = heights[ends[2 * c]] / (heights[ends[2 * c]] - heights[ends[2 * c + 1]]);
+  return fractions;
+}
+
+/** Values of nodes, `stride` each, between the two ends of each corner. */
+function between(values, stride, ends, fractions) {
+  const found = new Float32Array(stride * fractions.length);
+  for (let c = 0; c < fractions.length; c++) {
+    const [a, b] = [stride * ends[2 * c], stride * ends[2 * c + 1]];
+    for (let k = 0; k < stride; k++) found[stride * c + k] = values[a + k] + fractions[c] * (values[b + k] - values[a + k]);
+  }
+  return found;
 }

@@ -14,8 +14,9 @@ export class Skin {
   #corners;
 
   /** The skin of a body: the surface that goes on smoothly from the facet nearest to `place` [m], at rest. */
-  constructor({ X, cells }, place) {
-    const { triangles } = surfaceOf(cells, X.length / 3);
+  constructor(body, place) {
+    const { X } = body;
+    const { triangles } = surfaceOf(body);
     const point = (node) => [X[3 * node], X[3 * node + 1], X[3 * node + 2]];
     const facets = Array.from({ length: triangles.length / 3 }, (_, t) => [0, 1, 2].map((i) => point(triangles[3 * t + i])));
     const normals = facets.map(([a, b, c]) => cross(minus(b, a), minus(c, a))).map((n) => n.map((x) => x / (Math.hypot(...n) || 1)));

@@ -3,8 +3,8 @@
 import { button, html } from "../dom.js";
 import { timeUnit, withUnit } from "../format.js";
 
-/** A whole run plays in so many seconds, at most at so many pictures per second. */
-const [LENGTH, RATE] = [6, 24];
+/** A whole run plays in so many seconds; after a pause of the display [ms] it goes on from where it was. */
+const [LENGTH, PAUSE] = [6, 250];
 const PAGE = 10;
 
 export class TimeBar {
@@ -89,22 +89,23 @@ export class TimeBar {
     else this.play();
   }
 
-  /** Plays from where it is, over and over. */
+  /** Plays from where it is, over and over, at the rate of the display. */
   play() {
     if (this.#timer || this.#times.length < 2) return;
     let before = performance.now();
-    this.#timer = setInterval(() => {
-      const now = performance.now();
+    const step = (now) => {
       const last = this.#times.length - 1;
-      const next = this.place + (last * Math.min(now - before, 250)) / (1000 * LENGTH);
+      const next = this.place + (last * Math.min(Math.max(now - before, 0), PAUSE)) / (1000 * LENGTH);
       before = now;
+      this.#timer = requestAnimationFrame(step);
       this.go(next > last ? (this.place < last ? last : 0) : next);
-    }, 1000 / RATE);
+    };
+    this.#timer = requestAnimationFrame(step);
     this.#show(true);
   }
 
   stop() {
-    clearInterval(this.#timer);
+    cancelAnimationFrame(this.#timer);
     this.#timer = null;
     this.#show(false);
   }

@@ -31,7 +31,7 @@ export function impactLine(recording) {
 /** The line at the `rest` of a tissue whose nodes are at `positions` [m]. */
 function lineAtRest(tissue, contacts, positions, rest) {
   const { points, normal, centre } = flatPatch(contacts);
-  const { triangles } = surfaceOf(tissue.cells, rest.length / 3);
+  const { triangles } = surfaceOf(tissue);
   const surface = [...new Set(triangles)];
   const touched = points.map(({ node }, i) => (contacts.slave === tissue.name ? node : nearest(surface, positions, contacts.position_m.subarray(3 * i, 3 * i + 3))));
   const direction = inwards(triangles, rest, new Set(touched), normal);
@@ -44,8 +44,12 @@ function lineAtRest(tissue, contacts, positions, rest) {
 
 /** Of some nodes the one nearest to a place. */
 function nearest(nodes, positions, [x, y, z]) {
-  const away = (n) => (positions[3 * n] - x) ** 2 + (positions[3 * n + 1] - y) ** 2 + (positions[3 * n + 2] - z) ** 2;
-  return nodes.reduce((best, n) => (away(n) < away(best) ? n : best), nodes[0]);
+  let [best, least] = [nodes[0], Infinity];
+  for (const node of nodes) {
+    const away = (positions[3 * node] - x) ** 2 + (positions[3 * node + 1] - y) ** 2 + (positions[3 * node + 2] - z) ** 2;
+    if (away < least) [best, least] = [node, away];
+  }
+  return best;
 }
 
 /** The mean inward normal of the facets around the touched nodes, by their areas, of those that face along the contacts' `normal`. */

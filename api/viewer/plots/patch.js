@@ -37,7 +37,7 @@ export class PatchPanel {
       : "Nothing touches at this time.";
     this.#words.textContent = words;
     this.#canvas.setAttribute("aria-label", `Contact pressure. ${words}`);
-    const context = this.#canvas.getContext("2d");
+    const context = this.#canvas.getContext("2d", { willReadFrequently: true });
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = "#fff";
     context.fillRect(0, 0, this.#canvas.width, this.#canvas.height);

@@ -10,21 +10,9 @@ const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 
 export class ContactSurface {
   #recording;
-  #triangles = new Map();
 
   constructor(recording) {
     this.#recording = recording;
-  }
-
-  /** The triangles of a body's surface without `eroded` elements as node indices; null of a rigid body. */
-  #of(name, eroded = null) {
-    const body = this.#recording.bodies.get(name);
-    if (!body?.cells) return null;
-    const known = this.#triangles.get(name);
-    if (known && known.eroded === eroded) return known.triangles;
-    const { triangles } = surfaceOf(body.cells, body.X.length / 3, null, eroded);
-    this.#triangles.set(name, { triangles, eroded });
-    return triangles;
   }
 
   /**
@@ -34,8 +22,9 @@ export class ContactSurface {
   patch(frame, contacts) {
     const patch = flatPatch(contacts);
     const { positions, eroded } = frame.bodies.get(contacts?.slave) ?? {};
-    const triangles = patch && this.#of(contacts.slave, eroded);
-    if (!triangles || !positions) return patch && { ...patch, facets: [], peak: 0, high: 0 };
+    const body = this.#recording.bodies.get(contacts?.slave);
+    if (!patch || !body?.cells || !positions) return patch && { ...patch, facets: [], peak: 0, high: 0 };
+    const { triangles } = surfaceOf(body, eroded);
     const forces = new Map();
     for (const { node, force } of patch.points) forces.set(node, (forces.get(node) ?? 0) + force);
     const at = (node) => [positions[3 * node], positions[3 * node + 1], positions[3 * node + 2]];

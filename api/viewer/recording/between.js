@@ -1,6 +1,10 @@
 // States between two recorded frames: linear in time, rigid bodies turned the short way.
 
-const mixed = (a, b, f) => a.map((value, i) => value + f * (b[i] - value));
+function mixed(a, b, f) {
+  const now = a.slice();
+  for (let i = 0; i < now.length; i++) now[i] += f * (b[i] - a[i]);
+  return now;
+}
 
 /**
  * The frame at a place between frames: 2.25 is a quarter of the way from the third to the fourth. `stretch(name)` is the factor on the
