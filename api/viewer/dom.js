@@ -43,13 +43,15 @@ export function checkbox(label, checked, onchange) {
   return html("label", { class: "check" }, box, label);
 }
 
-/** A table: names of columns, and rows of words or elements. */
+/** A table: names of columns, and rows of words or elements. On a narrow screen each row of a wide one becomes a list. */
 export function table(caption, columns, rows) {
-  const header = html("tr", {}, columns.map((name) => html("th", { scope: "col" }, name)));
-  const body = rows.map((row) =>
-    html("tr", {}, row.map((cell, i) => (i === 0 ? html("th", { scope: "row" }, cell) : html("td", {}, cell)))),
+  const header = html("tr", { role: "row" }, columns.map((name) => html("th", { scope: "col", role: "columnheader" }, name)));
+  const named = (cell, i) => html("td", { role: "cell", "data-column": columns[i] }, html("div", {}, cell));
+  const body = rows.map(([first, ...others]) =>
+    html("tr", { role: "row" }, html("th", { scope: "row", role: "rowheader" }, first), others.map((cell, i) => named(cell, i + 1))),
   );
-  const inside = html("table", {}, html("caption", {}, caption), html("thead", {}, header), html("tbody", {}, body));
+  const isWide = columns.length > 3;
+  const inside = html("table", { role: "table", class: isWide && "wide" }, html("caption", {}, caption), html("thead", { role: "rowgroup" }, header), html("tbody", { role: "rowgroup" }, body));
   return html("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": caption }, inside);
 }
 
