@@ -51,7 +51,7 @@ export function table(caption, columns, rows) {
     html("tr", { role: "row" }, html("th", { scope: "row", role: "rowheader" }, first), others.map((cell, i) => named(cell, i + 1))),
   );
   const isWide = columns.length > 3;
-  const inside = html("table", { role: "table", class: isWide && "wide" }, html("caption", {}, caption), html("thead", { role: "rowgroup" }, header), html("tbody", { role: "rowgroup" }, body));
+  const inside = html("table", { role: "table", class: isWide && "rows" }, html("caption", {}, caption), html("thead", { role: "rowgroup" }, header), html("tbody", { role: "rowgroup" }, body));
   return html("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": caption }, inside);
 }
 
