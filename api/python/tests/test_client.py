@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import re
 import runpy
 import subprocess
 import sys
@@ -260,3 +261,18 @@ def test_example_runs(address, tmp_path, monkeypatch, capsys):
     runpy.run_path(str(ROOT / "api/python/examples/impact.py"))
     said = capsys.readouterr().out
     assert "/end_time_s" in said and "absorbed energy" in said and "kPa" in said and "no diagnosis" in said
+
+
+def test_surfaces_for_rerun(client, job, tmp_path, monkeypatch):
+    pytest.importorskip("rerun")
+    recording = client.recording(job, tmp_path / "impact.mcap")
+    target = tmp_path / "impact.rrd"
+    monkeypatch.setattr(sys, "argv", ["rerun_surfaces.py", str(recording.path), str(target)])
+    runpy.run_path(str(ROOT / "api/python/examples/rerun_surfaces.py"))
+    rerun = [sys.executable, "-m", "rerun", "rrd"]
+    subprocess.run([*rerun, "verify", target], check=True)
+    chunks = subprocess.run([*rerun, "print", target], check=True, capture_output=True, text=True).stdout
+    for topic in (topic for topic in recording.topics if topic.startswith("/mesh/")):
+        frames = sum(1 for _ in recording.messages(topic))
+        assert re.search(rf"with {frames} rows .* - {topic} - .*vertex_colors.*vertex_positions", chunks)
+    assert re.search(rf"with {len(recording.forces()['time_s'])} rows .* - /force - .*scalars", chunks)

@@ -97,12 +97,16 @@ class Recording:
         return scene
 
     @cached_property
-    def _references(self) -> dict[str, tuple[str, Any]]:
-        """Topic name and reference mesh by body."""
+    def topics(self) -> list[str]:
+        """The topics that have messages."""
         with self._reader() as reader:
             summary = reader.get_summary()
-        channels = summary.channels.values() if summary else []
-        topics = [channel.topic for channel in channels if channel.topic.startswith("/reference/")]
+        return [channel.topic for channel in summary.channels.values()] if summary else []
+
+    @cached_property
+    def _references(self) -> dict[str, tuple[str, Any]]:
+        """Topic name and reference mesh by body."""
+        topics = [topic for topic in self.topics if topic.startswith("/reference/")]
         return {message.body: (topic.removeprefix("/reference/"), message) for topic, message in self.messages(*topics)} if topics else {}
 
     def _reference(self, body: str) -> tuple[str, Any]:
