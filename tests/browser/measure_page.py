@@ -1,4 +1,4 @@
-"""Prints how fast the page of a finished job is, for the main scene and for it with eight times the elements.
+"""Prints how fast the page of a finished job is, for the main scene and for it with half and twice the elements in each direction.
 
     CONTUSE=target/release/contuse python tests/browser/measure_page.py
 
@@ -39,6 +39,10 @@ SLIDER = """async () => {
 TRANSFERRED = "() => performance.getEntriesByType('resource').reduce((sum, one) => sum + one.transferSize, 0)"
 
 
+def finer(count, factor):
+    return max(1, round(factor * count))
+
+
 def scene(factor):
     """The main scene, with `factor` times the elements in each direction."""
     document = json.loads((ROOT / "scenarios/flashball_thigh/scene.json").read_text())
@@ -46,7 +50,7 @@ def scene(factor):
         generator = body["mesh"]["generator"]
         for name in [name for name in generator if name.startswith("elements")]:
             value = generator[name]
-            generator[name] = [factor * one for one in value] if isinstance(value, list) else factor * value
+            generator[name] = [finer(one, factor) for one in value] if isinstance(value, list) else finer(value, factor)
     return document
 
 
@@ -78,12 +82,13 @@ def main():
         service = Service(data)
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         page = browser.new_context(base_url=service.address).new_page()
-        print("| factor | first frame, ms | recording read, ms | a place of the slider, ms | memory of scripts, MB | transferred, MB |")
+        print("| elements | first frame, ms | recording read, ms | a place of the slider, ms | memory of scripts, MB | transferred, MB |")
         print("|---|---|---|---|---|---|")
-        for factor in (1, 2):
+        for factor in (0.5, 1, 2):
+            elements = page.request.post("/v1/jobs/validate", data=scene(factor)).json()["plan"]["elements"]
             job = finished(page, scene(factor))
             first, whole, slider, heap, bytes_ = measured(browser, service.address, job)
-            print(f"| {factor} | {first:.0f} | {whole:.0f} | {slider:.0f} | {heap / 1e6:.0f} | {bytes_ / 1e6:.1f} |")
+            print(f"| {elements} | {first:.0f} | {whole:.0f} | {slider:.0f} | {heap / 1e6:.0f} | {bytes_ / 1e6:.1f} |")
         browser.close()
         service.stop()
 

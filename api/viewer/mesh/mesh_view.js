@@ -14,18 +14,22 @@ const ASIDE = 0.55;
 /** What programs that draw without a graphics card call themselves. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
-/** Whether pictures are drawn without a graphics card: then smooth edges take half of the time. */
-function isSoftware() {
-  const gl = new OffscreenCanvas(1, 1).getContext("webgl");
-  const info = gl?.getExtension("WEBGL_debug_renderer_info");
-  return Boolean(info) && SOFTWARE.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
+/** A renderer; without a graphics card one without smooth edges, which take half of the time of a picture there. */
+function newRenderer() {
+  const plain = new THREE.WebGLRenderer();
+  const gl = plain.getContext();
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  if (info && SOFTWARE.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL))) return plain;
+  plain.dispose();
+  plain.forceContextLoss();
+  return new THREE.WebGLRenderer({ antialias: true });
 }
 
 export class MeshView {
   element;
   /** Room for buttons over the picture. */
   corner;
-  #renderer;
+  #renderer = newRenderer();
   #scene = new THREE.Scene();
   #cameras;
   #shared = sharedUniforms();
@@ -40,7 +44,6 @@ export class MeshView {
   #aside = 0.03;
 
   constructor(label) {
-    this.#renderer = new THREE.WebGLRenderer({ antialias: !isSoftware() });
     this.#renderer.setClearColor(BACKGROUND);
     this.#renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const canvas = this.#renderer.domElement;
