@@ -1,7 +1,7 @@
 //! A blob, its entry in a directory, and what may go wrong with it.
 
 use std::io::{self, Read, Seek};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 /// A blob opened for reading, with random access.
 pub trait Blob: Read + Seek + Send {}
@@ -14,6 +14,13 @@ pub struct BlobEntry {
     pub name: String,
     /// Time at which it was kept.
     pub kept: SystemTime,
+}
+
+impl BlobEntry {
+    /// Time since it was kept; zero if that is in the future.
+    pub fn age(&self) -> Duration {
+        self.kept.elapsed().unwrap_or_default()
+    }
 }
 
 /// Why a blob could not be kept, opened, listed or deleted.

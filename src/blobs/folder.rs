@@ -74,20 +74,26 @@ impl BlobStore for FolderBlobs {
 }
 
 /// A file with a temporary name, locked while it is being written.
-struct UnnamedFile {
+pub(super) struct UnnamedFile {
     file: File,
     path: PathBuf,
     root: PathBuf,
 }
 
 impl UnnamedFile {
-    fn create(root: &Path) -> io::Result<Self> {
+    /// A new file in a folder.
+    pub(super) fn create(root: &Path) -> io::Result<Self> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
         let count = COUNTER.fetch_add(1, Ordering::Relaxed);
         let path = root.join(format!("{}-{count}.{PARTIAL}", std::process::id()));
         let file = File::create(&path)?;
         file.lock()?;
         Ok(Self { file, path, root: root.to_owned() })
+    }
+
+    #[cfg(feature = "cluster")]
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 }
 

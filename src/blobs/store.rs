@@ -17,7 +17,7 @@ pub trait BlobStore: fmt::Debug + Send + Sync + 'static {
     /// When the store cannot accept bytes.
     fn unnamed(&self) -> Result<Box<dyn Unnamed>, BlobError>;
 
-    /// Opens a blob; `None` when it does not exist. Once open, it can be read to its end even if it is deleted.
+    /// Opens a blob; `None` when it does not exist. Once open, it is read as it was even if it is deleted or replaced, or reading fails.
     ///
     /// # Errors
     /// When it exists but cannot be opened.

@@ -19,7 +19,7 @@ pub struct DoctorArgs {
 /// # Errors
 /// If the folder does not exist, is in use or cannot be read.
 pub fn doctor(args: &DoctorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    if !args.store.data.is_dir() {
+    if !args.store.is_shared() && !args.store.data.is_dir() {
         return Err(CliError::Usage(format!(
             "{} is not a folder: name that of the service with --data",
             args.store.data.display()

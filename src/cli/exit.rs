@@ -22,6 +22,10 @@ pub enum Exit {
     Cancelled = 4,
     /// The run finished, but its results are withheld: a check failed, or a law was used beyond the limits declared for it.
     Withheld = 5,
+    /// `contuse worker --once`: the job returned to the queue, or another process has it.
+    NotOver = 6,
+    /// `contuse worker --once`: no job waits.
+    NoJob = 7,
 }
 
 impl From<Exit> for ExitCode {

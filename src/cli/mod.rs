@@ -37,6 +37,10 @@ pub mod validate;
 pub mod what_if;
 mod what_if_table;
 mod what_if_words;
+#[cfg(feature = "service")]
+mod work_args;
+#[cfg(feature = "service")]
+pub mod worker;
 
 mod performance_profile;
 mod picture;
@@ -64,7 +68,7 @@ impl Cli {
     pub fn default_log(&self) -> &'static str {
         match self.command {
             #[cfg(feature = "service")]
-            Command::Serve(_) | Command::JobProcess => "warn,contuse=info",
+            Command::Serve(_) | Command::Worker(_) | Command::JobProcess => "warn,contuse=info",
             _ => "warn",
         }
     }
@@ -73,7 +77,9 @@ impl Cli {
     pub fn logs_json(&self) -> bool {
         match &self.command {
             #[cfg(feature = "service")]
-            Command::Serve(args) => args.log_format == serve::LogFormat::Json,
+            Command::Serve(args) => args.work.logs_json(),
+            #[cfg(feature = "service")]
+            Command::Worker(args) => args.work.logs_json(),
             _ => false,
         }
     }
@@ -126,6 +132,9 @@ pub enum Command {
     /// Serve jobs over HTTP.
     #[cfg(feature = "service")]
     Serve(Box<serve::ServeArgs>),
+    /// Run the jobs of a database, without answering requests.
+    #[cfg(feature = "service")]
+    Worker(Box<worker::WorkerArgs>),
     /// Run one job of a service, which starts this command.
     #[cfg(feature = "service")]
     #[command(hide = true)]
@@ -169,6 +178,8 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Schema => schema::print(out),
         #[cfg(feature = "service")]
         Command::Serve(args) => serve::serve(*args, out),
+        #[cfg(feature = "service")]
+        Command::Worker(args) => worker::worker(*args, out),
         #[cfg(feature = "service")]
         Command::JobProcess => job_process::job_process(),
         #[cfg(feature = "service")]

@@ -1,15 +1,15 @@
 //! `contuse serve`, `contuse openapi`, `contuse health`: the service and its tools.
 
+use super::work_args::WorkArgs;
 use super::{CliError, Exit};
-use crate::scene::Budget;
 use crate::service::access::read_tokens;
-use crate::service::config::{RunConfig, ServiceConfig};
+use crate::service::config::ServiceConfig;
 use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::StoreAddress;
 use crate::service::tokens::Tokens;
 use crate::service::{Service, ServiceError, http};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -18,54 +18,15 @@ use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
-/// Log format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum LogFormat {
-    /// A line of text for each event.
-    Text,
-    /// An object of JSON on each line.
-    Json,
-}
-
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
 pub struct ServeArgs {
     /// Address to listen on; port 0 selects a free one. The actual address is printed on standard output.
     #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080", value_parser = address)]
     listen: SocketAddr,
-    /// Where the service stores its data.
+    /// Where the service stores its data, and how it runs jobs.
     #[command(flatten)]
-    store: StoreAddress,
-    /// Number of jobs running at the same time [default: the number of cores]
-    #[arg(long, env = "CONTUSE_WORKERS")]
-    workers: Option<usize>,
-    /// Number of threads for each run.
-    #[arg(long, env = "CONTUSE_THREADS_PER_JOB", default_value_t = 1)]
-    threads_per_job: usize,
-    /// Number of cases of a what-if question running at the same time [default: the number of cores]
-    #[arg(long, env = "CONTUSE_THREADS_PER_WHAT_IF")]
-    threads_per_what_if: Option<usize>,
-    /// Maximum size of a scene document in bytes; suffixes k, M, G are accepted.
-    #[arg(long, env = "CONTUSE_MAX_BODY", default_value_t = Budget::SERVICE.document_bytes, value_parser = size)]
-    max_body: u64,
-    /// Maximum size of a mesh in bytes.
-    #[arg(long, env = "CONTUSE_MAX_MESH", default_value_t = Budget::SERVICE.mesh_bytes, value_parser = size)]
-    max_mesh: u64,
-    /// Maximum number of elements in a scene.
-    #[arg(long, env = "CONTUSE_MAX_ELEMENTS", default_value_t = Budget::SERVICE.elements)]
-    max_elements: u64,
-    /// Maximum number of time steps of a scene.
-    #[arg(long, env = "CONTUSE_MAX_STEPS", default_value_t = Budget::SERVICE.steps)]
-    max_steps: u64,
-    /// Maximum memory of a run in bytes.
-    #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value_t = Budget::SERVICE.memory_bytes, value_parser = size)]
-    max_memory: u64,
-    /// Maximum memory of all running jobs together in bytes, by their estimates [default: three quarters of the machine's]
-    #[arg(long, env = "CONTUSE_MAX_RUNNING_MEMORY", value_parser = size)]
-    max_running_memory: Option<u64>,
-    /// Maximum size of the fields of a recording in bytes, before compression.
-    #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
-    max_recording: u64,
+    pub(super) work: WorkArgs,
     /// Maximum number of waiting jobs.
     #[arg(long, env = "CONTUSE_MAX_QUEUED", default_value_t = 1000)]
     max_queued: u64,
@@ -75,28 +36,13 @@ pub struct ServeArgs {
     /// Maximum number of waiting validations of small scenes, and of large ones.
     #[arg(long, env = "CONTUSE_MAX_VALIDATIONS_WAITING", default_value_t = 64)]
     max_validations_waiting: usize,
-    /// Number of attempts after which a job that loses its process, or the service, fails.
-    #[arg(long, env = "CONTUSE_MAX_ATTEMPTS", default_value_t = 3)]
-    max_attempts: u32,
-    /// Wall-clock limit of a job in seconds.
-    #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
-    deadline_s: u64,
-    /// Free disk space in bytes below which no job is accepted or started.
-    #[arg(long, env = "CONTUSE_LEAST_FREE", default_value = "64M", value_parser = size)]
-    least_free: u64,
     /// Days after which jobs that have ended, with their recordings, and meshes are deleted [default: never]
     #[arg(long, env = "CONTUSE_KEEP_DAYS")]
     keep_days: Option<u32>,
-    /// Grace period for running jobs and open responses after SIGTERM, in seconds; then jobs return to the queue.
-    #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
-    grace_s: u64,
     /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them), reloaded when it changes; without it,
     /// everyone on this machine has access, and no one else.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
-    /// Log format on standard error: lines of text, or JSON objects.
-    #[arg(long, env = "CONTUSE_LOG_FORMAT", default_value = "text")]
-    pub(super) log_format: LogFormat,
     /// Additional host name of a service without tokens, besides localhost; may be given several times.
     #[arg(long = "host", env = "CONTUSE_HOSTS", value_delimiter = ',')]
     hosts: Vec<String>,
@@ -112,45 +58,25 @@ impl ServeArgs {
     /// If the tokens cannot be read, or a number is invalid.
     pub fn config(self) -> Result<ServiceConfig, CliError> {
         let tokens = self.tokens_file.as_deref().map_or(Ok(Tokens::default()), tokens_of)?;
-        let defaults = ServiceConfig::default();
-        let workers = self.workers.unwrap_or(defaults.workers);
-        let threads_per_what_if = self.threads_per_what_if.unwrap_or(defaults.runs.threads_per_what_if);
-        // Zero workers, threads or connections would serve nothing.
-        if [workers, self.threads_per_job, threads_per_what_if, self.max_connections].contains(&0) {
-            let message = "--workers, --threads-per-job, --threads-per-what-if and --max-connections must be at least 1";
-            return Err(CliError::Usage(message.into()));
+        if self.work.workers == Some(0) && !self.work.store.is_shared() {
+            return Err(CliError::Usage(
+                "--workers 0 needs a --database, whose jobs `contuse worker` runs".into(),
+            ));
+        }
+        if self.max_connections == 0 {
+            return Err(CliError::Usage("--max-connections must be at least 1".into()));
         }
         Ok(ServiceConfig {
             listen: self.listen,
-            store: self.store,
-            workers,
-            runs: RunConfig {
-                threads_per_job: self.threads_per_job,
-                threads_per_what_if,
-                deadline: Duration::from_secs(self.deadline_s),
-                budget: Budget {
-                    document_bytes: self.max_body,
-                    mesh_bytes: self.max_mesh,
-                    elements: self.max_elements,
-                    steps: self.max_steps,
-                    memory_bytes: self.max_memory,
-                    recording_bytes: self.max_recording,
-                    ..Budget::SERVICE
-                },
-            },
-            max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_queued: self.max_queued,
-            max_attempts: self.max_attempts.max(1),
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
-            grace: Duration::from_secs(self.grace_s),
             keep_days: self.keep_days,
-            least_free: self.least_free,
             tokens,
             tokens_file: self.tokens_file,
             cors_origins: self.cors_origins,
             hosts: self.hosts,
-            ..defaults
+            ..self.work.config()?
         })
     }
 }
@@ -194,13 +120,13 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
 }
 
 /// The file of this program. Linux finds it even if another one has taken its place.
-fn this_program() -> io::Result<PathBuf> {
+pub(super) fn this_program() -> io::Result<PathBuf> {
     let of_process = Path::new("/proc/self/exe");
     if of_process.exists() { Ok(of_process.to_owned()) } else { std::env::current_exe() }
 }
 
 /// Files and folders made from now on are for the user of this process alone.
-fn keep_files_private() {
+pub(super) fn keep_files_private() {
     #[cfg(unix)]
     rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
 }
@@ -257,7 +183,7 @@ fn not_started(error: ServiceError) -> CliError {
 }
 
 /// Counts SIGTERM and SIGINT from now on.
-fn count_signals() -> io::Result<watch::Receiver<u32>> {
+pub(super) fn count_signals() -> io::Result<watch::Receiver<u32>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     let (count, counted) = watch::channel(0);
@@ -274,7 +200,7 @@ fn count_signals() -> io::Result<watch::Receiver<u32>> {
 }
 
 /// Waits for the `n`th signal.
-async fn signalled(mut count: watch::Receiver<u32>, n: u32) {
+pub(super) async fn signalled(mut count: watch::Receiver<u32>, n: u32) {
     // The counter lives as long as the runtime.
     let _ = count.wait_for(|counted| *counted >= n).await;
 }
@@ -330,18 +256,6 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     found.ok_or_else(|| "give host and port, such as 127.0.0.1:8080 or localhost:8080".into())
 }
 
-/// Parses a number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).
-fn size(text: &str) -> Result<u64, String> {
-    let (digits, shift) = match text.as_bytes().last() {
-        Some(b'k' | b'K') => (&text[..text.len() - 1], 10),
-        Some(b'M') => (&text[..text.len() - 1], 20),
-        Some(b'G') => (&text[..text.len() - 1], 30),
-        _ => (text, 0),
-    };
-    let number: u64 = digits.parse().map_err(|_| format!("{text:?} is not a number of bytes"))?;
-    number.checked_mul(1 << shift).ok_or_else(|| format!("{text:?} is too large"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -350,16 +264,5 @@ mod tests {
     fn an_address_has_a_port() {
         assert_eq!(address("127.0.0.1:0").map(|a| a.port()), Ok(0));
         assert!(address("localhost").unwrap_err().contains("localhost:8080"));
-    }
-
-    #[test]
-    fn sizes_have_suffixes() {
-        assert_eq!(size("4096"), Ok(4096));
-        assert_eq!(size("64k"), Ok(64 << 10));
-        assert_eq!(size("4M"), Ok(4 << 20));
-        assert_eq!(size("2G"), Ok(2 << 30));
-        assert!(
-            size("").is_err() && size("M").is_err() && size("1T").is_err() && size("99999999999G").is_err()
-        );
     }
 }

@@ -33,9 +33,20 @@ impl Default for RunConfig {
     }
 }
 
+/// What a process does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It answers requests, and may run jobs.
+    Service,
+    /// It runs jobs only.
+    Worker,
+}
+
 /// Configuration of the service.
 #[derive(Clone, Debug)]
 pub struct ServiceConfig {
+    /// What this process does.
+    pub role: Role,
     /// Address to listen on; port 0 selects a free one.
     pub listen: SocketAddr,
     /// Where jobs, meshes and recordings are stored.
@@ -83,6 +94,7 @@ pub struct ServiceConfig {
 impl Default for ServiceConfig {
     fn default() -> Self {
         Self {
+            role: Role::Service,
             listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
             store: StoreAddress::in_folder("data"),
             workers: std::thread::available_parallelism().map_or(1, usize::from),

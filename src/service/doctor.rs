@@ -5,8 +5,10 @@ use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
 use super::jobs::store::{KnownBlobs, StoreAddress};
 use super::jobs::{JobId, JobsError};
+use crate::blobs::{BlobError, BlobStore};
 use crate::report::RecordedRun;
 use std::path::Path;
+use std::time::Duration;
 
 /// A recording without its job.
 #[derive(Clone, Debug)]
@@ -70,18 +72,30 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
             KnownBlobs::default()
         }
     };
-    let found = Found::among(blobs.as_ref(), &known).map_err(JobsError::from)?;
+    // Reads files, or asks a store in this runtime: not for its threads.
+    let examined = tokio::task::spawn_blocking(move || {
+        compare(blobs.as_ref(), &known, &mut diagnosis)?;
+        Ok(diagnosis)
+    });
+    examined
+        .await
+        .unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error))))
+        .map_err(|e| JobsError::from(e).into())
+}
+
+/// Compares the blobs with what is known of them.
+fn compare(blobs: &dyn BlobStore, known: &KnownBlobs, diagnosis: &mut Diagnosis) -> Result<(), BlobError> {
+    let found = Found::among(blobs, known, Duration::ZERO)?;
     diagnosis.without_recording = found.without_recording;
     diagnosis.without_file = found.without_file;
     for name in found.without_job {
         let place = blobs.place(&name);
-        let opened = blobs.open(&name).map_err(JobsError::from)?;
-        let readable = match opened.map(|blob| RecordedRun::of(blob, Path::new(&name))) {
+        let readable = match blobs.open(&name)?.map(|blob| RecordedRun::of(blob, Path::new(&name))) {
             Some(Ok(_)) => Ok(()),
             Some(Err(error)) => Err(error.to_string()),
             None => Err("it is gone".to_owned()),
         };
         diagnosis.without_job.push(LostJob { place, readable });
     }
-    Ok(diagnosis)
+    Ok(())
 }

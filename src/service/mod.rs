@@ -8,6 +8,7 @@
 //! - [`jobs`]: operations on jobs, without HTTP.
 //! - [`http`]: the calls; `http/problem.rs` is the only file that assigns error statuses.
 //! - [`shelves`]: names of recordings, meshes, snapshots and results in the [store of blobs](crate::blobs).
+//! - [`work`]: processes that run jobs without answering requests.
 //! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
 //! - [`fair_queue`]: who validates next.
 //! - [`tokens`], [`access`]: who has access.
@@ -27,6 +28,7 @@ pub mod server;
 pub mod shelves;
 mod stall;
 pub mod tokens;
+pub mod work;
 
 use access::Access;
 use audit::Audit;
@@ -138,9 +140,6 @@ fn validations(config: &ServiceConfig) -> QueueLimits {
     }
 }
 
-/// Time allowed to runs for stopping; a step that takes longer is abandoned.
-const LAST_CALL: Duration = Duration::from_secs(5);
-
 /// A service that is listening on its address.
 pub struct Service {
     app: Arc<App>,
@@ -203,33 +202,10 @@ impl Service {
     pub async fn run_until(self, stop: impl Future<Output = ()>, hurry: impl Future<Output = ()>) {
         let Self { app, listener, workers, .. } = self;
         let (queue, config) = (Arc::clone(&app.queue), Arc::clone(&app.config));
-        let serving =
-            tokio::spawn(server::serve(listener, http::router(app), Arc::clone(&config), queue.closing()));
+        let serving = tokio::spawn(server::serve(listener, http::router(app), config, queue.closing()));
         stop.await;
         tracing::info!("shutting down");
-        // Let running jobs finish within the grace period.
-        queue.close();
-        let joined = tokio::task::spawn_blocking(move || {
-            for worker in workers {
-                // A worker that panicked outside a run has reported it on standard error.
-                let _ = worker.join();
-            }
-        });
-        tokio::pin!(joined);
-        let is_early = tokio::select! {
-            _ = &mut joined => true,
-            () = tokio::time::sleep(config.grace) => false,
-            () = hurry => false,
-        };
-        // Requeue what is still running.
-        if !is_early {
-            tracing::info!("returning running jobs to the queue");
-            queue.interrupt_all();
-            if tokio::time::timeout(LAST_CALL, joined).await.is_err() {
-                // Its row says "running": the next start requeues it.
-                tracing::warn!("a run did not stop in time and is left behind");
-            }
-        }
+        work::drain(&queue, workers, hurry).await;
         let _ = serving.await;
         queue.store.close().await;
         tracing::info!("shut down");

@@ -12,15 +12,21 @@ pub const SNAPSHOTS: &str = "snapshots";
 /// Results of what-if runs, by content.
 pub const RESULTS: &str = "results";
 
-/// Name of the recording of a job that has ended.
-pub fn recording_name(id: JobId) -> String {
-    format!("{RECORDINGS}/{id}.mcap")
+/// Name of the recording that an attempt at a job has left. Each has its own: one that was taken for lost and ends late replaces nothing.
+pub fn recording_name(id: JobId, attempt: u32) -> String {
+    if attempt <= 1 { format!("{RECORDINGS}/{id}.mcap") } else { format!("{RECORDINGS}/{id}.{attempt}.mcap") }
+}
+
+/// Names of the recordings that the attempts at a job may have left.
+pub fn recording_names(id: JobId, attempts: u32) -> impl Iterator<Item = String> {
+    (1..=attempts.max(1)).map(move |attempt| recording_name(id, attempt))
 }
 
 /// Whether a name is that of a recording.
 pub fn is_recording(name: &str) -> bool {
-    let id = name.strip_prefix(RECORDINGS).and_then(|name| name.strip_prefix('/')?.strip_suffix(".mcap"));
-    id.is_some_and(|id| JobId::try_parse(id).is_ok())
+    let stem = name.strip_prefix(RECORDINGS).and_then(|name| name.strip_prefix('/')?.strip_suffix(".mcap"));
+    let parts = stem.map(|stem| stem.split_once('.').unwrap_or((stem, "1")));
+    parts.is_some_and(|(id, attempt)| JobId::try_parse(id).is_ok() && attempt.parse::<u32>().is_ok())
 }
 
 /// Name of an uploaded mesh.
@@ -50,7 +56,7 @@ mod tests {
     #[test]
     fn recordings_are_known_by_their_names() {
         let id = JobId::now_v7();
-        assert!(is_recording(&recording_name(id)));
+        assert!(recording_names(id, 2).all(|name| is_recording(&name)));
         for name in
             [snapshot_name(id, 1), format!("recordings/{id}.mcap.partial"), "recordings/a.mcap".into()]
         {

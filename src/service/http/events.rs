@@ -90,7 +90,7 @@ struct Listener {
     /// Whether the store may have unread events.
     has_more: bool,
     ended: bool,
-    notifications: Receiver<i64>,
+    notifications: Receiver<Option<i64>>,
     closing: watch::Receiver<bool>,
     _permit: Permit,
 }
@@ -136,7 +136,7 @@ impl Listener {
         loop {
             tokio::select! {
                 received = self.notifications.recv() => match received {
-                    Ok(seq) if seq == self.seq => return true,
+                    Ok(seq) if seq.is_none_or(|seq| seq == self.seq) => return true,
                     Ok(_) => {}
                     // Some announcements were missed: one may have been for this job.
                     Err(RecvError::Lagged(_)) => return true,

@@ -7,7 +7,6 @@ use crate::report::{ReadError, RecordedRun, csv, fhir, html};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobId;
 use crate::service::jobs::store::Job;
-use crate::service::shelves::recording_name;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -113,7 +112,7 @@ pub async fn table(
 /// The recording of a job that has ended, read on a thread that may wait for files.
 async fn recorded(app: &Arc<App>, owner: &str, id: JobId, what: &str) -> Result<(RecordedRun, Job), Problem> {
     let row = recorded_row(app, owner, id, what).await?;
-    let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
+    let (blobs, name) = (Arc::clone(&app.queue.blobs), row.recording_name());
     let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
     let lane = match &row.recording {
         Some(recording) if recording.bytes <= SMALL_RECORDING => Lane::Small,

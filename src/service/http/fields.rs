@@ -10,7 +10,6 @@ use crate::record::RecordError;
 use crate::record::vtk::Archive;
 use crate::report::ReadError;
 use crate::report::fields::write_series;
-use crate::service::shelves::recording_name;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::header;
@@ -47,7 +46,7 @@ pub async fn archive(
 ) -> Result<Response, Problem> {
     let permit = app.permits.downloads.take(address)?;
     let row = recorded_row(&app, &owner, id, "fields").await?;
-    let (blob, name) = (recording_name(id), file_name(&row.name));
+    let (blob, name) = (row.recording_name(), file_name(&row.name));
     let opened = app.queue.with_files({
         let blob = blob.clone();
         move |queue| Ok(queue.blobs.open(&blob)?)

@@ -10,7 +10,7 @@ use crate::service::jobs::queue::Queue;
 use crate::service::jobs::snapshots::Which;
 use crate::service::jobs::store::Job;
 use crate::service::permits::Permit;
-use crate::service::shelves::{recording_name, snapshot_name};
+use crate::service::shelves::snapshot_name;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
@@ -102,7 +102,7 @@ struct Sendable {
 fn final_file(row: &Job) -> Result<Sendable, Problem> {
     let recording = row.recording.clone().ok_or_else(|| Problem::never("recording", row.state))?;
     Ok(Sendable {
-        blob: recording_name(row.id),
+        blob: row.recording_name(),
         digest: BlobDigest { bytes: recording.bytes, sha256: recording.sha256 },
         name: format!("{}-{}.mcap", file_name(&row.name), row.id),
         snapshot: None,

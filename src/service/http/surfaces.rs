@@ -10,7 +10,6 @@ use crate::report::ReadError;
 use crate::report::surface::{Surfaces, surfaces_at, write_ply, write_stl};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobId;
-use crate::service::shelves::recording_name;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -75,7 +74,7 @@ async fn surfaces(
     write: fn(&Surfaces, &mut dyn Write) -> io::Result<()>,
 ) -> Result<Response, Problem> {
     let row = recorded_row(app, owner, id, "surfaces").await?;
-    let (blobs, blob, time_s) = (Arc::clone(&app.queue.blobs), recording_name(id), parameters.time_s);
+    let (blobs, blob, time_s) = (Arc::clone(&app.queue.blobs), row.recording_name(), parameters.time_s);
     let work = move || {
         let Some(recording) = blobs.open(&blob).map_err(|error| Problem::internal(&error))? else {
             return Err(Problem::recording_lost());

@@ -108,6 +108,7 @@ impl JobsError {
     /// Whether a retry may succeed.
     pub fn is_passing(&self) -> bool {
         matches!(self, Self::Store { fault: StoreFault::Passing, .. })
+            || self.io_kind() == Some(ErrorKind::NetworkDown)
     }
 
     /// An error concerning a file.

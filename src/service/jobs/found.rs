@@ -4,8 +4,9 @@ use super::JobId;
 use super::store::KnownBlobs;
 use crate::blobs::{BlobError, BlobStore};
 use crate::service::meshes::is_id;
-use crate::service::shelves::{MESHES, RECORDINGS, RESULTS, SNAPSHOTS, is_recording, recording_name};
+use crate::service::shelves::{MESHES, RECORDINGS, RESULTS, SNAPSHOTS, is_recording};
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 /// Number of ids in a line of the log.
 const SHOWN: usize = 5;
@@ -24,11 +25,11 @@ pub struct Found {
 }
 
 impl Found {
-    /// Compares what is known to a store with a store of blobs.
+    /// Compares what is known to a store with a store of blobs; blobs younger than `least_age` are not unknown.
     ///
     /// # Errors
     /// If the blobs cannot be listed.
-    pub fn among(blobs: &dyn BlobStore, known: &KnownBlobs) -> Result<Self, BlobError> {
+    pub fn among(blobs: &dyn BlobStore, known: &KnownBlobs, least_age: Duration) -> Result<Self, BlobError> {
         let mut found = Self::default();
         let mut present = BTreeSet::new();
         for shelf in [SNAPSHOTS, MESHES, RECORDINGS, RESULTS] {
@@ -37,13 +38,14 @@ impl Found {
                     (true, _) => {
                         present.insert(entry.name);
                     }
+                    (false, _) if entry.age() < least_age => {}
                     (false, true) => found.without_job.push(entry.name),
                     (false, false) => found.unknown.push(entry.name),
                 }
             }
         }
-        let is_missing = |id: &&JobId| !present.contains(&recording_name(**id));
-        found.without_recording = known.recorded.iter().filter(is_missing).copied().collect();
+        let missing = known.recorded.iter().filter(|(_, name)| !present.contains(*name));
+        found.without_recording = missing.map(|(id, _)| *id).collect();
         let meshes = known.names.iter().filter(|name| name.starts_with(MESHES) && !present.contains(*name));
         found.without_file = meshes.cloned().collect();
         Ok(found)

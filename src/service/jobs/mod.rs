@@ -5,6 +5,7 @@
 //! - [`worker`]: threads that claim a job, run it with an [`engine::Engine`] and record how it ended.
 //! - [`data_folder`]: files that are still being written.
 //! - [`snapshots`]: views of a recording while it is written.
+//! - `sharing`: jobs of several processes: leases, and changes by others.
 //! - [`control`]: stopping a running job, and why.
 //! - [`process`]: runs in processes of their own.
 
@@ -20,6 +21,7 @@ pub mod process;
 pub mod queue;
 mod scene_loader;
 mod scene_size;
+mod sharing;
 pub mod simulator;
 pub mod snapshots;
 mod spending;
@@ -103,4 +105,7 @@ pub struct FinalRecording {
     pub sha256: String,
     /// Whether it contains the whole run.
     pub complete: bool,
+    /// Number of the attempt that left it, which is in the name of its blob.
+    #[serde(skip)]
+    pub attempt: u32,
 }

@@ -6,6 +6,7 @@ use super::data_folder::DataFolder;
 use super::engine::Engine;
 use super::failures::worker_lost;
 use super::found::Found;
+use super::sharing;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{
     CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, MeshDeletion, NewJob, Orphan, OwnerRequest,
@@ -14,10 +15,10 @@ use super::store::{
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
 use crate::record::partial_path;
-use crate::service::config::ServiceConfig;
+use crate::service::config::{Role, ServiceConfig};
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
-use crate::service::shelves::{RESULTS, mesh_name, recording_name, result_name};
+use crate::service::shelves::{RESULTS, mesh_name, recording_name, recording_names, result_name};
 use crate::step::Ending;
 use crate::study::what_if::trim_shelf;
 use std::collections::BTreeMap;
@@ -27,6 +28,10 @@ use tokio::sync::{Notify, broadcast, watch};
 
 /// Time between two looks at a disk that is full or accepts no writes.
 const DISK_INTERVAL: Duration = Duration::from_secs(2);
+/// Time between two looks at an attempt that is stopping.
+const STOPPING_INTERVAL: Duration = Duration::from_millis(50);
+/// Age from which a blob of stores that are shared is a leftover if no row refers to it.
+const SHARED_LEAST_AGE: Duration = Duration::from_secs(86_400);
 /// Number of expired jobs that are read from the store at a time.
 const PURGED_AT_ONCE: u32 = 100;
 
@@ -64,17 +69,19 @@ pub struct Queue {
     pub config: Arc<ServiceConfig>,
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
-    running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
+    /// Number and control of each running job.
+    running: Mutex<BTreeMap<JobId, (i64, Arc<RunControl>)>>,
     /// Memory that each running job may take [bytes].
     memory: tokio::sync::Mutex<BTreeMap<i64, u64>>,
     snapshots: Snapshots,
     arrivals: Notify,
-    notifications: broadcast::Sender<i64>,
+    /// Jobs with new events; `None` for any.
+    notifications: broadcast::Sender<Option<i64>>,
     closing: watch::Sender<bool>,
 }
 
 impl Queue {
-    /// Opens a queue and recovers jobs of the previous process: jobs that were running wait again, or end if they lost
+    /// Opens a queue and recovers jobs whose process was lost: jobs that were running wait again, or end if they lost
     /// their worker too often.
     ///
     /// # Errors
@@ -103,42 +110,54 @@ impl Queue {
         });
         queue.recover().await?;
         queue.remove_leftovers().await?;
+        sharing::start(&queue);
         Ok(queue)
     }
 
-    /// Recovers the jobs of the previous process.
-    async fn recover(self: &Arc<Self>) -> Result<(), JobsError> {
+    /// Recovers the jobs whose process was lost.
+    pub(super) async fn recover(self: &Arc<Self>) -> Result<(), JobsError> {
         for Orphan { seq, id, attempt, request } in self.store.orphans().await? {
+            // It was taken for lost for a moment, and is not: its process is this one.
+            if self.controls().contains_key(&id) {
+                continue;
+            }
             let ending = OrphanEnding::of(request, attempt, self.config.max_attempts);
             tracing::warn!(job = %id, attempt, ?ending, "found a job without its worker");
             let ending = match ending {
                 OrphanEnding::Requeue => {
-                    self.with_files(move |queue| queue.remove_files(id)).await?;
+                    self.with_files(move |queue| queue.folder.remove(id)).await?;
                     self.store.requeue(seq, attempt, Requeued::WorkerLost).await?;
+                    self.wake();
+                    self.ring(Some(seq));
                     continue;
                 }
                 OrphanEnding::Erase => {
-                    self.erase(seq, id).await?;
+                    self.erase(seq, id, attempt).await?;
                     continue;
                 }
                 OrphanEnding::Cancel => Ending::Cancelled,
                 OrphanEnding::GiveUp => worker_lost(attempt).into(),
             };
-            let recording = self.with_files(move |queue| queue.keep_recording(id, false)).await?;
+            let recording = self.with_files(move |queue| queue.keep_recording(id, attempt, false)).await?;
             let end = JobEnd { ending, summary: None, recording, progress: None };
             self.store.finish(seq, attempt, &end).await?;
+            self.ring(Some(seq));
         }
         Ok(())
     }
 
     /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads, results. Recordings without
     /// their jobs stay, as the service never leaves any, and then meshes stay, too: an older or empty store may have replaced the one
-    /// that knew them.
+    /// that knew them. In stores that are shared, what is not a day old may be in use.
     async fn remove_leftovers(self: &Arc<Self>) -> Result<(), JobsError> {
+        self.with_files(|queue| queue.folder.remove_leftovers()).await?;
+        if self.config.role == Role::Worker {
+            return Ok(());
+        }
         let known = self.store.blobs().await?;
+        let least_age = if self.store.shared().is_some() { SHARED_LEAST_AGE } else { Duration::ZERO };
         self.with_files(move |queue| {
-            queue.folder.remove_leftovers()?;
-            let found = Found::among(queue.blobs.as_ref(), &known)?;
+            let found = Found::among(queue.blobs.as_ref(), &known, least_age)?;
             found.report();
             for name in found.removable(&known) {
                 queue.blobs.delete(name)?;
@@ -215,15 +234,16 @@ impl Queue {
     pub(super) fn keep_recording(
         &self,
         id: JobId,
+        attempt: u32,
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
-        let (file, name) = (self.folder.recording(id), recording_name(id));
+        let (file, name) = (self.folder.recording(id), recording_name(id, attempt));
         if !file.exists()
             && partial_path(&file).exists()
             && let Err(reason) = self.engine.mend_recording(&file)
         {
             tracing::warn!(job = %id, reason, "nothing of the recording can be read");
-            self.remove_files(id)?;
+            self.folder.remove(id)?;
         }
         let BlobDigest { bytes, sha256 } = if file.exists() {
             self.blobs.adopt(&file, &name)?
@@ -232,13 +252,22 @@ impl Queue {
             let Some(blob) = self.blobs.open(&name)? else { return Ok(None) };
             BlobDigest::of(blob).map_err(BlobError::of(name))?
         };
-        Ok(Some(FinalRecording { bytes, sha256, complete }))
+        Ok(Some(FinalRecording { bytes, sha256, complete, attempt }))
     }
 
-    /// Removes all files of a job.
-    pub(super) fn remove_files(&self, id: JobId) -> Result<(), JobsError> {
+    /// Removes the files that the attempts at a job have left.
+    pub(super) fn remove_files(&self, id: JobId, attempts: u32) -> Result<(), JobsError> {
         self.folder.remove(id)?;
-        Ok(self.blobs.delete(&recording_name(id))?)
+        Ok(recording_names(id, attempts).try_for_each(|name| self.blobs.delete(&name))?)
+    }
+
+    /// Removes the recordings that earlier attempts at a job may have left; those that stay are deleted with the job.
+    pub(super) fn forget_earlier_recordings(&self, job: &ClaimedJob) {
+        for attempt in 1..job.attempt {
+            if let Err(error) = self.blobs.delete(&recording_name(job.id, attempt)) {
+                tracing::warn!(job = %job.id, attempt, %error, "the recording of an earlier attempt stays");
+            }
+        }
     }
 
     /// Stores a new job, which is durable on return.
@@ -251,7 +280,7 @@ impl Queue {
         if let Submitted::Created(job) = &submitted {
             tracing::info!(job = %job.id, "accepted");
             self.arrivals.notify_one();
-            self.ring(job.seq);
+            self.ring(Some(job.seq));
         }
         Ok(submitted)
     }
@@ -263,7 +292,7 @@ impl Queue {
     pub async fn cancel(&self, owner: &str, id: JobId) -> Result<CancelAnswer, JobsError> {
         let answer = self.store.cancel(owner, id).await?;
         match answer {
-            CancelAnswer::Cancelled { seq } => self.ring(seq),
+            CancelAnswer::Cancelled { seq } => self.ring(Some(seq)),
             CancelAnswer::Stopping => self.stop(id, StopReason::Cancel),
             _ => {}
         }
@@ -280,10 +309,8 @@ impl Queue {
             // On a full disk the files are removed first, which makes space for the record of the deletion.
             Err(error) if error.is_storage_full() => {
                 let job = self.store.job(owner, id).await?;
-                if job.is_none_or(|job| !job.state.is_final()) {
-                    return Err(error);
-                }
-                self.with_files(move |queue| queue.remove_files(id)).await?;
+                let Some(job) = job.filter(|job| job.state.is_final()) else { return Err(error) };
+                self.with_files(move |queue| queue.remove_files(id, job.attempts)).await?;
                 self.store.hide(owner, id).await?
             }
             other => other?,
@@ -292,11 +319,11 @@ impl Queue {
             DeleteAnswer::Unknown => return Ok(false),
             DeleteAnswer::Running { seq } => {
                 self.stop(id, StopReason::Cancel);
-                self.ring(seq);
+                self.ring(Some(seq));
             }
-            DeleteAnswer::Idle { seq } => {
-                self.erase(seq, id).await?;
-                self.ring(seq);
+            DeleteAnswer::Idle { seq, attempts } => {
+                self.erase(seq, id, attempts).await?;
+                self.ring(Some(seq));
             }
         }
         Ok(true)
@@ -306,10 +333,10 @@ impl Queue {
     ///
     /// # Errors
     /// If the store or the files fail; the next start of the service tries again.
-    pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId) -> Result<(), JobsError> {
+    pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId, attempts: u32) -> Result<(), JobsError> {
         let results = self.store.own_results(seq).await?;
         self.with_files(move |queue| {
-            queue.remove_files(id)?;
+            queue.remove_files(id, attempts)?;
             Ok(results.iter().try_for_each(|key| queue.blobs.delete(&result_name(key)))?)
         })
         .await?;
@@ -367,18 +394,28 @@ impl Queue {
             if !self.wait_for_disk().await {
                 return Ok(None);
             }
-            if let Some(job) = self.claim().await? {
+            if let Some(taken) = self.take().await? {
                 // One arrival wakes one worker; there may be work for another.
-                self.arrivals.notify_one();
-                let control = self.take_control(&job).await;
-                self.ring(job.seq);
-                return Ok(Some((job, control)));
+                self.wake();
+                return Ok(Some(taken));
             }
             tokio::select! {
                 () = arrival => {}
                 _ = closing.changed() => {}
             }
         }
+    }
+
+    /// The next job to run, if there is one for which the disk and the memory have room.
+    ///
+    /// # Errors
+    /// If the store fails, or the disk has no room.
+    pub(super) async fn take(self: &Arc<Self>) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
+        self.with_files(Self::check_space).await?;
+        let Some(job) = self.claim().await? else { return Ok(None) };
+        let control = self.take_control(&job).await;
+        self.ring(Some(job.seq));
+        Ok(Some((job, control)))
     }
 
     /// Claims the next job whose memory is free; one that would take more than there is runs alone.
@@ -408,8 +445,12 @@ impl Queue {
 
     /// Control of a job that begins, already stopped if its owner cancelled or deleted it in between.
     async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
+        // An attempt that was taken for lost may still be stopping here.
+        while self.controls().contains_key(&job.id) {
+            tokio::time::sleep(STOPPING_INTERVAL).await;
+        }
         let control = Arc::new(RunControl::new(self.config.runs.deadline));
-        self.controls().insert(job.id, Arc::clone(&control));
+        self.controls().insert(job.id, (job.seq, Arc::clone(&control)));
         match self.store.request(job.seq).await {
             Ok(OwnerRequest::Stop | OwnerRequest::Deletion) => control.stop(StopReason::Cancel),
             Ok(OwnerRequest::Result) => {}
@@ -426,7 +467,7 @@ impl Queue {
         self.arrivals.notify_one();
         self.controls().remove(&job.id);
         self.snapshots.close(job.id);
-        self.ring(job.seq);
+        self.ring(Some(job.seq));
     }
 
     /// Snapshot of the recording of a running job. Copies files: not for threads of the runtime.
@@ -446,8 +487,8 @@ impl Queue {
         MeshShelf::new(Arc::clone(&self.blobs), Arc::clone(&self.store), owner.to_owned(), runtime)
     }
 
-    /// Channel that announces the jobs with new events.
-    pub fn listen(&self) -> broadcast::Receiver<i64> {
+    /// Channel that announces the jobs with new events; `None`: any job may have some.
+    pub fn listen(&self) -> broadcast::Receiver<Option<i64>> {
         self.notifications.subscribe()
     }
 
@@ -468,23 +509,33 @@ impl Queue {
 
     /// Stops running jobs, which return to the queue.
     pub fn interrupt_all(&self) {
-        for control in self.controls().values() {
+        for (_, control) in self.controls().values() {
             control.stop(StopReason::Shutdown);
         }
     }
 
-    /// Announces an event of a job, whether or not anyone is listening.
-    pub(super) fn ring(&self, seq: i64) {
+    /// Announces an event of a job, or of any, whether or not anyone is listening.
+    pub(super) fn ring(&self, seq: Option<i64>) {
         let _ = self.notifications.send(seq);
     }
 
+    /// Wakes a worker that waits for a job.
+    pub(super) fn wake(&self) {
+        self.arrivals.notify_one();
+    }
+
+    /// Numbers and controls of the jobs that run here.
+    pub(super) fn running(&self) -> BTreeMap<i64, Arc<RunControl>> {
+        self.controls().values().cloned().collect()
+    }
+
     fn stop(&self, id: JobId, reason: StopReason) {
-        if let Some(control) = self.controls().get(&id) {
+        if let Some((_, control)) = self.controls().get(&id) {
             control.stop(reason);
         }
     }
 
-    fn controls(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, Arc<RunControl>>> {
+    fn controls(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, (i64, Arc<RunControl>)>> {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -8,7 +8,7 @@ use super::engine::{RunOrder, RunReport};
 use super::failures::{internal, panicked, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
-use super::{JobState, JobsError, Phase, Progress};
+use super::{JobId, JobState, JobsError, Phase, Progress};
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::what_if::Note;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -40,6 +40,28 @@ pub fn start(queue: &Arc<Queue>) -> std::io::Result<Vec<JoinHandle<()>>> {
         .collect()
 }
 
+/// What became of one job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It ended in this state.
+    Ended(JobState),
+    /// Its owner deleted it.
+    Deleted,
+    /// It waits again, or another process has it.
+    NotOver,
+}
+
+/// Starts a worker that runs the job that has waited longest; it tells id and outcome, or `None` if no job waits.
+///
+/// # Errors
+/// If the system provides no thread.
+pub fn start_one(
+    queue: &Arc<Queue>,
+) -> std::io::Result<JoinHandle<Result<Option<(JobId, Outcome)>, JobsError>>> {
+    let worker = Worker { queue: Arc::clone(queue), runtime: Handle::current() };
+    std::thread::Builder::new().name("worker".into()).spawn(move || worker.work_once())
+}
+
 struct Worker {
     queue: Arc<Queue>,
     runtime: Handle,
@@ -57,6 +79,16 @@ impl Worker {
                 }
             }
         }
+    }
+
+    fn work_once(&self) -> Result<Option<(JobId, Outcome)>, JobsError> {
+        let Some((job, control)) = self.runtime.block_on(self.queue.take())? else { return Ok(None) };
+        self.run_guarded(&job, &control);
+        let row = self.runtime.block_on(self.queue.store.job(&job.owner, job.id))?;
+        let outcome = row.map_or(Outcome::Deleted, |row| {
+            if row.state.is_final() { Outcome::Ended(row.state) } else { Outcome::NotOver }
+        });
+        Ok(Some((job.id, outcome)))
     }
 
     /// Runs one job. If the worker itself panics, the job fails and the worker continues.
@@ -112,7 +144,7 @@ impl Worker {
         let _runtime = self.runtime.enter();
         let recording = self.queue.folder.recording(job.id);
         // Files of an earlier attempt.
-        self.queue.remove_files(job.id).map_err(|e| recording_failed(&e))?;
+        self.queue.folder.remove(job.id).map_err(|e| recording_failed(&e))?;
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
         let mut progress = |p: Progress| reporter.report(p);
@@ -146,7 +178,7 @@ impl Worker {
     fn record_event(&self, job: &ClaimedJob, event: &Event<'_>) {
         let written = self.queue.store.record_event(job.seq, job.attempt, event);
         match self.runtime.block_on(written) {
-            Ok(()) => self.queue.ring(job.seq),
+            Ok(()) => self.queue.ring(Some(job.seq)),
             // The complete result will contain it.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not write a part of its result"),
         }
@@ -174,7 +206,7 @@ impl Worker {
                 JobEnd { ending, summary: None, recording: None, progress: None }
             }
         };
-        match self.queue.keep_recording(job.id, end.ending == Ending::Finished) {
+        match self.queue.keep_recording(job.id, job.attempt, end.ending == Ending::Finished) {
             Ok(recording) => end.recording = recording,
             // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
@@ -194,9 +226,13 @@ impl Worker {
                 Ok(true) => {
                     tracing::info!(job = %job.id, state = JobState::of(&end.ending).as_str(), cause = ?end.ending.failure().map(|f| f.cause), "ended");
                     self.queue.metrics.job_ended(JobState::of(&end.ending));
+                    self.queue.forget_earlier_recordings(job);
                     break;
                 }
-                Ok(false) => break,
+                Ok(false) => {
+                    tracing::warn!(job = %job.id, attempt = job.attempt, "an attempt that is over has ended");
+                    break;
+                }
                 Err(error) if attempt == FINISH_ATTEMPTS => return Err(error),
                 Err(error) => {
                     tracing::warn!(job = %job.id, %error, attempt, "the store did not take the end of a job");
@@ -209,14 +245,16 @@ impl Worker {
     }
 
     fn requeue(&self, job: &ClaimedJob, why: Requeued) -> Result<(), JobsError> {
-        tracing::info!(job = %job.id, ?why, "returned to the queue");
-        self.queue.remove_files(job.id)?;
-        self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, why))
+        self.queue.folder.remove(job.id)?;
+        if self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, why))? {
+            tracing::info!(job = %job.id, ?why, "returned to the queue");
+        }
+        Ok(())
     }
 
     fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
         tracing::info!(job = %job.id, "deleted");
-        self.runtime.block_on(self.queue.erase(job.seq, job.id))
+        self.runtime.block_on(self.queue.erase(job.seq, job.id, job.attempt))
     }
 
     fn is_hidden(&self, job: &ClaimedJob) -> bool {
@@ -268,7 +306,7 @@ impl<'a> Reporter<'a> {
             &progress,
         ));
         match written {
-            Ok(()) => queue.ring(self.job.seq),
+            Ok(()) => queue.ring(Some(self.job.seq)),
             // The run is more important than its progress report.
             Err(error) => tracing::warn!(job = %self.job.id, %error, "could not write its progress"),
         }

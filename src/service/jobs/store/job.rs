@@ -2,6 +2,7 @@
 
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobState, Phase};
+use crate::service::shelves::recording_name;
 use crate::step::Failure;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -60,6 +61,13 @@ pub struct Job {
     pub links: JobLinks,
     /// The disclaimer of every result.
     pub notice: &'static str,
+}
+
+impl Job {
+    /// Name of the blob of its recording.
+    pub fn recording_name(&self) -> String {
+        recording_name(self.id, self.recording.as_ref().map_or(1, |recording| recording.attempt))
+    }
 }
 
 /// Addresses of a job.

@@ -1,12 +1,15 @@
 //! The job store: its contents, and its interface to the queue, the workers and the routes.
 //!
 //! Every store gives three guarantees. A change of a job and its event are one transaction, durable when the call
-//! returns. Writes of a running job are fenced by its attempt: reports of an attempt that is over have no effect. A job
-//! is claimed once. There are no leases, because the data folder is locked by one process
-//! ([`super::data_folder::DataFolder`]): at its start every `running` job has lost its worker.
+//! returns. Writes of a running job are fenced by its attempt and its process: reports of an attempt that is over have no
+//! effect. A job is claimed once. A store of one process has no leases, because the data folder is locked
+//! ([`super::data_folder::DataFolder`]): at its start every `running` job has lost its worker. A [`SharedStore`] has.
 
 mod chosen;
+mod fault;
 mod job;
+#[cfg(feature = "cluster")]
+mod postgres;
 mod records;
 mod sqlite;
 #[cfg(test)]
@@ -15,8 +18,8 @@ mod tests;
 pub use chosen::StoreAddress;
 pub use job::{Job, JobLinks, NOTICE};
 pub use records::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, KnownBlobs, MeshDeletion, NewJob,
-    Orphan, OwnerRequest, Page, Requeued, Submitted,
+    CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, KnownBlobs, MeshDeletion,
+    NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 
 use super::{JobId, JobKind, JobState, JobsError, Progress};
@@ -24,7 +27,12 @@ use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::service::meshes::StoredMesh;
 use futures::future::BoxFuture;
+use futures::stream::BoxStream;
+use sqlx::SqlStr;
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+use std::collections::BTreeMap;
 use std::fmt;
+use std::time::Duration;
 
 /// Future of a store's answer: boxed, so that the service is independent of the kind of store.
 pub type Answer<'a, T> = BoxFuture<'a, Result<T, JobsError>>;
@@ -55,8 +63,8 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Ends an attempt. False if the attempt was over already.
     fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool>;
 
-    /// Returns a job to the queue after an incomplete attempt.
-    fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, ()>;
+    /// Returns a job to the queue after an incomplete attempt. False if the attempt was over already.
+    fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, bool>;
 
     /// Cancels a waiting job, or records that a running one has to stop.
     fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer>;
@@ -82,8 +90,8 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Latest request of the owner of a job.
     fn request(&self, seq: i64) -> Answer<'_, OwnerRequest>;
 
-    /// Jobs whose worker was lost, and those hidden but not erased, in the order of arrival. Valid only at the start,
-    /// before any worker of this process has begun.
+    /// Takes the jobs whose process was lost, and those hidden but not erased, in the order of arrival: they are those of this process.
+    /// If the store is not shared, these are all, at the start, before any worker has begun.
     fn orphans(&self) -> Answer<'_, Vec<Orphan>>;
 
     /// One job of an owner.
@@ -134,4 +142,27 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
     /// Closes the store after its pending writes.
     fn close(&self) -> BoxFuture<'_, ()>;
+
+    /// What processes that share the store have to do; `None` if it is the store of one process.
+    fn shared(&self) -> Option<&dyn SharedStore>;
+}
+
+/// A store of several processes.
+pub trait SharedStore: Send + Sync {
+    /// How long a process has a job without renewing that.
+    fn lease(&self) -> Duration;
+
+    /// Renews the leases of jobs that this process runs: what the owner requests of each that it still has.
+    fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, OwnerRequest>>;
+
+    /// Changes by all processes, from now on.
+    fn changes(&self) -> Answer<'_, BoxStream<'static, Change>>;
+}
+
+/// Migrations by name, in order.
+fn migrator(files: &[(&'static str, &'static str)]) -> Migrator {
+    let migration = |(version, (name, sql)): (i64, &(&'static str, &'static str))| {
+        Migration::new(version, (*name).into(), MigrationType::Simple, SqlStr::from_static(sql), false)
+    };
+    Migrator::with_migrations((1..).zip(files).map(migration).collect())
 }

@@ -6,7 +6,7 @@ use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
 use crate::step::Ending;
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Data of a new job.
 #[derive(Clone, Debug)]
@@ -85,7 +85,7 @@ pub enum Requeued {
     Shutdown,
     /// The disk was full. The attempt does not count, since any job would have failed.
     DiskFull,
-    /// The service was lost. The attempt counts, since the job may be the cause.
+    /// The process that ran it was lost. The attempt counts, since the job may be the cause.
     WorkerLost,
     /// The process of its run was lost. The attempt counts, and the next one runs alone.
     ProcessLost,
@@ -120,7 +120,18 @@ pub enum OwnerRequest {
     Deletion,
 }
 
-/// A job left by the previous process.
+impl OwnerRequest {
+    /// From what a store notes of a job.
+    pub(super) fn of(is_deleted: bool, is_cancelled: bool) -> Self {
+        match (is_deleted, is_cancelled) {
+            (true, _) => Self::Deletion,
+            (false, true) => Self::Stop,
+            (false, false) => Self::Result,
+        }
+    }
+}
+
+/// A job whose process was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orphan {
     /// Sequence number in the order of arrival.
@@ -158,6 +169,8 @@ pub enum DeleteAnswer {
     Idle {
         /// Sequence number in the order of arrival.
         seq: i64,
+        /// Number of its attempts, each of which may have left a recording.
+        attempts: u32,
     },
     /// The job is running: its worker erases it after stopping.
     Running {
@@ -173,8 +186,8 @@ pub enum DeleteAnswer {
 pub struct KnownBlobs {
     /// Names of all blobs that its jobs and meshes have or may have.
     pub names: BTreeSet<String>,
-    /// Jobs that have ended with a recording.
-    pub recorded: BTreeSet<JobId>,
+    /// Names of the recordings of jobs that have ended with one.
+    pub recorded: BTreeMap<JobId, String>,
     /// Rows that cannot be read: what they refer to is not among the names.
     pub unreadable: u64,
 }
@@ -253,6 +266,19 @@ impl Event<'static> {
         let state = JobState::of(ending);
         Self { kind: state.as_str(), data: json!({ "state": state, "failure": ending.failure() }) }
     }
+}
+
+/// What another process changed in a store that is shared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// A job waits.
+    Arrival(i64),
+    /// The owner of a job requests its end or deletion.
+    Request(i64),
+    /// A job has another event.
+    Event(i64),
+    /// Announcements were missed: anything may have changed.
+    Missed,
 }
 
 /// A stored event of a job.

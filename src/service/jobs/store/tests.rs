@@ -1,8 +1,8 @@
 //! Guarantees of every job store, without HTTP.
 
 use super::*;
-use crate::service::jobs::Phase;
 use crate::service::jobs::failures::{internal, worker_lost};
+use crate::service::jobs::{FinalRecording, Phase};
 use crate::service::shelves::{mesh_name, recording_name};
 use crate::step::{Ending, FailureCause};
 
@@ -13,6 +13,10 @@ pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     orphans_are_those_without_a_worker_and_those_that_were_hidden(&empty().await).await;
     what_a_job_is_for_is_read_back(&empty().await).await;
     queue_has_an_end(&empty().await).await;
+    one_key_is_one_job(&empty().await).await;
+    event_streams_are_numbered_and_end(&empty().await).await;
+    mesh_in_use_stays(&empty().await).await;
+    what_ended_long_ago_is_found(&empty().await).await;
     job_waits_for_its_memory(&empty().await).await;
     job_that_lost_its_process_runs_alone(&empty().await).await;
     counts_follow_the_jobs(&empty().await).await;
@@ -60,14 +64,14 @@ async fn jobs_are_claimed_once_in_the_order_of_their_coming(store: &dyn JobStore
 async fn attempt_that_is_over_changes_nothing(store: &dyn JobStore) {
     let job = submitted(store, "a").await;
     let first = store.claim(None).await.unwrap().unwrap();
-    store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap();
+    assert!(store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap());
     let second = store.claim(None).await.unwrap().unwrap();
     assert_eq!((first.attempt, second.attempt), (1, 2));
 
     let progress = Progress::at(Phase::Stepping, 0.5, 0, 0.0);
     store.record_progress(first.seq, first.attempt, &progress).await.unwrap();
     assert!(!store.finish(first.seq, first.attempt, &end(Ending::Finished)).await.unwrap());
-    store.requeue(first.seq, first.attempt, Requeued::Shutdown).await.unwrap();
+    assert!(!store.requeue(first.seq, first.attempt, Requeued::Shutdown).await.unwrap());
     let row = store.job("anna", job.id).await.unwrap().unwrap();
     assert_eq!((row.state, row.progress), (JobState::Running, 0.0));
 
@@ -115,6 +119,86 @@ async fn what_a_job_is_for_is_read_back(store: &dyn JobStore) {
 async fn queue_has_an_end(store: &dyn JobStore) {
     store.submit(&new("a"), 1).await.unwrap();
     assert!(matches!(store.submit(&new("b"), 1).await, Err(JobsError::QueueFull { waiting: 1 })));
+}
+
+async fn one_key_is_one_job(store: &dyn JobStore) {
+    let keyed = NewJob { idempotency_key: Some("k".into()), ..new("a") };
+    let answers = futures::future::join_all((0..100).map(|_| store.submit(&keyed, 1))).await;
+    let (mut created, mut ids) = (0, std::collections::BTreeSet::new());
+    for answer in answers {
+        match answer.unwrap() {
+            Submitted::Created(job) => {
+                created += 1;
+                ids.insert(job.id);
+            }
+            Submitted::Replayed(job) => {
+                ids.insert(job.id);
+            }
+            Submitted::KeyReused => panic!("the body is the same"),
+        }
+    }
+    assert_eq!((created, ids.len()), (1, 1));
+    let other = NewJob { body_sha256: "1".into(), ..keyed.clone() };
+    assert!(matches!(store.submit(&other, 10).await.unwrap(), Submitted::KeyReused));
+    assert!(matches!(store.replay("anna", "k", "0").await.unwrap(), Some(Submitted::Replayed(_))));
+    assert!(store.replay("bert", "k", "0").await.unwrap().is_none());
+}
+
+async fn event_streams_are_numbered_and_end(store: &dyn JobStore) {
+    let job = submitted(store, "a").await;
+    let claimed = store.claim(None).await.unwrap().unwrap();
+    let event = Event { kind: "case", data: serde_json::json!({"index": 0}) };
+    let [first, second] = [0.25, 0.5].map(|fraction| Progress::at(Phase::Stepping, fraction, 7, 0.5));
+    store.record_progress(claimed.seq, 1, &first).await.unwrap();
+    futures::future::join_all((0..8).map(|_| store.record_event(claimed.seq, 1, &event))).await;
+    store.record_progress(claimed.seq, 1, &second).await.unwrap();
+    let row = store.job("anna", job.id).await.unwrap().unwrap();
+    assert_eq!((row.progress, row.step, row.simulated_time_s), (0.5, 7, 0.5));
+    let (events, ended) = store.events_after(job.seq, 2, 4).await.unwrap();
+    assert_eq!(events.iter().map(|e| e.n).collect::<Vec<_>>(), [3, 4, 5, 6]);
+    assert!(!ended);
+    let finished = JobEnd {
+        summary: Some("{}".into()),
+        recording: Some(FinalRecording { bytes: 3, sha256: "0".into(), complete: true, attempt: 1 }),
+        ..end(Ending::Finished)
+    };
+    assert!(store.finish(claimed.seq, 1, &finished).await.unwrap());
+    let row = store.job("anna", job.id).await.unwrap().unwrap();
+    assert_eq!(
+        (row.recording.clone(), row.recording_name()),
+        (finished.recording, recording_name(job.id, 1))
+    );
+    assert_eq!(store.summary("anna", job.id).await.unwrap().as_deref(), Some("{}"));
+    let (events, ended) = store.events_after(job.seq, 12, 4).await.unwrap();
+    assert_eq!((events.len(), ended), (1, true));
+}
+
+async fn mesh_in_use_stays(store: &dyn JobStore) {
+    let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
+    for owner in ["anna", "bert"] {
+        assert!(store.add_mesh(owner, "0a", MeshFormat::Gmsh, 1, &report).await.unwrap());
+    }
+    assert!(!store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap());
+    let using = NewJob { document: br#"{"mesh": "0a"}"#.to_vec(), ..new("a") };
+    let Submitted::Created(job) = store.submit(&using, 10).await.unwrap() else { panic!("no new job") };
+    assert_eq!(store.delete_mesh("anna", "0a").await.unwrap(), MeshDeletion::InUse { job: job.id });
+    store.cancel("anna", job.id).await.unwrap();
+    assert_eq!(store.delete_mesh("anna", "0a").await.unwrap(), MeshDeletion::Deleted { unowned: None });
+    let unowned = Some(MeshFormat::Gmsh);
+    assert_eq!(store.delete_mesh("bert", "0a").await.unwrap(), MeshDeletion::Deleted { unowned });
+    assert_eq!(store.delete_mesh("bert", "0a").await.unwrap(), MeshDeletion::Unknown);
+}
+
+async fn what_ended_long_ago_is_found(store: &dyn JobStore) {
+    let job = submitted(store, "a").await;
+    assert!(store.expired_jobs(0, 10).await.unwrap().is_empty());
+    store.cancel("anna", job.id).await.unwrap();
+    assert_eq!(store.expired_jobs(0, 10).await.unwrap(), [("anna".to_owned(), job.id)]);
+    assert!(store.expired_jobs(1, 10).await.unwrap().is_empty());
+    store.add_result(job.seq, "r").await.unwrap();
+    assert_eq!(store.own_results(job.seq).await.unwrap(), ["r"]);
+    store.try_write().await.unwrap();
+    assert_eq!(store.faults().await.unwrap(), (vec![], vec![]));
 }
 
 async fn job_waits_for_its_memory(store: &dyn JobStore) {
@@ -169,5 +253,5 @@ async fn blobs_of_jobs_and_meshes_are_known(store: &dyn JobStore) {
     let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
     store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap();
     let known = store.blobs().await.unwrap().names;
-    assert_eq!(Vec::from_iter(known), [mesh_name("0a", MeshFormat::Gmsh), recording_name(job.id)]);
+    assert_eq!(Vec::from_iter(known), [mesh_name("0a", MeshFormat::Gmsh), recording_name(job.id, 1)]);
 }

@@ -1,36 +1,31 @@
-//! Job store in a single SQLite file.
+//! Job store in a single SQLite file, of one process.
 
-mod lifecycle;
-mod meshes;
-mod purge;
-mod read;
-mod submit;
+#[macro_use]
+mod dialect;
+// The statements are one text for both databases.
+#[allow(clippy::duplicate_mod)]
+#[path = "../sql/mod.rs"]
+mod sql;
+#[cfg(test)]
+mod tests;
 
-use super::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, KnownBlobs,
-    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
-};
-use crate::mesh::read::MeshFormat;
-use crate::mesh::report::MeshReport;
-use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
-use crate::service::meshes::StoredMesh;
-use futures::future::BoxFuture;
-use sqlx::migrate::{Migration, MigrationType, Migrator};
+pub use sql::SqlStore as SqliteStore;
+
+use super::SharedStore;
+use crate::service::jobs::JobsError;
+use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection as _, SqlStr, Sqlite, SqliteConnection, SqlitePool, Transaction};
+use sqlx::{Connection as _, Sqlite, SqliteConnection, Transaction};
 use std::future::ready;
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
 use tokio::sync::{Mutex, MutexGuard};
 
-/// The job store in a file, durable at every commit.
-#[derive(Debug)]
-pub struct SqliteStore {
-    pool: SqlitePool,
-    /// Whose turn it is to write. SQLite has one writer at a time, and lets the others sleep for longer and longer.
-    turn: Mutex<()>,
-}
+type Db = Sqlite;
+type Row = sqlx::sqlite::SqliteRow;
+/// Whose turn it is to write. SQLite has one writer at a time, and lets the others sleep for longer and longer.
+type Turn = Mutex<()>;
 
 /// A transaction that writes, when it has its turn.
 struct Write<'a> {
@@ -84,8 +79,8 @@ impl SqliteStore {
             .before_acquire(|connection, _| Box::pin(ready(Ok(!connection.is_in_transaction()))))
             .connect_with(options)
             .await?;
-        migrations().run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
-        Ok(Self { pool, turn: Mutex::default() })
+        // The data folder is that of one process, which has its jobs until it ends.
+        Self::migrated(pool, &migrations(), Duration::MAX).await
     }
 
     async fn try_write(&self) -> Result<(), JobsError> {
@@ -100,165 +95,36 @@ impl SqliteStore {
         let turn = self.turn.lock().await;
         Ok(Write { transaction: self.pool.begin_with("BEGIN IMMEDIATE").await?, _turn: turn })
     }
-}
 
-impl JobStore for SqliteStore {
-    fn replay<'a>(
-        &'a self,
-        owner: &'a str,
-        key: &'a str,
-        body_sha256: &'a str,
-    ) -> Answer<'a, Option<Submitted>> {
-        Box::pin(self.replay(owner, key, body_sha256))
+    /// Faults of the file.
+    async fn own_faults(&self) -> Result<Vec<String>, JobsError> {
+        let found: Vec<(String,)> =
+            sqlx::query_as("PRAGMA integrity_check(20)").fetch_all(&self.pool).await?;
+        Ok(found.into_iter().map(|(text,)| text).filter(|text| text != "ok").collect())
     }
-    fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
-        Box::pin(self.submit(new, max_queued))
-    }
-    fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>> {
-        Box::pin(self.claim(free_bytes))
-    }
-    fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
-        Box::pin(self.record_progress(seq, attempt, progress))
-    }
-    fn record_event<'a>(&'a self, seq: i64, attempt: u32, event: &'a Event<'a>) -> Answer<'a, ()> {
-        Box::pin(self.record_event(seq, attempt, event))
-    }
-    fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool> {
-        Box::pin(self.finish(seq, attempt, end))
-    }
-    fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, ()> {
-        Box::pin(self.requeue(seq, attempt, why))
-    }
-    fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer> {
-        Box::pin(self.cancel(owner, id))
-    }
-    fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer> {
-        Box::pin(self.hide(owner, id))
-    }
-    fn erase(&self, seq: i64) -> Answer<'_, ()> {
-        Box::pin(self.erase(seq))
-    }
-    fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
-        Box::pin(self.add_result(seq, key))
-    }
-    fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>> {
-        Box::pin(self.own_results(seq))
-    }
-    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
-        Box::pin(self.expired_jobs(older_than_days, limit))
-    }
-    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
-        Box::pin(self.expired_meshes(older_than_days))
-    }
-    fn request(&self, seq: i64) -> Answer<'_, OwnerRequest> {
-        Box::pin(self.request(seq))
-    }
-    fn orphans(&self) -> Answer<'_, Vec<Orphan>> {
-        Box::pin(self.orphans())
-    }
-    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<Job>> {
-        Box::pin(self.job(owner, id))
-    }
-    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<Job>> {
-        Box::pin(self.jobs(owner, page))
-    }
-    fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>> {
-        Box::pin(self.summary(owner, id))
-    }
-    fn document<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<(JobKind, Vec<u8>)>> {
-        Box::pin(self.document(owner, id))
-    }
-    fn events_after(&self, seq: i64, after: i64, limit: u32) -> Answer<'_, (Vec<EventRow>, bool)> {
-        Box::pin(self.events_after(seq, after, limit))
-    }
-    fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>> {
-        Box::pin(self.counts())
-    }
-    fn add_mesh<'a>(
-        &'a self,
-        owner: &'a str,
-        id: &'a str,
-        format: MeshFormat,
-        bytes: u64,
-        report: &'a MeshReport,
-    ) -> Answer<'a, bool> {
-        Box::pin(self.add_mesh(owner, id, format, bytes, report))
-    }
-    fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
-        Box::pin(self.mesh(owner, id))
-    }
-    fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>> {
-        Box::pin(self.meshes(owner, after, limit))
-    }
-    fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
-        Box::pin(self.delete_mesh(owner, id))
-    }
-    fn blobs(&self) -> Answer<'_, KnownBlobs> {
-        Box::pin(self.blobs())
-    }
-    fn faults(&self) -> Answer<'_, (Vec<String>, Vec<i64>)> {
-        Box::pin(self.faults())
-    }
-    fn try_write(&self) -> Answer<'_, ()> {
-        Box::pin(self.try_write())
-    }
-    /// Checkpoints the write-ahead log.
-    fn close(&self) -> BoxFuture<'_, ()> {
-        Box::pin(self.pool.close())
-    }
-}
 
-/// SQLite's code for a full disk (SQLITE_FULL), in the lower byte of an extended code.
-const SQLITE_FULL: u32 = 13;
-/// SQLite's code for a disk error (SQLITE_IOERR).
-const SQLITE_IOERR: u32 = 10;
-/// SQLite's code for a disk that accepts no writes (SQLITE_READONLY).
-const SQLITE_READONLY: u32 = 8;
-/// SQLite's code for a file that cannot be opened, such as when no descriptor is left (SQLITE_CANTOPEN).
-const SQLITE_CANTOPEN: u32 = 14;
+    /// Empties the write-ahead log, in which erased rows would still be found. While a statement reads the store, a part of it
+    /// stays until the next time.
+    async fn forget_erased(&self) -> Result<(), JobsError> {
+        sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_optional(&self.pool).await?;
+        Ok(())
+    }
 
-impl From<sqlx::Error> for JobsError {
-    fn from(error: sqlx::Error) -> Self {
-        let code = error.as_database_error().and_then(|e| e.code()?.parse::<u32>().ok());
-        let fault = match (&error, code.map(|code| code & 0xff)) {
-            (_, Some(SQLITE_FULL)) => StoreFault::Full,
-            (sqlx::Error::PoolTimedOut, _) | (_, Some(SQLITE_IOERR | SQLITE_READONLY | SQLITE_CANTOPEN)) => {
-                StoreFault::Passing
-            }
-            _ => StoreFault::Other,
-        };
-        Self::Store { fault, source: error.into() }
+    #[allow(clippy::unused_self)] // that of PostgreSQL is shared
+    fn as_shared(&self) -> Option<&dyn SharedStore> {
+        None
     }
 }
 
 /// The files of `migrations/` in order.
 fn migrations() -> Migrator {
-    let migration = |version, name: &'static str, sql: &'static str| {
-        Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)
-    };
-    Migrator::with_migrations(vec![
-        migration(1, "jobs", include_str!("migrations/0001_jobs.sql")),
-        migration(2, "kinds", include_str!("migrations/0002_kinds.sql")),
-        migration(3, "phases", include_str!("migrations/0003_phases.sql")),
-        migration(4, "results", include_str!("migrations/0004_results.sql")),
-        migration(5, "scale", include_str!("migrations/0005_scale.sql")),
-        migration(6, "alone", include_str!("migrations/0006_alone.sql")),
+    super::migrator(&[
+        ("jobs", include_str!("migrations/0001_jobs.sql")),
+        ("kinds", include_str!("migrations/0002_kinds.sql")),
+        ("phases", include_str!("migrations/0003_phases.sql")),
+        ("results", include_str!("migrations/0004_results.sql")),
+        ("scale", include_str!("migrations/0005_scale.sql")),
+        ("alone", include_str!("migrations/0006_alone.sql")),
+        ("workers", include_str!("migrations/0007_workers.sql")),
     ])
 }
-
-/// Adds an event to a job, with the next number of that job.
-async fn add_event(transaction: &mut Write<'_>, job: i64, event: &Event<'_>) -> Result<(), JobsError> {
-    sqlx::query(
-        "INSERT INTO events (job, n, kind, data)
-         VALUES (?1, (SELECT COALESCE(MAX(n), 0) + 1 FROM events WHERE job = ?1), ?2, ?3)",
-    )
-    .bind(job)
-    .bind(event.kind)
-    .bind(event.data.to_string())
-    .execute(&mut **transaction)
-    .await?;
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests;

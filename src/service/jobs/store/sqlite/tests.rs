@@ -2,7 +2,9 @@
 
 use super::super::tests::{check, new, submitted};
 use super::*;
-use crate::service::jobs::{JobKind, Phase};
+use crate::service::jobs::store::{JobStore as _, NewJob, Submitted};
+use crate::service::jobs::{JobId, JobKind, Phase};
+use sqlx::SqlitePool;
 use std::cell::Cell;
 
 async fn store() -> (tempfile::TempDir, SqliteStore) {

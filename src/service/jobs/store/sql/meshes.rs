@@ -1,15 +1,15 @@
 //! Owners of uploaded meshes, and references to blobs.
 
-use super::SqliteStore;
 use super::read::job_id;
+use super::{SqlStore, attempts_of};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::service::jobs::JobsError;
 use crate::service::jobs::store::{KnownBlobs, MeshDeletion};
 use crate::service::meshes::StoredMesh;
-use crate::service::shelves::{mesh_name, recording_name, result_name};
+use crate::service::shelves::{mesh_name, recording_name, recording_names, result_name};
 
-impl SqliteStore {
+impl SqlStore {
     pub(super) async fn add_mesh(
         &self,
         owner: &str,
@@ -19,7 +19,7 @@ impl SqliteStore {
         report: &MeshReport,
     ) -> Result<bool, JobsError> {
         let result = sqlx::query(
-            "INSERT INTO meshes (id, owner, format, bytes, report) VALUES (?1, ?2, ?3, ?4, ?5) ON CONFLICT DO NOTHING",
+            "INSERT INTO meshes (id, owner, format, bytes, report) VALUES ($1, $2, $3, $4, $5) ON CONFLICT DO NOTHING",
         )
         .bind(id)
         .bind(owner)
@@ -33,15 +33,16 @@ impl SqliteStore {
 
     pub(super) async fn blobs(&self) -> Result<KnownBlobs, JobsError> {
         let mut known = KnownBlobs::default();
-        let ids: Vec<(String, bool)> =
-            sqlx::query_as("SELECT id, recording_sha256 IS NOT NULL AND deleted = 0 FROM jobs")
-                .fetch_all(&self.pool)
-                .await?;
-        for (id, is_recorded) in ids {
-            match job_id(id) {
-                Ok(id) => {
-                    known.names.insert(recording_name(id));
-                    known.recorded.extend(is_recorded.then_some(id));
+        let jobs: Vec<(String, i64, bool, i64)> = sqlx::query_as(
+            "SELECT id, attempts, recording_sha256 IS NOT NULL AND deleted = 0, recording_attempt FROM jobs",
+        )
+        .fetch_all(&self.pool)
+        .await?;
+        for (id, attempts, is_recorded, recorded) in jobs {
+            match job_id(id).and_then(|id| Ok((id, attempts_of(attempts)?, attempts_of(recorded)?))) {
+                Ok((id, attempts, recorded)) => {
+                    known.names.extend(recording_names(id, attempts));
+                    known.recorded.extend(is_recorded.then(|| (id, recording_name(id, recorded))));
                 }
                 Err(error) => known.doubt(&error),
             }
@@ -64,7 +65,7 @@ impl SqliteStore {
 
     pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
         let row = sqlx::query_as(
-            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
+            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = $1 AND id = $2",
         );
         row.bind(owner).bind(id).fetch_optional(&self.pool).await?.map(mesh_of_row).transpose()
     }
@@ -76,18 +77,19 @@ impl SqliteStore {
         limit: u32,
     ) -> Result<Vec<StoredMesh>, JobsError> {
         let rows = sqlx::query_as(
-            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id > ?2 ORDER BY id LIMIT ?3",
+            "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = $1 AND id > $2 ORDER BY id LIMIT $3",
         );
-        let rows = rows.bind(owner).bind(after).bind(limit).fetch_all(&self.pool).await?;
+        let rows = rows.bind(owner).bind(after).bind(i64::from(limit)).fetch_all(&self.pool).await?;
         rows.into_iter().map(mesh_of_row).collect()
     }
 
     pub(super) async fn delete_mesh(&self, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
         let mut transaction = self.begin().await?;
-        let user: Option<(String,)> = sqlx::query_as(
-            "SELECT id FROM jobs WHERE state IN ('queued', 'running') AND deleted = 0 AND owner = ?1
-                 AND instr(scene, CAST(?2 AS BLOB)) > 0 LIMIT 1",
-        )
+        let user: Option<(String,)> = sqlx::query_as(concat!(
+            "SELECT id FROM jobs WHERE state IN ('queued', 'running') AND deleted = 0 AND owner = $1 AND ",
+            scene_contains!(),
+            " LIMIT 1"
+        ))
         .bind(owner)
         .bind(id)
         .fetch_optional(&mut *transaction)
@@ -96,19 +98,19 @@ impl SqliteStore {
             return Ok(MeshDeletion::InUse { job: job_id(job)? });
         }
         let deleted: Option<(String,)> =
-            sqlx::query_as("DELETE FROM meshes WHERE owner = ?1 AND id = ?2 RETURNING format")
+            sqlx::query_as("DELETE FROM meshes WHERE owner = $1 AND id = $2 RETURNING format")
                 .bind(owner)
                 .bind(id)
                 .fetch_optional(&mut *transaction)
                 .await?;
         let Some((format,)) = deleted else { return Ok(MeshDeletion::Unknown) };
-        let (left,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM meshes WHERE id = ?1 AND format = ?2")
+        let (left,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM meshes WHERE id = $1 AND format = $2")
             .bind(id)
             .bind(&format)
             .fetch_one(&mut *transaction)
             .await?;
         transaction.commit().await?;
-        self.empty_the_log().await?;
+        self.forget_erased().await?;
         let unowned = if left == 0 { Some(mesh_format(format)?) } else { None };
         Ok(MeshDeletion::Deleted { unowned })
     }

@@ -1,14 +1,13 @@
 //! Queries of jobs, which change nothing.
 
-use super::SqliteStore;
+use super::{Row, SqlStore, attempts_of};
 use crate::service::jobs::store::{EventRow, Job, JobLinks, NOTICE, Page};
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase};
-use sqlx::Row;
-use sqlx::sqlite::SqliteRow;
+use sqlx::Row as _;
 
-impl SqliteStore {
+impl SqlStore {
     pub(super) async fn job(&self, owner: &str, id: JobId) -> Result<Option<Job>, JobsError> {
-        let row = sqlx::query("SELECT * FROM job_rows WHERE owner = ?1 AND id = ?2")
+        let row = sqlx::query("SELECT * FROM job_rows WHERE owner = $1 AND id = $2")
             .bind(owner)
             .bind(id.to_string())
             .fetch_optional(&self.pool)
@@ -23,17 +22,17 @@ impl SqliteStore {
         let before = page.before.unwrap_or(i64::MAX);
         let found = if page.states.is_empty() {
             let rows = sqlx::query(
-                "SELECT * FROM job_rows WHERE owner = ?1 AND seq < ?2 ORDER BY seq DESC LIMIT ?3",
+                "SELECT * FROM job_rows WHERE owner = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3",
             );
-            rows.bind(owner).bind(before).bind(page.limit).fetch_all(&self.pool).await?
+            rows.bind(owner).bind(before).bind(i64::from(page.limit)).fetch_all(&self.pool).await?
         } else {
             // A page of each state: together they contain the page of all.
             let mut found = Vec::new();
             for state in JobState::ALL.into_iter().filter(|state| page.states.contains(state)) {
                 let rows = sqlx::query(
-                    "SELECT * FROM job_rows WHERE owner = ?1 AND state = ?2 AND seq < ?3 ORDER BY seq DESC LIMIT ?4",
+                    "SELECT * FROM job_rows WHERE owner = $1 AND state = $2 AND seq < $3 ORDER BY seq DESC LIMIT $4",
                 );
-                let rows = rows.bind(owner).bind(state.as_str()).bind(before).bind(page.limit);
+                let rows = rows.bind(owner).bind(state.as_str()).bind(before).bind(i64::from(page.limit));
                 found.extend(rows.fetch_all(&self.pool).await?);
             }
             found
@@ -52,7 +51,7 @@ impl SqliteStore {
         let (mut counted_to, mut position) = (i64::MIN, 0_u64);
         for row in waiting {
             let (more,): (i64,) = sqlx::query_as(
-                "SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0 AND seq > ?1 AND seq <= ?2",
+                "SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0 AND seq > $1 AND seq <= $2",
             )
             .bind(counted_to)
             .bind(row.seq)
@@ -68,7 +67,7 @@ impl SqliteStore {
 
     pub(super) async fn summary(&self, owner: &str, id: JobId) -> Result<Option<String>, JobsError> {
         let row: Option<(Option<String>,)> =
-            sqlx::query_as("SELECT summary FROM jobs WHERE owner = ?1 AND id = ?2 AND deleted = 0")
+            sqlx::query_as("SELECT summary FROM jobs WHERE owner = $1 AND id = $2 AND deleted = 0")
                 .bind(owner)
                 .bind(id.to_string())
                 .fetch_optional(&self.pool)
@@ -82,7 +81,7 @@ impl SqliteStore {
         id: JobId,
     ) -> Result<Option<(JobKind, Vec<u8>)>, JobsError> {
         let row: Option<(String, Vec<u8>)> =
-            sqlx::query_as("SELECT kind, scene FROM jobs WHERE owner = ?1 AND id = ?2 AND deleted = 0")
+            sqlx::query_as("SELECT kind, scene FROM jobs WHERE owner = $1 AND id = $2 AND deleted = 0")
                 .bind(owner)
                 .bind(id.to_string())
                 .fetch_optional(&self.pool)
@@ -97,12 +96,13 @@ impl SqliteStore {
         limit: u32,
     ) -> Result<(Vec<EventRow>, bool), JobsError> {
         // The state is read first: the last event of a job that ends in between is in the second result.
-        let state: Option<(String, bool)> = sqlx::query_as("SELECT state, deleted FROM jobs WHERE seq = ?1")
-            .bind(seq)
-            .fetch_optional(&self.pool)
-            .await?;
+        let state: Option<(String, bool)> =
+            sqlx::query_as("SELECT state, deleted <> 0 FROM jobs WHERE seq = $1")
+                .bind(seq)
+                .fetch_optional(&self.pool)
+                .await?;
         let rows: Vec<(i64, String, String)> =
-            sqlx::query_as("SELECT n, kind, data FROM events WHERE job = ?1 AND n > ?2 ORDER BY n LIMIT ?3")
+            sqlx::query_as("SELECT n, kind, data FROM events WHERE job = $1 AND n > $2 ORDER BY n LIMIT $3")
                 .bind(seq)
                 .bind(after)
                 .bind(i64::from(limit))
@@ -125,16 +125,14 @@ impl SqliteStore {
     }
 }
 
-/// Faults of the file, and jobs that cannot be read.
-impl SqliteStore {
+/// Faults of the database, and jobs that cannot be read.
+impl SqlStore {
     pub(super) async fn faults(&self) -> Result<(Vec<String>, Vec<i64>), JobsError> {
-        let found: Vec<(String,)> =
-            sqlx::query_as("PRAGMA integrity_check(20)").fetch_all(&self.pool).await?;
-        let found = found.into_iter().map(|(text,)| text).filter(|text| text != "ok").collect();
+        let found = self.own_faults().await?;
         // In pieces: there may be very many jobs.
         let (mut unreadable, mut after) = (Vec::new(), i64::MIN);
         loop {
-            let rows = sqlx::query("SELECT * FROM job_rows WHERE seq > ?1 ORDER BY seq LIMIT 1000")
+            let rows = sqlx::query("SELECT * FROM job_rows WHERE seq > $1 ORDER BY seq LIMIT 1000")
                 .bind(after)
                 .fetch_all(&self.pool)
                 .await?;
@@ -158,7 +156,7 @@ pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
 }
 
 /// Converts a row of a list; one that cannot be read is reported, and does not hide the others.
-fn readable(row: &SqliteRow) -> Option<Job> {
+fn readable(row: &Row) -> Option<Job> {
     match job_of_row(row) {
         Ok(row) => Some(row),
         Err(error) => {
@@ -170,7 +168,7 @@ fn readable(row: &SqliteRow) -> Option<Job> {
 }
 
 /// Converts a row of the view `job_rows`.
-fn job_of_row(row: &SqliteRow) -> Result<Job, JobsError> {
+fn job_of_row(row: &Row) -> Result<Job, JobsError> {
     let id = job_id(row.try_get("id")?)?;
     let state: String = row.try_get("state")?;
     let phase: String = row.try_get("phase")?;
@@ -181,6 +179,7 @@ fn job_of_row(row: &SqliteRow) -> Result<Job, JobsError> {
             bytes: i64::cast_unsigned(bytes),
             sha256,
             complete: row.try_get::<Option<bool>, _>("recording_complete")?.unwrap_or(false),
+            attempt: attempts_of(row.try_get("recording_attempt")?)?,
         }),
         _ => None,
     };
@@ -198,7 +197,7 @@ fn job_of_row(row: &SqliteRow) -> Result<Job, JobsError> {
         expected_steps: row.try_get::<Option<i64>, _>("expected_steps")?.map(i64::cast_unsigned),
         simulated_time_s: row.try_get("simulated_time_s")?,
         eta_s: row.try_get("eta_s")?,
-        attempts: row.try_get("attempts")?,
+        attempts: attempts_of(row.try_get("attempts")?)?,
         cancel_requested: row.try_get("cancel_requested")?,
         created_at: row.try_get("created_at")?,
         started_at: row.try_get("started_at")?,

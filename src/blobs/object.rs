@@ -1,0 +1,373 @@
+//! Blobs in an object store, such as S3 or one with its interface.
+//!
+//! Drafts are local files until they are named. A blob is read in pieces, which grow while they follow each other; the store is asked for
+//! the version that was opened, so that a reader never gets bytes of two.
+
+use super::folder::UnnamedFile;
+use super::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, FolderBlobs, Unnamed};
+use object_store::aws::AmazonS3Builder;
+use object_store::path::Path as ObjectPath;
+use object_store::{
+    Error, GetOptions, GetRange, MultipartUpload, ObjectStore, ObjectStoreExt as _, PutPayload,
+};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+use tokio::runtime::Handle;
+
+/// Bytes that are read when a blob is opened, and after a jump.
+const FIRST_PIECE: u64 = 256 << 10;
+/// Most bytes that are read at a time.
+const LARGEST_PIECE: u64 = 8 << 20;
+/// Bytes that are sent at a time; larger blobs are sent in parts.
+const PART: usize = 8 << 20;
+
+/// Blobs as objects of a store, under a prefix. Any number of processes may use it.
+#[derive(Clone, Debug)]
+pub struct ObjectBlobs {
+    store: Arc<dyn ObjectStore>,
+    prefix: String,
+    /// Address of the store, for people.
+    address: String,
+    /// Local folder of drafts.
+    drafts: PathBuf,
+    runtime: Handle,
+}
+
+impl ObjectBlobs {
+    /// The store at `s3://bucket/prefix`, with endpoint, region and credentials in the variables `AWS_*`; drafts are files in a local
+    /// folder. Within a runtime, which does the requests.
+    ///
+    /// # Errors
+    /// If the address or a variable is invalid, or the folder cannot be used.
+    pub fn open(address: &str, drafts: &Path) -> Result<Self, BlobError> {
+        let failed = |reason: String| BlobError::of(address)(io::Error::new(ErrorKind::InvalidInput, reason));
+        let rest = address
+            .strip_prefix("s3://")
+            .ok_or_else(|| failed("not an address s3://bucket/prefix".into()))?;
+        let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
+        let endpoint = ["AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT"]
+            .iter()
+            .find_map(|name| std::env::var(name).ok());
+        let mut builder = AmazonS3Builder::from_env().with_bucket_name(bucket);
+        if let Some(endpoint) = endpoint {
+            builder = builder.with_allow_http(endpoint.starts_with("http://")).with_endpoint(endpoint);
+        }
+        let store = builder.build().map_err(|error| failed(error.to_string()))?;
+        Self::of(Arc::new(store), prefix, address, drafts)
+    }
+
+    /// Blobs under a prefix of any object store.
+    fn of(
+        store: Arc<dyn ObjectStore>,
+        prefix: &str,
+        address: &str,
+        drafts: &Path,
+    ) -> Result<Self, BlobError> {
+        // Removes drafts of processes that no longer exist.
+        FolderBlobs::open(drafts)?;
+        let runtime =
+            Handle::try_current().map_err(|error| BlobError::of(address)(io::Error::other(error)))?;
+        let address = address.trim_end_matches('/').to_owned();
+        Ok(Self {
+            store,
+            prefix: prefix.trim_matches('/').to_owned(),
+            address,
+            drafts: drafts.to_owned(),
+            runtime,
+        })
+    }
+
+    fn path(&self, name: &str) -> ObjectPath {
+        ObjectPath::from(format!("{}/{name}", self.prefix))
+    }
+
+    /// Does requests in the runtime while this thread waits, whichever it is.
+    fn wait<T: Send + 'static>(
+        &self,
+        requests: impl Future<Output = Result<T, Error>> + Send + 'static,
+    ) -> io::Result<T> {
+        let (sender, receiver) = mpsc::sync_channel(1);
+        self.runtime.spawn(async move { sender.send(requests.await) });
+        let answer = receiver.recv().map_err(|_| io::Error::other("the program is ending"))?;
+        answer.map_err(|error| match error {
+            Error::NotFound { .. } => io::Error::new(ErrorKind::NotFound, error),
+            Error::Precondition { .. } => io::Error::other("it was replaced while it was read"),
+            Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
+                io::Error::new(ErrorKind::PermissionDenied, error)
+            }
+            // After all attempts, which the store makes for three minutes.
+            _ => io::Error::new(ErrorKind::NetworkDown, error),
+        })
+    }
+
+    /// Makes a file a blob.
+    fn upload(&self, file: &Path, name: &str) -> io::Result<()> {
+        let mut file = File::open(file)?;
+        let first = part(&mut file)?;
+        let (store, path) = (Arc::clone(&self.store), self.path(name));
+        if first.len() < PART {
+            return self.wait(async move { store.put(&path, first.into()).await }).map(drop);
+        }
+        let mut upload = self.wait(async move { store.put_multipart(&path).await })?;
+        match self.send_parts(&mut upload, first, &mut file) {
+            Ok(()) => self.wait(async move { upload.complete().await }).map(drop),
+            Err(error) => {
+                // The error is that of the upload, whether or not its parts can be removed.
+                let _ = self.wait(async move { upload.abort().await });
+                Err(error)
+            }
+        }
+    }
+
+    /// Sends the parts of a file one after the other.
+    fn send_parts(
+        &self,
+        upload: &mut Box<dyn MultipartUpload>,
+        first: Vec<u8>,
+        file: &mut File,
+    ) -> io::Result<()> {
+        let mut piece = first;
+        while !piece.is_empty() {
+            let sent = upload.put_part(PutPayload::from(piece));
+            self.wait(sent)?;
+            piece = part(file)?;
+        }
+        Ok(())
+    }
+}
+
+/// The next part of a file; shorter at its end, and empty after it.
+fn part(file: &mut File) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.take(PART as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+impl BlobStore for ObjectBlobs {
+    fn unnamed(&self) -> Result<Box<dyn Unnamed>, BlobError> {
+        let file = UnnamedFile::create(&self.drafts);
+        let file = file.map_err(BlobError::of(self.drafts.display().to_string()))?;
+        Ok(Box::new(UnnamedObject { file, blobs: self.clone() }))
+    }
+
+    fn open(&self, name: &str) -> Result<Option<Box<dyn Blob>>, BlobError> {
+        match OpenObject::new(self, name) {
+            Ok(object) => Ok(Some(Box::new(object))),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(BlobError::of(name)(error)),
+        }
+    }
+
+    fn delete(&self, name: &str) -> Result<(), BlobError> {
+        let (store, path) = (Arc::clone(&self.store), self.path(name));
+        match self.wait(async move { store.delete(&path).await }) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(BlobError::of(name)(error)),
+            _ => Ok(()),
+        }
+    }
+
+    fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError> {
+        let (store, path) = (Arc::clone(&self.store), self.path(shelf));
+        let listed = self.wait(async move { store.list_with_delimiter(Some(&path)).await });
+        let objects = listed.map_err(BlobError::of(shelf))?.objects;
+        let name = |file: &str| if shelf.is_empty() { file.to_owned() } else { format!("{shelf}/{file}") };
+        Ok(objects
+            .into_iter()
+            .filter_map(|object| {
+                Some(BlobEntry { name: name(object.location.filename()?), kept: object.last_modified.into() })
+            })
+            .collect())
+    }
+
+    fn place(&self, name: &str) -> String {
+        format!("{}/{name}", self.address)
+    }
+
+    fn adopt(&self, file: &Path, name: &str) -> Result<BlobDigest, BlobError> {
+        let of_file = || BlobError::of(file.display().to_string());
+        let digest = File::open(file).and_then(BlobDigest::of).map_err(of_file())?;
+        self.upload(file, name).map_err(BlobError::of(name))?;
+        std::fs::remove_file(file).map_err(of_file())?;
+        Ok(digest)
+    }
+}
+
+/// A draft as a local file.
+struct UnnamedObject {
+    file: UnnamedFile,
+    blobs: ObjectBlobs,
+}
+
+impl Unnamed for UnnamedObject {
+    fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.file.append(bytes)
+    }
+
+    fn open(&self) -> io::Result<Box<dyn Blob>> {
+        self.file.open()
+    }
+
+    fn keep(self: Box<Self>, name: &str) -> io::Result<()> {
+        self.blobs.upload(self.file.path(), name)
+    }
+}
+
+/// A version of an object that is being read.
+struct OpenObject {
+    blobs: ObjectBlobs,
+    path: ObjectPath,
+    /// Name of the version.
+    tag: Option<String>,
+    size: u64,
+    /// The next byte to read.
+    position: u64,
+    /// Bytes of the object from `start` on.
+    piece: Vec<u8>,
+    start: u64,
+}
+
+impl OpenObject {
+    fn new(blobs: &ObjectBlobs, name: &str) -> io::Result<Self> {
+        let (store, path) = (Arc::clone(&blobs.store), blobs.path(name));
+        let head = {
+            let path = path.clone();
+            blobs.wait(async move { store.head(&path).await })?
+        };
+        let mut object = Self {
+            blobs: blobs.clone(),
+            path,
+            tag: head.e_tag,
+            size: head.size,
+            position: 0,
+            piece: vec![],
+            start: 0,
+        };
+        object.fetch(FIRST_PIECE)?;
+        Ok(object)
+    }
+
+    /// Reads up to `length` bytes from the position on.
+    fn fetch(&mut self, length: u64) -> io::Result<()> {
+        let range: Range<u64> = self.position..self.size.min(self.position + length);
+        let (store, path, tag) = (Arc::clone(&self.blobs.store), self.path.clone(), self.tag.clone());
+        self.piece = if range.is_empty() {
+            Vec::new()
+        } else {
+            let options =
+                GetOptions { range: Some(GetRange::Bounded(range)), if_match: tag, ..GetOptions::default() };
+            self.blobs.wait(async move { store.get_opts(&path, options).await?.bytes().await })?.into()
+        };
+        self.start = self.position;
+        Ok(())
+    }
+}
+
+impl Read for OpenObject {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.position >= self.size || buffer.is_empty() {
+            return Ok(0);
+        }
+        let (length, end) = (self.piece.len() as u64, self.start + self.piece.len() as u64);
+        if self.position == end {
+            self.fetch((2 * length).clamp(FIRST_PIECE, LARGEST_PIECE))?;
+        } else if !(self.start..end).contains(&self.position) {
+            self.fetch(FIRST_PIECE)?;
+        }
+        let mut rest = &self.piece[(self.position - self.start) as usize..];
+        if rest.is_empty() {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        let n = rest.read(buffer)?;
+        self.position += n as u64;
+        Ok(n)
+    }
+}
+
+impl Seek for OpenObject {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let position = match to {
+            SeekFrom::Start(n) => Some(n),
+            SeekFrom::End(n) => self.size.checked_add_signed(n),
+            SeekFrom::Current(n) => self.position.checked_add_signed(n),
+        };
+        self.position = position.ok_or(ErrorKind::InvalidInput)?;
+        Ok(self.position)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Draft;
+    use super::super::tests::check;
+    use super::*;
+    use object_store::memory::InMemory;
+    use std::io::Write as _;
+
+    fn runtime() -> tokio::runtime::Runtime {
+        tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap()
+    }
+
+    fn in_memory(drafts: &Path) -> ObjectBlobs {
+        ObjectBlobs::of(Arc::new(InMemory::new()), "some/prefix", "memory", drafts).unwrap()
+    }
+
+    /// The S3 server of `CONTUSE_TEST_BLOBS`, said aloud if there is none.
+    fn of_tests(drafts: &Path) -> Option<ObjectBlobs> {
+        let Ok(address) = std::env::var("CONTUSE_TEST_BLOBS") else {
+            // Not captured by the test runner, as what `eprintln!` writes.
+            let _ = writeln!(io::stderr(), "SKIPPED: a test of S3, as CONTUSE_TEST_BLOBS names no store");
+            return None;
+        };
+        Some(ObjectBlobs::open(&format!("{address}/{}", std::process::id()), drafts).unwrap())
+    }
+
+    /// More than one part and several pieces, each byte of which tells its place.
+    fn long() -> Vec<u8> {
+        (0..PART as u32 + 1_000_000).flat_map(|i| (i / 4).to_le_bytes()[..1].to_vec()).collect()
+    }
+
+    fn long_blobs_are_whole(blobs: &ObjectBlobs) {
+        let bytes = long();
+        let mut draft = Draft::new(blobs.unnamed().unwrap(), u64::MAX);
+        draft.append(&bytes).unwrap();
+        draft.keep("meshes/long").unwrap();
+        let mut blob = blobs.open("meshes/long").unwrap().unwrap();
+        let mut read = Vec::new();
+        blob.read_to_end(&mut read).unwrap();
+        assert!(read == bytes);
+        for at in [bytes.len() - 10, 300_000, 5] {
+            let mut ten = [0; 10];
+            blob.seek(SeekFrom::Start(at as u64)).unwrap();
+            blob.read_exact(&mut ten).unwrap();
+            assert_eq!(ten, bytes[at..at + 10]);
+        }
+        // A reader gets no byte of another version.
+        let mut draft = Draft::new(blobs.unnamed().unwrap(), u64::MAX);
+        draft.append(&vec![0; bytes.len()]).unwrap();
+        draft.keep("meshes/long").unwrap();
+        blob.seek(SeekFrom::Start(4_000_000)).unwrap();
+        assert!(blob.read(&mut [0; 10]).is_err());
+        blobs.delete("meshes/long").unwrap();
+    }
+
+    #[test]
+    fn it_keeps_what_a_store_promises() {
+        let (dir, runtime) = (tempfile::tempdir().unwrap(), runtime());
+        let _within = runtime.enter();
+        check(&in_memory(dir.path()));
+        long_blobs_are_whole(&in_memory(dir.path()));
+        assert!(std::fs::read_dir(dir.path()).unwrap().next().is_none(), "no draft is left");
+    }
+
+    #[test]
+    fn s3_keeps_what_a_store_promises() {
+        let (dir, runtime) = (tempfile::tempdir().unwrap(), runtime());
+        let _within = runtime.enter();
+        let Some(blobs) = of_tests(dir.path()) else { return };
+        check(&blobs);
+        long_blobs_are_whole(&blobs);
+    }
+}

@@ -1,0 +1,49 @@
+//! How databases fail, in terms of any store.
+
+use crate::service::jobs::{JobsError, StoreFault};
+use sqlx::error::DatabaseError;
+use sqlx::sqlite::SqliteError;
+
+/// SQLite's code for a full disk (SQLITE_FULL), in the lower byte of an extended code.
+const SQLITE_FULL: u32 = 13;
+/// SQLite's code for a disk error (SQLITE_IOERR).
+const SQLITE_IOERR: u32 = 10;
+/// SQLite's code for a disk that accepts no writes (SQLITE_READONLY).
+const SQLITE_READONLY: u32 = 8;
+/// SQLite's code for a file that cannot be opened, such as when no descriptor is left (SQLITE_CANTOPEN).
+const SQLITE_CANTOPEN: u32 = 14;
+
+/// SQLSTATE of a full disk.
+const DISK_FULL: &str = "53100";
+/// SQLSTATE of a server that accepts no writes.
+const READ_ONLY: &str = "25006";
+/// Classes of SQLSTATE: connection, serialisation and deadlock, resources, shutdown and start.
+const PASSING: [&str; 4] = ["08", "40", "53", "57"];
+
+impl From<sqlx::Error> for JobsError {
+    fn from(error: sqlx::Error) -> Self {
+        let fault = match &error {
+            sqlx::Error::PoolTimedOut | sqlx::Error::Io(_) => StoreFault::Passing,
+            sqlx::Error::Database(error) => fault_of(error.as_ref()),
+            _ => StoreFault::Other,
+        };
+        Self::Store { fault, source: error.into() }
+    }
+}
+
+fn fault_of(error: &dyn DatabaseError) -> StoreFault {
+    let code = error.code().unwrap_or_default();
+    if error.try_downcast_ref::<SqliteError>().is_some() {
+        return match code.parse::<u32>().map(|code| code & 0xff) {
+            Ok(SQLITE_FULL) => StoreFault::Full,
+            Ok(SQLITE_IOERR | SQLITE_READONLY | SQLITE_CANTOPEN) => StoreFault::Passing,
+            _ => StoreFault::Other,
+        };
+    }
+    match code.as_ref() {
+        DISK_FULL => StoreFault::Full,
+        READ_ONLY => StoreFault::Passing,
+        _ if PASSING.iter().any(|class| code.starts_with(class)) => StoreFault::Passing,
+        _ => StoreFault::Other,
+    }
+}

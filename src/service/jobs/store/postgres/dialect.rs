@@ -1,0 +1,44 @@
+//! What PostgreSQL says in its own way: parts of statements as literals. Its clock is that of all processes.
+
+/// The present time, RFC 3339 with milliseconds.
+macro_rules! now {
+    () => {
+        "rfc3339(clock_timestamp())"
+    };
+}
+/// The time `$1` days ago.
+macro_rules! days_ago {
+    () => {
+        "rfc3339(clock_timestamp() - make_interval(days => $1::int))"
+    };
+}
+/// Makes the process `$1` that which has a job, for `$2` seconds.
+macro_rules! taken {
+    () => {
+        "worker = $1, lease_until = clock_timestamp() + make_interval(secs => $2)"
+    };
+}
+/// Whether the process that had a job has lost it.
+macro_rules! is_lost {
+    () => {
+        "lease_until <= clock_timestamp()"
+    };
+}
+/// Keeps the selected row from other writers until the end of the transaction.
+macro_rules! locked {
+    () => {
+        " FOR UPDATE"
+    };
+}
+/// The same, without waiting for rows that others keep.
+macro_rules! locked_or_skipped {
+    () => {
+        " FOR UPDATE SKIP LOCKED"
+    };
+}
+/// Whether the document of a job contains the text `$2`.
+macro_rules! scene_contains {
+    () => {
+        "position(convert_to($2, 'UTF8') IN scene) > 0"
+    };
+}

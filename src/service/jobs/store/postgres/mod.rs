@@ -1,0 +1,147 @@
+//! Job store in PostgreSQL, of any number of processes.
+//!
+//! A process has its jobs for a lease, which it renews; when it does not, another process takes them. Every write of a run is fenced by
+//! attempt and process. Commits are announced by `NOTIFY`; who missed it finds out when it looks.
+
+#[macro_use]
+mod dialect;
+// The statements are one text for both databases.
+#[allow(clippy::duplicate_mod)]
+#[path = "../sql/mod.rs"]
+mod sql;
+#[cfg(test)]
+mod tests;
+
+pub use sql::SqlStore as PostgresStore;
+
+use super::{Answer, Change, OwnerRequest, SharedStore};
+use crate::service::jobs::JobsError;
+use futures::stream::{self, BoxStream, StreamExt as _};
+use sqlx::migrate::Migrator;
+use sqlx::postgres::{PgConnectOptions, PgListener, PgPoolOptions};
+use sqlx::{Postgres, Transaction};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+type Db = Postgres;
+type Row = sqlx::postgres::PgRow;
+/// Writers lock rows, not each other.
+type Turn = ();
+type Write<'a> = Transaction<'a, Postgres>;
+
+/// Channel of the announcements, as in the migrations.
+const CHANNEL: &str = "contuse";
+/// Pause before a lost connection is opened again.
+const PAUSE: Duration = Duration::from_secs(1);
+
+impl PostgresStore {
+    /// Opens the store in a database, and migrates its tables to this version. Without a sign of life for `lease`, this process loses its
+    /// jobs to the others.
+    ///
+    /// # Errors
+    /// If the address is not one, or the database cannot be opened or migrated.
+    pub async fn open(url: &str, lease: Duration) -> Result<Self, JobsError> {
+        let options: PgConnectOptions = url.parse()?;
+        let pool = PgPoolOptions::new()
+            .max_connections(8)
+            .acquire_timeout(Duration::from_secs(10))
+            .connect_with(options.application_name("contuse"))
+            .await?;
+        Self::migrated(pool, &migrations(), lease).await
+    }
+
+    /// A transaction that takes an id has to be written to the log of the database.
+    async fn try_write(&self) -> Result<(), JobsError> {
+        sqlx::query("SELECT pg_current_xact_id()::text").execute(&self.pool).await?;
+        Ok(())
+    }
+
+    async fn begin(&self) -> Result<Write<'_>, JobsError> {
+        let () = self.turn;
+        Ok(self.pool.begin().await?)
+    }
+
+    /// Faults of its files are those that PostgreSQL itself reports.
+    #[allow(clippy::unused_self, clippy::unused_async)] // as of SQLite
+    async fn own_faults(&self) -> Result<Vec<String>, JobsError> {
+        Ok(Vec::new())
+    }
+
+    /// What was erased is overwritten when PostgreSQL next vacuums the tables, by itself.
+    #[allow(clippy::unused_self, clippy::unused_async)] // as of SQLite
+    async fn forget_erased(&self) -> Result<(), JobsError> {
+        Ok(())
+    }
+
+    fn as_shared(&self) -> Option<&dyn SharedStore> {
+        Some(self)
+    }
+
+    async fn renew(&self, seqs: &[i64]) -> Result<BTreeMap<i64, OwnerRequest>, JobsError> {
+        let rows: Vec<(i64, bool, bool)> = sqlx::query_as(concat!(
+            "UPDATE jobs SET ",
+            taken!(),
+            " WHERE worker = $1 AND state = 'running' AND seq = ANY($3)
+             RETURNING seq, deleted <> 0, cancel_requested <> 0"
+        ))
+        .bind(&self.worker)
+        .bind(self.lease.as_secs_f64())
+        .bind(seqs)
+        .fetch_all(&self.pool)
+        .await?;
+        Ok(rows.into_iter().map(|(seq, deleted, stop)| (seq, OwnerRequest::of(deleted, stop))).collect())
+    }
+}
+
+impl SharedStore for PostgresStore {
+    fn lease(&self) -> Duration {
+        self.lease
+    }
+
+    fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, OwnerRequest>> {
+        Box::pin(self.renew(seqs))
+    }
+
+    fn changes(&self) -> Answer<'_, BoxStream<'static, Change>> {
+        Box::pin(async {
+            let mut listener = PgListener::connect_with(&self.pool).await?;
+            listener.listen(CHANNEL).await?;
+            Ok(stream::unfold(listener, |mut listener| async {
+                let change = next_change(&mut listener).await;
+                Some((change, listener))
+            })
+            .boxed())
+        })
+    }
+}
+
+/// Waits for the next announcement. The listener opens a lost connection again.
+async fn next_change(listener: &mut PgListener) -> Change {
+    match listener.try_recv().await {
+        Ok(Some(announcement)) => Change::of(announcement.payload()).unwrap_or(Change::Missed),
+        Ok(None) => Change::Missed,
+        Err(error) => {
+            tracing::warn!(%error, "the job store does not announce changes");
+            tokio::time::sleep(PAUSE).await;
+            Change::Missed
+        }
+    }
+}
+
+impl Change {
+    /// The change that a trigger announces as number and kind.
+    fn of(payload: &str) -> Option<Self> {
+        let (seq, kind) = payload.split_once(' ')?;
+        let seq = seq.parse().ok()?;
+        Some(match kind {
+            "queued" | "requeued" => Self::Arrival(seq),
+            "request" => Self::Request(seq),
+            _ => Self::Event(seq),
+        })
+    }
+}
+
+/// The files of `migrations/` in order.
+fn migrations() -> Migrator {
+    super::migrator(&[("jobs", include_str!("migrations/0001_jobs.sql"))])
+}

@@ -1,0 +1,143 @@
+//! The contract, and what processes that share a database rely on. The database is that of `CONTUSE_TEST_POSTGRES`, in which every store
+//! gets a schema of its own.
+
+use super::super::tests::{check, new, submitted};
+use super::*;
+use crate::service::jobs::store::{CancelAnswer, JobEnd, JobStore, Requeued};
+use crate::service::jobs::{JobId, JobState};
+use crate::step::Ending;
+use std::io::Write as _;
+
+const LONG: Duration = Duration::from_secs(60);
+
+/// Address of a new schema; `None`, said aloud, if there is no database for tests.
+async fn schema() -> Option<String> {
+    let Ok(url) = std::env::var("CONTUSE_TEST_POSTGRES") else {
+        // Not captured by the test runner, as what `eprintln!` writes.
+        let _ =
+            writeln!(std::io::stderr(), "SKIPPED: a test of PostgreSQL, as CONTUSE_TEST_POSTGRES names none");
+        return None;
+    };
+    let name = format!("test_{}", JobId::new_v4().simple());
+    let pool = sqlx::PgPool::connect(&url).await.unwrap();
+    sqlx::query(sqlx::AssertSqlSafe(format!("CREATE SCHEMA {name}"))).execute(&pool).await.unwrap();
+    pool.close().await;
+    let mark = if url.contains('?') { '&' } else { '?' };
+    Some(format!("{url}{mark}options=-csearch_path%3D{name}"))
+}
+
+async fn stores<const N: usize>(lease: Duration) -> Option<[PostgresStore; N]> {
+    let url = schema().await?;
+    let mut stores = Vec::new();
+    for _ in 0..N {
+        stores.push(PostgresStore::open(&url, lease).await.unwrap());
+    }
+    stores.try_into().ok()
+}
+
+fn end() -> JobEnd {
+    JobEnd { ending: Ending::Finished, summary: None, recording: None, progress: None }
+}
+
+#[tokio::test]
+async fn it_keeps_what_a_store_promises() {
+    if std::env::var_os("CONTUSE_TEST_POSTGRES").is_none() {
+        assert!(schema().await.is_none());
+        return;
+    }
+    // Leases end at once: every running job is an orphan.
+    check(async || PostgresStore::open(&schema().await.unwrap(), Duration::ZERO).await.unwrap()).await;
+}
+
+#[tokio::test]
+async fn jobs_of_live_processes_are_no_orphans() {
+    let Some([here, there]) = stores(LONG).await else { return };
+    let job = submitted(&here, "a").await;
+    here.claim(None).await.unwrap().unwrap();
+    assert!(there.orphans().await.unwrap().is_empty());
+    // Nor does another process end it, or the same one another attempt.
+    assert!(!there.finish(job.seq, 1, &end()).await.unwrap());
+    assert!(!there.requeue(job.seq, 1, Requeued::WorkerLost).await.unwrap());
+    assert_eq!(there.shared().unwrap().renew(&[job.seq]).await.unwrap().len(), 0);
+    let kept = here.shared().unwrap().renew(&[job.seq]).await.unwrap();
+    assert_eq!(kept, BTreeMap::from([(job.seq, OwnerRequest::Result)]));
+    assert!(here.finish(job.seq, 1, &end()).await.unwrap());
+}
+
+#[tokio::test]
+async fn job_of_a_lost_process_goes_to_one_other_and_its_late_reports_have_no_effect() {
+    let Some([lost, second, third]) = stores(Duration::from_millis(200)).await else { return };
+    let job = submitted(&lost, "a").await;
+    let claimed = lost.claim(None).await.unwrap().unwrap();
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let (a, b) = futures::future::join(second.orphans(), third.orphans()).await;
+    let taken = [a.unwrap(), b.unwrap()];
+    assert_eq!(taken.iter().map(Vec::len).sum::<usize>(), 1);
+    let heir = if taken[0].is_empty() { &third } else { &second };
+    assert!(!lost.finish(job.seq, claimed.attempt, &end()).await.unwrap());
+    assert!(lost.shared().unwrap().renew(&[job.seq]).await.unwrap().is_empty());
+    assert!(heir.requeue(job.seq, claimed.attempt, Requeued::WorkerLost).await.unwrap());
+    let again = heir.claim(None).await.unwrap().unwrap();
+    assert_eq!((again.seq, again.attempt), (job.seq, 2));
+    assert!(!lost.requeue(job.seq, 2, Requeued::Shutdown).await.unwrap());
+    assert!(heir.finish(job.seq, 2, &end()).await.unwrap());
+    assert_eq!(heir.job("anna", job.id).await.unwrap().unwrap().state, JobState::Succeeded);
+}
+
+#[tokio::test]
+async fn a_hidden_job_is_erased_by_another_process_if_its_own_is_lost() {
+    let Some([lost, other]) = stores(Duration::from_millis(200)).await else { return };
+    let job = submitted(&lost, "a").await;
+    lost.hide("anna", job.id).await.unwrap();
+    assert!(other.orphans().await.unwrap().is_empty());
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let orphans = other.orphans().await.unwrap();
+    assert_eq!(
+        orphans.iter().map(|o| (o.seq, o.request)).collect::<Vec<_>>(),
+        [(job.seq, OwnerRequest::Deletion)]
+    );
+}
+
+#[tokio::test]
+async fn many_processes_claim_each_job_once() {
+    let Some(stores) = stores::<4>(LONG).await else { return };
+    for _ in 0..40 {
+        stores[0].submit(&new("a"), 100).await.unwrap();
+    }
+    let drain = async |store: &PostgresStore| {
+        let mut seqs = Vec::new();
+        while let Some(job) = store.claim(None).await.unwrap() {
+            seqs.push(job.seq);
+            assert!(store.finish(job.seq, job.attempt, &end()).await.unwrap());
+        }
+        seqs
+    };
+    let drained = futures::future::join_all(stores.iter().map(drain)).await;
+    let mut seqs: Vec<i64> = drained.into_iter().flatten().collect();
+    seqs.sort_unstable();
+    assert_eq!(seqs, (1..=40).collect::<Vec<i64>>());
+}
+
+#[tokio::test]
+async fn equal_requests_to_many_processes_are_one_job() {
+    let Some(stores) = stores::<4>(LONG).await else { return };
+    let keyed = crate::service::jobs::store::NewJob { idempotency_key: Some("k".into()), ..new("a") };
+    let posts = (0..100).map(|i| stores[i % 4].submit(&keyed, 10));
+    for answer in futures::future::join_all(posts).await {
+        answer.unwrap();
+    }
+    let counts = stores[0].counts().await.unwrap();
+    assert_eq!(counts.into_iter().map(|(_, n)| n).collect::<Vec<_>>(), [1, 0, 0, 0, 0]);
+}
+
+#[tokio::test]
+async fn processes_hear_of_the_changes_of_others() {
+    let Some([here, there]) = stores(LONG).await else { return };
+    let mut changes = there.shared().unwrap().changes().await.unwrap();
+    let job = submitted(&here, "a").await;
+    assert_eq!(changes.next().await, Some(Change::Arrival(job.seq)));
+    here.claim(None).await.unwrap().unwrap();
+    assert_eq!(changes.next().await, Some(Change::Event(job.seq)));
+    assert_eq!(here.cancel("anna", job.id).await.unwrap(), CancelAnswer::Stopping);
+    assert_eq!(changes.next().await, Some(Change::Request(job.seq)));
+}

@@ -1,0 +1,174 @@
+//! A job store in SQL. The statements are one text, which the module of each database includes as its child: that module has the
+//! types of the database, how it begins to write, and in its `dialect` what it says in its own way.
+
+mod lifecycle;
+mod meshes;
+mod purge;
+mod read;
+mod submit;
+
+use super::{Db, Row, Turn, Write};
+use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
+use crate::service::jobs::store::{
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, KnownBlobs,
+    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, SharedStore, Submitted,
+};
+use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
+use crate::service::meshes::StoredMesh;
+use futures::future::BoxFuture;
+use sqlx::Pool;
+use sqlx::migrate::Migrator;
+use std::time::Duration;
+
+/// A job store in a database, durable at every commit.
+#[derive(Debug)]
+pub struct SqlStore {
+    pub(super) pool: Pool<Db>,
+    pub(super) turn: Turn,
+    /// Name of this process in the rows of its jobs.
+    pub(super) worker: String,
+    /// How long it has a job without a sign of life.
+    pub(super) lease: Duration,
+}
+
+impl SqlStore {
+    /// The store in a database, whose tables are migrated to this version.
+    pub(super) async fn migrated(
+        pool: Pool<Db>,
+        migrations: &Migrator,
+        lease: Duration,
+    ) -> Result<Self, JobsError> {
+        migrations.run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
+        Ok(Self { pool, turn: Turn::default(), worker: JobId::new_v4().to_string(), lease })
+    }
+}
+
+impl JobStore for SqlStore {
+    fn replay<'a>(
+        &'a self,
+        owner: &'a str,
+        key: &'a str,
+        body_sha256: &'a str,
+    ) -> Answer<'a, Option<Submitted>> {
+        Box::pin(self.replay(owner, key, body_sha256))
+    }
+    fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
+        Box::pin(self.submit(new, max_queued))
+    }
+    fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>> {
+        Box::pin(self.claim(free_bytes))
+    }
+    fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
+        Box::pin(self.record_progress(seq, attempt, progress))
+    }
+    fn record_event<'a>(&'a self, seq: i64, attempt: u32, event: &'a Event<'a>) -> Answer<'a, ()> {
+        Box::pin(self.record_event(seq, attempt, event))
+    }
+    fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool> {
+        Box::pin(self.finish(seq, attempt, end))
+    }
+    fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, bool> {
+        Box::pin(self.requeue(seq, attempt, why))
+    }
+    fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer> {
+        Box::pin(self.cancel(owner, id))
+    }
+    fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer> {
+        Box::pin(self.hide(owner, id))
+    }
+    fn erase(&self, seq: i64) -> Answer<'_, ()> {
+        Box::pin(self.erase(seq))
+    }
+    fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
+        Box::pin(self.add_result(seq, key))
+    }
+    fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>> {
+        Box::pin(self.own_results(seq))
+    }
+    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
+        Box::pin(self.expired_jobs(older_than_days, limit))
+    }
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
+        Box::pin(self.expired_meshes(older_than_days))
+    }
+    fn request(&self, seq: i64) -> Answer<'_, OwnerRequest> {
+        Box::pin(self.request(seq))
+    }
+    fn orphans(&self) -> Answer<'_, Vec<Orphan>> {
+        Box::pin(self.orphans())
+    }
+    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<Job>> {
+        Box::pin(self.job(owner, id))
+    }
+    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<Job>> {
+        Box::pin(self.jobs(owner, page))
+    }
+    fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>> {
+        Box::pin(self.summary(owner, id))
+    }
+    fn document<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<(JobKind, Vec<u8>)>> {
+        Box::pin(self.document(owner, id))
+    }
+    fn events_after(&self, seq: i64, after: i64, limit: u32) -> Answer<'_, (Vec<EventRow>, bool)> {
+        Box::pin(self.events_after(seq, after, limit))
+    }
+    fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>> {
+        Box::pin(self.counts())
+    }
+    fn add_mesh<'a>(
+        &'a self,
+        owner: &'a str,
+        id: &'a str,
+        format: MeshFormat,
+        bytes: u64,
+        report: &'a MeshReport,
+    ) -> Answer<'a, bool> {
+        Box::pin(self.add_mesh(owner, id, format, bytes, report))
+    }
+    fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
+        Box::pin(self.mesh(owner, id))
+    }
+    fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>> {
+        Box::pin(self.meshes(owner, after, limit))
+    }
+    fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
+        Box::pin(self.delete_mesh(owner, id))
+    }
+    fn blobs(&self) -> Answer<'_, KnownBlobs> {
+        Box::pin(self.blobs())
+    }
+    fn faults(&self) -> Answer<'_, (Vec<String>, Vec<i64>)> {
+        Box::pin(self.faults())
+    }
+    fn try_write(&self) -> Answer<'_, ()> {
+        Box::pin(self.try_write())
+    }
+    fn close(&self) -> BoxFuture<'_, ()> {
+        Box::pin(self.pool.close())
+    }
+    fn shared(&self) -> Option<&dyn SharedStore> {
+        self.as_shared()
+    }
+}
+
+/// Adds an event to a job, with the next number of that job, whose row the transaction has changed or locked.
+async fn add_event(transaction: &mut Write<'_>, job: i64, event: &Event<'_>) -> Result<(), JobsError> {
+    sqlx::query(
+        "INSERT INTO events (job, n, kind, data)
+         VALUES ($1, (SELECT COALESCE(MAX(n), 0) + 1 FROM events WHERE job = $1), $2, $3)",
+    )
+    .bind(job)
+    .bind(event.kind)
+    .bind(event.data.to_string())
+    .execute(&mut **transaction)
+    .await?;
+    Ok(())
+}
+
+/// A number of attempts, or of one, from its column.
+fn attempts_of(number: i64) -> Result<u32, JobsError> {
+    number
+        .try_into()
+        .map_err(|_| JobsError::Corrupt { what: "number of attempts", value: number.to_string() })
+}

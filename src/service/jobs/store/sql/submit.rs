@@ -1,0 +1,70 @@
+//! Submission of a job, at most once per key.
+
+use super::read::job_id;
+use super::{SqlStore, add_event};
+use crate::service::jobs::store::{Event, NewJob, Submitted};
+use crate::service::jobs::{JobId, JobsError};
+
+impl SqlStore {
+    pub(super) async fn replay(
+        &self,
+        owner: &str,
+        key: &str,
+        body_sha256: &str,
+    ) -> Result<Option<Submitted>, JobsError> {
+        let earlier: Option<(String, String)> =
+            sqlx::query_as("SELECT id, body_sha256 FROM jobs WHERE owner = $1 AND idempotency_key = $2")
+                .bind(owner)
+                .bind(key)
+                .fetch_optional(&self.pool)
+                .await?;
+        let Some((id, sha256)) = earlier else { return Ok(None) };
+        if sha256 != body_sha256 {
+            return Ok(Some(Submitted::KeyReused));
+        }
+        let id = job_id(id)?;
+        Ok(self.job(owner, id).await?.map(|row| Submitted::Replayed(Box::new(row))))
+    }
+
+    pub(super) async fn submit(&self, new: &NewJob, max_queued: u64) -> Result<Submitted, JobsError> {
+        let id = JobId::now_v7();
+        let mut transaction = self.begin().await?;
+        let inserted: Option<(i64,)> = sqlx::query_as(
+            "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind, memory_bytes)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)
+             ON CONFLICT (owner, idempotency_key) WHERE idempotency_key IS NOT NULL DO NOTHING RETURNING seq",
+        )
+        .bind(id.to_string())
+        .bind(&new.owner)
+        .bind(&new.idempotency_key)
+        .bind(&new.body_sha256)
+        .bind(&new.document)
+        .bind(&new.name)
+        .bind(&new.content_hash)
+        .bind(new.end_time_s)
+        .bind(serde_json::to_string(&new.warnings)?)
+        .bind(new.kind.as_str())
+        .bind(new.memory_bytes.cast_signed())
+        .fetch_optional(&mut *transaction)
+        .await?;
+        // Two requests with one key may both have found no job: the second one finds it here.
+        let Some((seq,)) = inserted else {
+            drop(transaction);
+            let key = new.idempotency_key.as_deref().unwrap_or_default();
+            let earlier = self.replay(&new.owner, key, &new.body_sha256).await?;
+            return Ok(earlier.ok_or(sqlx::Error::RowNotFound)?);
+        };
+        // The queue is bounded; this job is not counted.
+        let (waiting,): (i64,) =
+            sqlx::query_as("SELECT COALESCE(MAX(n), 0) - 1 FROM state_counts WHERE state = 'queued'")
+                .fetch_one(&mut *transaction)
+                .await?;
+        if waiting.cast_unsigned() >= max_queued {
+            return Err(JobsError::QueueFull { waiting: waiting.cast_unsigned() });
+        }
+        add_event(&mut transaction, seq, &Event::queued(&new.name)).await?;
+        transaction.commit().await?;
+        let row = self.job(&new.owner, id).await?.ok_or(sqlx::Error::RowNotFound)?;
+        Ok(Submitted::Created(Box::new(row)))
+    }
+}

@@ -1,0 +1,44 @@
+//! What SQLite says in its own way: parts of statements as literals.
+
+/// The present time, RFC 3339 with milliseconds.
+macro_rules! now {
+    () => {
+        "strftime('%Y-%m-%dT%H:%M:%fZ', 'now')"
+    };
+}
+/// The time `$1` days ago.
+macro_rules! days_ago {
+    () => {
+        "strftime('%Y-%m-%dT%H:%M:%fZ', 'now', '-' || $1 || ' days')"
+    };
+}
+/// Makes the process `$1` that which has a job, for `$2` seconds.
+macro_rules! taken {
+    () => {
+        "worker = $1"
+    };
+}
+/// Whether the process that had a job has lost it: at the start of the only one.
+macro_rules! is_lost {
+    () => {
+        "TRUE"
+    };
+}
+/// Keeps the selected row from other writers until the end of the transaction: there are none.
+macro_rules! locked {
+    () => {
+        ""
+    };
+}
+/// The same, without waiting for rows that others keep.
+macro_rules! locked_or_skipped {
+    () => {
+        ""
+    };
+}
+/// Whether the document of a job contains the text `$2`.
+macro_rules! scene_contains {
+    () => {
+        "instr(scene, CAST($2 AS BLOB)) > 0"
+    };
+}
