@@ -14,10 +14,14 @@ COPY . .
 # What was built before is kept between builds, and not in the image.
 RUN --mount=type=cache,target=/usr/local/cargo/registry \
     --mount=type=cache,target=/src/target \
-    cargo build --release --locked --bin contuse \
+    cargo build --release --locked --features cluster --bin contuse \
     && strip --strip-debug -o /usr/local/bin/contuse target/release/contuse
 
 FROM debian:trixie-slim
+# The certificates of those who sign for databases and object stores.
+RUN apt-get update \
+    && apt-get install -y --no-install-recommends ca-certificates \
+    && rm -rf /var/lib/apt/lists/*
 RUN useradd --system --uid 10001 --no-create-home --shell /usr/sbin/nologin contuse \
     && install -d -o contuse -g contuse -m 0750 /data
 COPY --from=build /usr/local/bin/contuse /usr/local/bin/contuse

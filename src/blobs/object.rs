@@ -59,8 +59,11 @@ impl ObjectBlobs {
         Self::of(Arc::new(store), prefix, address, drafts)
     }
 
-    /// Blobs under a prefix of any object store.
-    fn of(
+    /// Blobs under a prefix of any object store, whose address is for people.
+    ///
+    /// # Errors
+    /// If the local folder cannot be used, or outside a runtime.
+    pub fn of(
         store: Arc<dyn ObjectStore>,
         prefix: &str,
         address: &str,
@@ -295,79 +298,5 @@ impl Seek for OpenObject {
         };
         self.position = position.ok_or(ErrorKind::InvalidInput)?;
         Ok(self.position)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Draft;
-    use super::super::tests::check;
-    use super::*;
-    use object_store::memory::InMemory;
-    use std::io::Write as _;
-
-    fn runtime() -> tokio::runtime::Runtime {
-        tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap()
-    }
-
-    fn in_memory(drafts: &Path) -> ObjectBlobs {
-        ObjectBlobs::of(Arc::new(InMemory::new()), "some/prefix", "memory", drafts).unwrap()
-    }
-
-    /// The S3 server of `CONTUSE_TEST_BLOBS`, said aloud if there is none.
-    fn of_tests(drafts: &Path) -> Option<ObjectBlobs> {
-        let Ok(address) = std::env::var("CONTUSE_TEST_BLOBS") else {
-            // Not captured by the test runner, as what `eprintln!` writes.
-            let _ = writeln!(io::stderr(), "SKIPPED: a test of S3, as CONTUSE_TEST_BLOBS names no store");
-            return None;
-        };
-        Some(ObjectBlobs::open(&format!("{address}/{}", std::process::id()), drafts).unwrap())
-    }
-
-    /// More than one part and several pieces, each byte of which tells its place.
-    fn long() -> Vec<u8> {
-        (0..PART as u32 + 1_000_000).flat_map(|i| (i / 4).to_le_bytes()[..1].to_vec()).collect()
-    }
-
-    fn long_blobs_are_whole(blobs: &ObjectBlobs) {
-        let bytes = long();
-        let mut draft = Draft::new(blobs.unnamed().unwrap(), u64::MAX);
-        draft.append(&bytes).unwrap();
-        draft.keep("meshes/long").unwrap();
-        let mut blob = blobs.open("meshes/long").unwrap().unwrap();
-        let mut read = Vec::new();
-        blob.read_to_end(&mut read).unwrap();
-        assert!(read == bytes);
-        for at in [bytes.len() - 10, 300_000, 5] {
-            let mut ten = [0; 10];
-            blob.seek(SeekFrom::Start(at as u64)).unwrap();
-            blob.read_exact(&mut ten).unwrap();
-            assert_eq!(ten, bytes[at..at + 10]);
-        }
-        // A reader gets no byte of another version.
-        let mut draft = Draft::new(blobs.unnamed().unwrap(), u64::MAX);
-        draft.append(&vec![0; bytes.len()]).unwrap();
-        draft.keep("meshes/long").unwrap();
-        blob.seek(SeekFrom::Start(4_000_000)).unwrap();
-        assert!(blob.read(&mut [0; 10]).is_err());
-        blobs.delete("meshes/long").unwrap();
-    }
-
-    #[test]
-    fn it_keeps_what_a_store_promises() {
-        let (dir, runtime) = (tempfile::tempdir().unwrap(), runtime());
-        let _within = runtime.enter();
-        check(&in_memory(dir.path()));
-        long_blobs_are_whole(&in_memory(dir.path()));
-        assert!(std::fs::read_dir(dir.path()).unwrap().next().is_none(), "no draft is left");
-    }
-
-    #[test]
-    fn s3_keeps_what_a_store_promises() {
-        let (dir, runtime) = (tempfile::tempdir().unwrap(), runtime());
-        let _within = runtime.enter();
-        let Some(blobs) = of_tests(dir.path()) else { return };
-        check(&blobs);
-        long_blobs_are_whole(&blobs);
     }
 }

@@ -17,6 +17,8 @@ mod tests;
 
 pub use chosen::StoreAddress;
 pub use job::{Job, JobLinks, NOTICE};
+#[cfg(feature = "cluster")]
+pub use postgres::PostgresStore;
 pub use records::{
     CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, KnownBlobs, MeshDeletion,
     NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,

@@ -9,8 +9,6 @@ mod dialect;
 #[allow(clippy::duplicate_mod)]
 #[path = "../sql/mod.rs"]
 mod sql;
-#[cfg(test)]
-mod tests;
 
 pub use sql::SqlStore as PostgresStore;
 
