@@ -23,6 +23,7 @@ pub mod jobs;
 pub mod memory;
 pub mod meshes;
 pub mod metrics;
+mod opening;
 pub mod permits;
 pub mod server;
 pub mod shelves;
@@ -35,12 +36,12 @@ use audit::Audit;
 use config::ServiceConfig;
 use fair_queue::QueueLimits;
 use http::{App, Attempts, Slots, ValidationSlots};
-use jobs::JobsError;
-use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
-use jobs::queue::{Purged, Queue, Storage};
+use jobs::queue::{Purged, Queue};
 use jobs::worker;
 use metrics::Metrics;
+pub use opening::ServiceError;
+use opening::open_queue;
 use permits::AllPermits;
 use std::future::Future;
 use std::net::SocketAddr;
@@ -57,45 +58,6 @@ const PURGE_INTERVAL: Duration = Duration::from_secs(3600);
 const OWNERS_PER_QUEUE: usize = 4;
 /// Archives of fields that are sent at once; more wait.
 const ARCHIVES_AT_ONCE: usize = 4;
-
-/// Why the service did not start.
-#[derive(Debug, thiserror::Error)]
-pub enum ServiceError {
-    /// The data folder or the store could not be used.
-    #[error(transparent)]
-    Jobs(#[from] JobsError),
-    /// The address is not available.
-    #[error("cannot listen on {address}: {source}")]
-    Listen {
-        /// Address in the configuration.
-        address: SocketAddr,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// Without tokens, whoever reaches the address could use the service.
-    #[error(
-        "without tokens the service listens on this machine only, not on {address}: give tokens with --tokens-file \
-         (`contuse token NAME` makes them), or listen on 127.0.0.1:{}", address.port()
-    )]
-    Exposed {
-        /// Address in the configuration.
-        address: SocketAddr,
-    },
-    /// The workers could not be started.
-    #[error("cannot start the workers: {0}")]
-    Workers(std::io::Error),
-}
-
-/// Opens the data folder, and recovers the jobs of the previous process.
-async fn open_queue(
-    config: &Arc<ServiceConfig>,
-    engine: Arc<dyn Engine>,
-    metrics: &Arc<Metrics>,
-) -> Result<Arc<Queue>, JobsError> {
-    let folder = DataFolder::open(&config.store.data)?;
-    let storage = Storage { jobs: config.store.open().await?, blobs: config.store.open_blobs()?, folder };
-    Queue::open(storage, Arc::clone(config), engine, Arc::clone(metrics)).await
-}
 
 /// Deletes what is older than some days, now and then, until the service shuts down.
 async fn keep_for_days(queue: Arc<Queue>, days: u32) {
@@ -124,7 +86,7 @@ pub async fn purge(
 ) -> Result<Purged, ServiceError> {
     let queue = open_queue(&Arc::new(config), engine, &Arc::default()).await?;
     let purged = queue.purge(older_than_days).await?;
-    queue.store.close().await;
+    queue.end().await;
     Ok(purged)
 }
 
@@ -207,7 +169,7 @@ impl Service {
         tracing::info!("shutting down");
         work::drain(&queue, workers, hurry).await;
         let _ = serving.await;
-        queue.store.close().await;
+        queue.end().await;
         tracing::info!("shut down");
     }
 }

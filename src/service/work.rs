@@ -5,7 +5,7 @@ use super::jobs::JobId;
 use super::jobs::engine::Engine;
 use super::jobs::queue::Queue;
 use super::jobs::worker::{self, Outcome};
-use super::{ServiceError, open_queue};
+use super::opening::{ServiceError, open_queue};
 use std::future::Future;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -29,7 +29,7 @@ pub async fn work(
     stop.await;
     tracing::info!("shutting down");
     drain(&queue, workers, hurry).await;
-    queue.store.close().await;
+    queue.end().await;
     Ok(())
 }
 
@@ -57,7 +57,7 @@ pub async fn work_once(
         ended = ended => ended,
         () = stopping => return Err(ServiceError::Workers(std::io::Error::other("the run did not stop in time"))),
     };
-    queue.store.close().await;
+    queue.end().await;
     match ended {
         Ok(Ok(outcome)) => Ok(outcome?),
         // It has reported the panic on standard error.

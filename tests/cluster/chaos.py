@@ -103,7 +103,7 @@ class Process:
 
     def stop(self) -> None:
         self.child.terminate()
-        self.child.wait()
+        assert self.child.wait(30) == 0, f"{self.command} did not end in order"
 
 
 class Client:

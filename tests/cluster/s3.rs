@@ -24,7 +24,7 @@ fn of_tests(drafts: &Path) -> Option<ObjectBlobs> {
     Some(ObjectBlobs::open(&format!("{address}/{}", std::process::id()), drafts).unwrap())
 }
 
-/// More than one part and several pieces, each byte of which tells its place.
+/// More than one part and several pieces, with bytes that depend on their place.
 fn long() -> Vec<u8> {
     (0..LONG).flat_map(|i| (i / 4).to_le_bytes()[..1].to_vec()).collect()
 }

@@ -1,11 +1,12 @@
 //! Jobs: scenes that wait, run and end, and outlive the process that runs them.
 //!
 //! - [`store`]: the records of jobs, behind a trait; every change of a job and its event are one transaction.
-//! - [`queue`]: operations on jobs: submit, cancel, delete; and recovery at the start.
+//! - [`queue`]: operations on jobs: submit, cancel, delete.
+//! - [`recovery`]: what lost processes have left.
 //! - [`worker`]: threads that claim a job, run it with an [`engine::Engine`] and record how it ended.
 //! - [`data_folder`]: files that are still being written.
 //! - [`snapshots`]: views of a recording while it is written.
-//! - `sharing`: jobs of several processes: leases, and changes by others.
+//! - [`sharing`]: jobs of several processes: leases, and changes by others.
 //! - [`control`]: stopping a running job, and why.
 //! - [`process`]: runs in processes of their own.
 
@@ -19,9 +20,10 @@ pub mod found;
 mod kind;
 pub mod process;
 pub mod queue;
+pub mod recovery;
 mod scene_loader;
 mod scene_size;
-mod sharing;
+pub mod sharing;
 pub mod simulator;
 pub mod snapshots;
 mod spending;

@@ -4,34 +4,27 @@ use super::allowance::{allowed, expected_within};
 use super::control::{RunControl, StopReason};
 use super::data_folder::DataFolder;
 use super::engine::Engine;
-use super::failures::worker_lost;
-use super::found::Found;
-use super::sharing;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, MeshDeletion, NewJob, Orphan, OwnerRequest,
-    Requeued, Submitted,
+    CancelAnswer, ClaimedJob, DeleteAnswer, JobStore, MeshDeletion, NewJob, OwnerRequest, Submitted,
 };
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
 use crate::record::partial_path;
-use crate::service::config::{Role, ServiceConfig};
+use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
-use crate::service::shelves::{RESULTS, mesh_name, recording_name, recording_names, result_name};
-use crate::step::Ending;
-use crate::study::what_if::trim_shelf;
+use crate::service::shelves::{mesh_name, recording_name, recording_names, result_name};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Notify, broadcast, watch};
+use tokio::task::JoinSet;
 
 /// Time between two looks at a disk that is full or accepts no writes.
 const DISK_INTERVAL: Duration = Duration::from_secs(2);
 /// Time between two looks at an attempt that is stopping.
 const STOPPING_INTERVAL: Duration = Duration::from_millis(50);
-/// Age from which a blob of stores that are shared is a leftover if no row refers to it.
-const SHARED_LEAST_AGE: Duration = Duration::from_secs(86_400);
 /// Number of expired jobs that are read from the store at a time.
 const PURGED_AT_ONCE: u32 = 100;
 
@@ -74,6 +67,8 @@ pub struct Queue {
     /// Memory that each running job may take [bytes].
     memory: tokio::sync::Mutex<BTreeMap<i64, u64>>,
     snapshots: Snapshots,
+    /// What is done for a store that is shared.
+    tasks: Mutex<JoinSet<()>>,
     arrivals: Notify,
     /// Jobs with new events; `None` for any.
     notifications: broadcast::Sender<Option<i64>>,
@@ -81,20 +76,16 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// Opens a queue and recovers jobs whose process was lost: jobs that were running wait again, or end if they lost
-    /// their worker too often.
-    ///
-    /// # Errors
-    /// If the store or the files fail.
-    pub async fn open(
+    /// A queue of the jobs in a storage.
+    pub fn new(
         storage: Storage,
         config: Arc<ServiceConfig>,
         engine: Arc<dyn Engine>,
         metrics: Arc<Metrics>,
-    ) -> Result<Arc<Self>, JobsError> {
+    ) -> Arc<Self> {
         let Storage { jobs: store, blobs, folder } = storage;
         let snapshots = Snapshots::new(Arc::clone(&engine), Arc::clone(&blobs));
-        let queue = Arc::new(Self {
+        Arc::new(Self {
             store,
             blobs,
             engine,
@@ -104,67 +95,11 @@ impl Queue {
             running: Mutex::default(),
             memory: tokio::sync::Mutex::default(),
             snapshots,
+            tasks: Mutex::default(),
             arrivals: Notify::new(),
             notifications: broadcast::channel(256).0,
             closing: watch::channel(false).0,
-        });
-        queue.recover().await?;
-        queue.remove_leftovers().await?;
-        sharing::start(&queue);
-        Ok(queue)
-    }
-
-    /// Recovers the jobs whose process was lost.
-    pub(super) async fn recover(self: &Arc<Self>) -> Result<(), JobsError> {
-        for Orphan { seq, id, attempt, request } in self.store.orphans().await? {
-            // It was taken for lost for a moment, and is not: its process is this one.
-            if self.controls().contains_key(&id) {
-                continue;
-            }
-            let ending = OrphanEnding::of(request, attempt, self.config.max_attempts);
-            tracing::warn!(job = %id, attempt, ?ending, "found a job without its worker");
-            let ending = match ending {
-                OrphanEnding::Requeue => {
-                    self.with_files(move |queue| queue.folder.remove(id)).await?;
-                    self.store.requeue(seq, attempt, Requeued::WorkerLost).await?;
-                    self.wake();
-                    self.ring(Some(seq));
-                    continue;
-                }
-                OrphanEnding::Erase => {
-                    self.erase(seq, id, attempt).await?;
-                    continue;
-                }
-                OrphanEnding::Cancel => Ending::Cancelled,
-                OrphanEnding::GiveUp => worker_lost(attempt).into(),
-            };
-            let recording = self.with_files(move |queue| queue.keep_recording(id, attempt, false)).await?;
-            let end = JobEnd { ending, summary: None, recording, progress: None };
-            self.store.finish(seq, attempt, &end).await?;
-            self.ring(Some(seq));
-        }
-        Ok(())
-    }
-
-    /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads, results. Recordings without
-    /// their jobs stay, as the service never leaves any, and then meshes stay, too: an older or empty store may have replaced the one
-    /// that knew them. In stores that are shared, what is not a day old may be in use.
-    async fn remove_leftovers(self: &Arc<Self>) -> Result<(), JobsError> {
-        self.with_files(|queue| queue.folder.remove_leftovers()).await?;
-        if self.config.role == Role::Worker {
-            return Ok(());
-        }
-        let known = self.store.blobs().await?;
-        let least_age = if self.store.shared().is_some() { SHARED_LEAST_AGE } else { Duration::ZERO };
-        self.with_files(move |queue| {
-            let found = Found::among(queue.blobs.as_ref(), &known, least_age)?;
-            found.report();
-            for name in found.removable(&known) {
-                queue.blobs.delete(name)?;
-            }
-            Ok(trim_shelf(queue.blobs.as_ref(), RESULTS)?)
         })
-        .await
     }
 
     /// Checks that the blob store accepts writes.
@@ -446,7 +381,7 @@ impl Queue {
     /// Control of a job that begins, already stopped if its owner cancelled or deleted it in between.
     async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
         // An attempt that was taken for lost may still be stopping here.
-        while self.controls().contains_key(&job.id) {
+        while self.has(job.id) {
             tokio::time::sleep(STOPPING_INTERVAL).await;
         }
         let control = Arc::new(RunControl::new(self.config.runs.deadline));
@@ -475,7 +410,7 @@ impl Queue {
     /// # Errors
     /// If the files fail.
     pub fn snapshot(&self, id: JobId, which: &Which) -> Result<Option<Snapshot>, JobsError> {
-        if !self.controls().contains_key(&id) {
+        if !self.has(id) {
             return Ok(None);
         }
         self.snapshots.look(&self.folder, id, which)
@@ -507,6 +442,13 @@ impl Queue {
         self.closing.send_replace(true);
     }
 
+    /// Closes the store after its pending writes. Only when no worker runs, or its jobs are left behind.
+    pub async fn end(&self) {
+        let mut tasks = std::mem::take(&mut *self.tasks());
+        tasks.shutdown().await;
+        self.store.close().await;
+    }
+
     /// Stops running jobs, which return to the queue.
     pub fn interrupt_all(&self) {
         for (_, control) in self.controls().values() {
@@ -524,9 +466,23 @@ impl Queue {
         self.arrivals.notify_one();
     }
 
+    /// Does something until the queue ends.
+    pub(super) fn spawn(&self, task: impl Future<Output = ()> + Send + 'static) {
+        self.tasks().spawn(task);
+    }
+
+    /// Whether a job runs here.
+    pub(super) fn has(&self, id: JobId) -> bool {
+        self.controls().contains_key(&id)
+    }
+
     /// Numbers and controls of the jobs that run here.
     pub(super) fn running(&self) -> BTreeMap<i64, Arc<RunControl>> {
         self.controls().values().cloned().collect()
+    }
+
+    fn tasks(&self) -> std::sync::MutexGuard<'_, JoinSet<()>> {
+        self.tasks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn stop(&self, id: JobId, reason: StopReason) {
@@ -537,44 +493,5 @@ impl Queue {
 
     fn controls(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, (i64, Arc<RunControl>)>> {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// What becomes of a job whose worker was lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum OrphanEnding {
-    /// The job waits again.
-    Requeue,
-    /// The job had been cancelled by its owner.
-    Cancel,
-    /// The job lost its worker too often, and fails.
-    GiveUp,
-    /// The job had been deleted by its owner.
-    Erase,
-}
-
-impl OrphanEnding {
-    fn of(request: OwnerRequest, attempt: u32, max_attempts: u32) -> Self {
-        match request {
-            OwnerRequest::Deletion => Self::Erase,
-            OwnerRequest::Stop => Self::Cancel,
-            OwnerRequest::Result if attempt >= max_attempts => Self::GiveUp,
-            OwnerRequest::Result => Self::Requeue,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn orphans_have_the_fate_that_they_deserve() {
-        let endings = |max_attempts| {
-            let requests = [OwnerRequest::Result, OwnerRequest::Stop, OwnerRequest::Deletion];
-            requests.map(|request| OrphanEnding::of(request, 1, max_attempts))
-        };
-        assert_eq!(endings(2), [OrphanEnding::Requeue, OrphanEnding::Cancel, OrphanEnding::Erase]);
-        assert_eq!(endings(1), [OrphanEnding::GiveUp, OrphanEnding::Cancel, OrphanEnding::Erase]);
     }
 }

@@ -3,6 +3,7 @@
 use super::JobsError;
 use super::control::StopReason;
 use super::queue::Queue;
+use super::recovery::recover;
 use super::store::{Change, OwnerRequest, SharedStore};
 use futures::StreamExt as _;
 use std::sync::Arc;
@@ -13,11 +14,11 @@ const RENEWALS_PER_LEASE: u32 = 3;
 /// Pause before the changes are asked for again.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// Starts the tasks of a queue whose store is shared. They end when the queue is dropped, or with the runtime.
-pub(super) fn start(queue: &Arc<Queue>) {
+/// Starts the tasks of a queue whose store is shared. They end with the queue.
+pub fn start(queue: &Arc<Queue>) {
     let Some(lease) = queue.store.shared().map(SharedStore::lease) else { return };
     let weak = Arc::downgrade(queue);
-    tokio::spawn(async move {
+    queue.spawn(async move {
         let mut ticks = tokio::time::interval(lease / RENEWALS_PER_LEASE);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
@@ -29,7 +30,7 @@ pub(super) fn start(queue: &Arc<Queue>) {
         }
     });
     let weak = Arc::downgrade(queue);
-    tokio::spawn(async move {
+    queue.spawn(async move {
         loop {
             let Some(queue) = weak.upgrade() else { return };
             let Some(shared) = queue.store.shared() else { return };
@@ -52,7 +53,7 @@ pub(super) fn start(queue: &Arc<Queue>) {
 /// Renews the leases of the jobs that run here, takes those of lost processes, and looks for changes that were not announced.
 async fn look_around(queue: &Arc<Queue>) -> Result<(), JobsError> {
     renew(queue).await?;
-    queue.recover().await?;
+    recover(queue).await?;
     queue.wake();
     queue.ring(None);
     Ok(())

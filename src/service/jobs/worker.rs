@@ -51,7 +51,7 @@ pub enum Outcome {
     NotOver,
 }
 
-/// Starts a worker that runs the job that has waited longest; it tells id and outcome, or `None` if no job waits.
+/// Starts a worker that runs the job that has waited longest; it returns id and outcome, or `None` if no job waits.
 ///
 /// # Errors
 /// If the system provides no thread.

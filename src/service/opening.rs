@@ -1,0 +1,54 @@
+//! How a process of the service opens its stores.
+
+use super::config::ServiceConfig;
+use super::jobs::data_folder::DataFolder;
+use super::jobs::engine::Engine;
+use super::jobs::queue::{Queue, Storage};
+use super::jobs::recovery::{recover, remove_leftovers};
+use super::jobs::{JobsError, sharing};
+use super::metrics::Metrics;
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+/// Why the service did not start.
+#[derive(Debug, thiserror::Error)]
+pub enum ServiceError {
+    /// The data folder or the store could not be used.
+    #[error(transparent)]
+    Jobs(#[from] JobsError),
+    /// The address is not available.
+    #[error("cannot listen on {address}: {source}")]
+    Listen {
+        /// Address in the configuration.
+        address: SocketAddr,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
+    /// Without tokens, whoever reaches the address could use the service.
+    #[error(
+        "without tokens the service listens on this machine only, not on {address}: give tokens with --tokens-file \
+         (`contuse token NAME` makes them), or listen on 127.0.0.1:{}", address.port()
+    )]
+    Exposed {
+        /// Address in the configuration.
+        address: SocketAddr,
+    },
+    /// The workers could not be started.
+    #[error("cannot start the workers: {0}")]
+    Workers(std::io::Error),
+}
+
+/// Opens the data folder, and recovers the jobs of lost processes.
+pub(super) async fn open_queue(
+    config: &Arc<ServiceConfig>,
+    engine: Arc<dyn Engine>,
+    metrics: &Arc<Metrics>,
+) -> Result<Arc<Queue>, JobsError> {
+    let folder = DataFolder::open(&config.store.data)?;
+    let storage = Storage { jobs: config.store.open().await?, blobs: config.store.open_blobs()?, folder };
+    let queue = Queue::new(storage, Arc::clone(config), engine, Arc::clone(metrics));
+    recover(&queue).await?;
+    remove_leftovers(&queue).await?;
+    sharing::start(&queue);
+    Ok(queue)
+}
