@@ -8,13 +8,14 @@ use super::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, FolderBlobs, Unna
 use object_store::aws::AmazonS3Builder;
 use object_store::path::Path as ObjectPath;
 use object_store::{
-    Error, GetOptions, GetRange, MultipartUpload, ObjectStore, ObjectStoreExt as _, PutPayload,
+    Error, GetOptions, GetRange, MultipartUpload, ObjectStore, ObjectStoreExt as _, PutPayload, RetryConfig,
 };
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
+use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 
 /// Bytes that are read when a blob is opened, and after a jump.
@@ -36,6 +37,26 @@ pub struct ObjectBlobs {
     runtime: Handle,
 }
 
+/// How long a request is tried while the store does not answer.
+const PATIENCE: Duration = Duration::from_secs(180);
+/// Longest pause between two attempts.
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+
+/// Repeats requests, which are the same whether they are done once or twice, while the store does not answer.
+fn persist<T>(attempt: impl Fn() -> io::Result<T>) -> io::Result<T> {
+    let (begun, mut pause) = (Instant::now(), Duration::from_millis(200));
+    loop {
+        match attempt() {
+            Err(error) if error.kind() == ErrorKind::NetworkDown && begun.elapsed() < PATIENCE => {
+                tracing::warn!(%error, "the object store does not answer");
+                std::thread::sleep(pause);
+                pause = LONGEST_PAUSE.min(2 * pause);
+            }
+            other => return other,
+        }
+    }
+}
+
 impl ObjectBlobs {
     /// The store at `s3://bucket/prefix`, with endpoint, region and credentials in the variables `AWS_*`; drafts are files in a local
     /// folder. Within a runtime, which does the requests.
@@ -51,7 +72,9 @@ impl ObjectBlobs {
         let endpoint = ["AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT"]
             .iter()
             .find_map(|name| std::env::var(name).ok());
-        let mut builder = AmazonS3Builder::from_env().with_bucket_name(bucket);
+        // Attempts are repeated here, whatever the fault.
+        let retry = RetryConfig { max_retries: 1, ..RetryConfig::default() };
+        let mut builder = AmazonS3Builder::from_env().with_bucket_name(bucket).with_retry(retry);
         if let Some(endpoint) = endpoint {
             builder = builder.with_allow_http(endpoint.starts_with("http://")).with_endpoint(endpoint);
         }
@@ -101,13 +124,16 @@ impl ObjectBlobs {
             Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
                 io::Error::new(ErrorKind::PermissionDenied, error)
             }
-            // After all attempts, which the store makes for three minutes.
             _ => io::Error::new(ErrorKind::NetworkDown, error),
         })
     }
 
     /// Makes a file a blob.
     fn upload(&self, file: &Path, name: &str) -> io::Result<()> {
+        persist(|| self.try_upload(file, name))
+    }
+
+    fn try_upload(&self, file: &Path, name: &str) -> io::Result<()> {
         let mut file = File::open(file)?;
         let first = part(&mut file)?;
         let (store, path) = (Arc::clone(&self.store), self.path(name));
@@ -165,16 +191,21 @@ impl BlobStore for ObjectBlobs {
     }
 
     fn delete(&self, name: &str) -> Result<(), BlobError> {
-        let (store, path) = (Arc::clone(&self.store), self.path(name));
-        match self.wait(async move { store.delete(&path).await }) {
+        let deleted = persist(|| {
+            let (store, path) = (Arc::clone(&self.store), self.path(name));
+            self.wait(async move { store.delete(&path).await })
+        });
+        match deleted {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(BlobError::of(name)(error)),
             _ => Ok(()),
         }
     }
 
     fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError> {
-        let (store, path) = (Arc::clone(&self.store), self.path(shelf));
-        let listed = self.wait(async move { store.list_with_delimiter(Some(&path)).await });
+        let listed = persist(|| {
+            let (store, path) = (Arc::clone(&self.store), self.path(shelf));
+            self.wait(async move { store.list_with_delimiter(Some(&path)).await })
+        });
         let objects = listed.map_err(BlobError::of(shelf))?.objects;
         let name = |file: &str| if shelf.is_empty() { file.to_owned() } else { format!("{shelf}/{file}") };
         Ok(objects
@@ -234,11 +265,11 @@ struct OpenObject {
 
 impl OpenObject {
     fn new(blobs: &ObjectBlobs, name: &str) -> io::Result<Self> {
-        let (store, path) = (Arc::clone(&blobs.store), blobs.path(name));
-        let head = {
-            let path = path.clone();
-            blobs.wait(async move { store.head(&path).await })?
-        };
+        let path = blobs.path(name);
+        let head = persist(|| {
+            let (store, path) = (Arc::clone(&blobs.store), path.clone());
+            blobs.wait(async move { store.head(&path).await })
+        })?;
         let mut object = Self {
             blobs: blobs.clone(),
             path,
@@ -255,16 +286,16 @@ impl OpenObject {
     /// Reads up to `length` bytes from the position on.
     fn fetch(&mut self, length: u64) -> io::Result<()> {
         let range: Range<u64> = self.position..self.size.min(self.position + length);
-        let (store, path, tag) = (Arc::clone(&self.blobs.store), self.path.clone(), self.tag.clone());
-        self.piece = if range.is_empty() {
-            Vec::new()
-        } else {
-            let options =
-                GetOptions { range: Some(GetRange::Bounded(range)), if_match: tag, ..GetOptions::default() };
-            self.blobs.wait(async move { store.get_opts(&path, options).await?.bytes().await })?.into()
-        };
+        self.piece = if range.is_empty() { Vec::new() } else { persist(|| self.get(range.clone()))? };
         self.start = self.position;
         Ok(())
+    }
+
+    fn get(&self, range: Range<u64>) -> io::Result<Vec<u8>> {
+        let (store, path, tag) = (Arc::clone(&self.blobs.store), self.path.clone(), self.tag.clone());
+        let options =
+            GetOptions { range: Some(GetRange::Bounded(range)), if_match: tag, ..GetOptions::default() };
+        self.blobs.wait(async move { Ok(store.get_opts(&path, options).await?.bytes().await?.into()) })
     }
 }
 
