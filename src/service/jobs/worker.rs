@@ -51,13 +51,14 @@ pub enum Outcome {
     NotOver,
 }
 
-/// Starts a worker that runs the job that has waited longest; it returns id and outcome, or `None` if no job waits.
+/// A worker of one job: its id and outcome, or `None` if no job waits.
+pub type OneJob = JoinHandle<Result<Option<(JobId, Outcome)>, JobsError>>;
+
+/// Starts a worker that runs the job that has waited longest.
 ///
 /// # Errors
 /// If the system provides no thread.
-pub fn start_one(
-    queue: &Arc<Queue>,
-) -> std::io::Result<JoinHandle<Result<Option<(JobId, Outcome)>, JobsError>>> {
+pub fn start_one(queue: &Arc<Queue>) -> std::io::Result<OneJob> {
     let worker = Worker { queue: Arc::clone(queue), runtime: Handle::current() };
     std::thread::Builder::new().name("worker".into()).spawn(move || worker.work_once())
 }

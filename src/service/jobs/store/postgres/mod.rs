@@ -71,6 +71,7 @@ impl PostgresStore {
         Ok(())
     }
 
+    #[allow(clippy::unnecessary_wraps)] // that of SQLite is not shared
     fn as_shared(&self) -> Option<&dyn SharedStore> {
         Some(self)
     }
