@@ -107,7 +107,7 @@ fn a_read_only_disk_pauses_the_workers_and_refuses_jobs() {
     let client = &program.client;
     let (done, _) = finished(client, &serde_json::from_str(&small()).unwrap());
     let mut long: serde_json::Value = serde_json::from_str(&small()).unwrap();
-    long["end_time_s"] = serde_json::json!(0.01);
+    long["end_time_s"] = serde_json::json!(0.05);
     let running = submit(client, &long);
     wait_for(client, &running, "running");
     let waiting: Vec<String> = (0..20).map(|_| submit(client, &long)).collect();
