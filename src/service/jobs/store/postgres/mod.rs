@@ -27,8 +27,6 @@ type Row = sqlx::postgres::PgRow;
 type Turn = ();
 type Write<'a> = Transaction<'a, Postgres>;
 
-/// Channel of the announcements, as in the migrations.
-const CHANNEL: &str = "contuse";
 /// Pause before a lost connection is opened again.
 const PAUSE: Duration = Duration::from_secs(1);
 
@@ -103,8 +101,11 @@ impl SharedStore for PostgresStore {
 
     fn changes(&self) -> Answer<'_, BoxStream<'static, Change>> {
         Box::pin(async {
+            // As in the migrations.
+            let (channel,): (String,) =
+                sqlx::query_as("SELECT 'contuse_' || current_schema()").fetch_one(&self.pool).await?;
             let mut listener = PgListener::connect_with(&self.pool).await?;
-            listener.listen(CHANNEL).await?;
+            listener.listen(&channel).await?;
             Ok(stream::unfold(listener, |mut listener| async {
                 let change = next_change(&mut listener).await;
                 Some((change, listener))

@@ -88,16 +88,16 @@ CREATE TABLE results (
 );
 CREATE INDEX results_key ON results (key);
 
--- Processes hear of events and of requests to stop when the transaction commits.
+-- Processes hear of events and of requests to stop when the transaction commits, on a channel of the schema.
 CREATE FUNCTION announce_event() RETURNS TRIGGER LANGUAGE plpgsql AS $$
 BEGIN
-    PERFORM pg_notify('contuse', NEW.job || ' ' || NEW.kind);
+    PERFORM pg_notify('contuse_' || TG_TABLE_SCHEMA, NEW.job || ' ' || NEW.kind);
     RETURN NULL;
 END $$;
 CREATE TRIGGER events_announced AFTER INSERT ON events FOR EACH ROW EXECUTE FUNCTION announce_event();
 CREATE FUNCTION announce_request() RETURNS TRIGGER LANGUAGE plpgsql AS $$
 BEGIN
-    PERFORM pg_notify('contuse', NEW.seq || ' request');
+    PERFORM pg_notify('contuse_' || TG_TABLE_SCHEMA, NEW.seq || ' request');
     RETURN NULL;
 END $$;
 CREATE TRIGGER requests_announced AFTER UPDATE OF cancel_requested, deleted ON jobs
