@@ -26,7 +26,11 @@ impl SqlStore {
         .bind(free_bytes.map(|bytes| i64::try_from(bytes).unwrap_or(i64::MAX)))
         .fetch_optional(&mut *transaction)
         .await?;
-        let Some(row) = row else { return Ok(None) };
+        let Some(row) = row else {
+            // Ended now, not when the connection is used next: a job that does not fit would stay locked, and be overtaken.
+            transaction.commit().await?;
+            return Ok(None);
+        };
         let (seq, attempt) = (row.try_get("seq")?, attempts_of(row.try_get("attempts")?)?);
         add_event(&mut transaction, seq, &Event::running(attempt)).await?;
         transaction.commit().await?;
