@@ -176,21 +176,36 @@ def database() -> str:
     return f"{address}?options=-csearch_path%3D{name}"
 
 
-def disturb(arguments, processes: list[Process], proxy: Proxy, over: threading.Event) -> collections.Counter:
-    """Kills a process at intervals until the jobs are over; at the fifth kill the database restarts, at the eighth the store refuses."""
-    done, chance = collections.Counter(), random.Random(arguments.seed)
+def disturb(arguments, processes: list[Process], proxy: Proxy, done: collections.Counter, over: threading.Event) -> None:
+    """Kills a process at intervals until the jobs are over; at the third kill the database restarts, at the fifth the store refuses."""
+    chance = random.Random(arguments.seed)
     while not over.wait(arguments.between_kills):
         process = chance.choice(processes)
         process.kill()
         process.start()
         done["kills"] += 1
-        if done["kills"] == 5:
+        if done["kills"] == 3:
             subprocess.run(os.environ["CONTUSE_TEST_POSTGRES_RESTART"], shell=True, check=True)
             done["restarts of the database"] += 1
-        if done["kills"] == 8:
-            threading.Thread(target=proxy.refuse, args=(arguments.refusal,), daemon=True).start()
-            done["refusals of the store"] += 1
-    return done
+        if done["kills"] == 5:
+            threading.Thread(target=refuse, args=(arguments, proxy, done), daemon=True).start()
+
+
+def refuse(arguments, proxy: Proxy, done: collections.Counter) -> None:
+    proxy.refuse(arguments.refusal)
+    done["refusals of the store"] += 1
+
+
+def submit_until(arguments, client: Client, pool: concurrent.futures.Executor, done: collections.Counter) -> dict[str, float]:
+    """Jobs with the speeds of their scenes: as many as asked for, and again as many until every fault has been."""
+    jobs = {}
+    while not jobs or done["refusals of the store"] == 0:
+        speeds = [SPEEDS[i % len(SPEEDS)] for i in range(arguments.jobs)]
+        ids = pool.map(lambda speed: client.submit(speed, uuid.uuid4().hex), speeds)
+        batch = dict(zip(ids, speeds, strict=True))
+        jobs |= batch
+        client.wait(list(batch), arguments.patience)
+    return jobs
 
 
 def check(client: Client, jobs: dict[str, float], digests: dict[float, str]) -> int:
@@ -251,19 +266,18 @@ def main() -> None:
         api, client = Process(f"{folder}/api.log", environment, *serve), Client(port)
         workers = [Process(f"{folder}/{i}.log", environment, *worker, f"{folder}/{i}") for i in range(arguments.workers)]
         try:
-            begun, over = time.monotonic(), threading.Event()
+            begun, over, done = time.monotonic(), threading.Event(), collections.Counter()
             with concurrent.futures.ThreadPoolExecutor(5) as pool:
-                disturbed = pool.submit(disturb, arguments, [api, *workers], proxy, over)
+                disturbed = pool.submit(disturb, arguments, [api, *workers], proxy, done, over)
                 try:
-                    speeds = [SPEEDS[i % len(SPEEDS)] for i in range(arguments.jobs)]
-                    ids = pool.map(lambda speed: client.submit(speed, uuid.uuid4().hex), speeds)
-                    jobs = dict(zip(ids, speeds, strict=True))
-                    client.wait(list(jobs), arguments.patience)
+                    jobs = submit_until(arguments, client, pool, done)
                 finally:
                     over.set()
-            done, seconds = disturbed.result(), time.monotonic() - begun
+            disturbed.result()
+            seconds = time.monotonic() - begun
             again = check(client, jobs, digests)
-            assert len(jobs) == count(client) == arguments.jobs, f"{len(jobs)} jobs acknowledged, {count(client)} kept"
+            assert len(jobs) == count(client), f"{len(jobs)} jobs acknowledged, {count(client)} kept"
+            assert done["restarts of the database"] == done["refusals of the store"] == 1
             client.wait([client.post_one_key()], arguments.patience)
             work_once(workers, client, [*worker, f"{folder}/once"], environment)
             faults = ", ".join(f"{n} {what}" for what, n in done.items())
