@@ -69,6 +69,11 @@ impl ObjectBlobs {
             .strip_prefix("s3://")
             .ok_or_else(|| failed("not an address s3://bucket/prefix".into()))?;
         let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
+        if bucket.is_empty() || bucket.contains(['@', ':', '?']) {
+            // Not shown: it may hold keys.
+            let reason = "the bucket of an address s3://bucket/prefix has neither keys nor a port: those are AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_ENDPOINT_URL";
+            return Err(BlobError::of("s3://…")(io::Error::new(ErrorKind::InvalidInput, reason)));
+        }
         let endpoint = ["AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT"]
             .iter()
             .find_map(|name| std::env::var(name).ok());

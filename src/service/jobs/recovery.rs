@@ -18,35 +18,38 @@ const SHARED_LEAST_AGE: Duration = Duration::from_secs(86_400);
 /// Recovers the jobs whose process was lost: those that were running wait again, or end if they lost it too often.
 ///
 /// # Errors
-/// If the store or the files fail.
+/// If the store or the files fail for one of them; the others are recovered.
 pub async fn recover(queue: &Arc<Queue>) -> Result<(), JobsError> {
-    for Orphan { seq, id, attempt, request } in queue.store.orphans().await? {
-        // It was taken for lost for a moment, and is not: its process is this one.
-        if queue.has(id) {
-            continue;
+    let mut recovered = Ok(());
+    for orphan in queue.store.orphans().await? {
+        // Otherwise it was taken for lost for a moment, and is not: its process is this one.
+        if !queue.has(orphan.id) {
+            recovered = recovered.and(recover_one(queue, &orphan).await);
         }
-        let ending = OrphanEnding::of(request, attempt, queue.config.max_attempts);
-        tracing::warn!(job = %id, attempt, ?ending, "found a job without its worker");
-        let ending = match ending {
-            OrphanEnding::Requeue => {
-                queue.with_files(move |queue| queue.folder.remove(id)).await?;
-                queue.store.requeue(seq, attempt, Requeued::WorkerLost).await?;
-                queue.wake();
-                queue.ring(Some(seq));
-                continue;
-            }
-            OrphanEnding::Erase => {
-                queue.erase(seq, id, attempt).await?;
-                continue;
-            }
-            OrphanEnding::Cancel => Ending::Cancelled,
-            OrphanEnding::GiveUp => worker_lost(attempt).into(),
-        };
-        let recording = queue.with_files(move |queue| queue.keep_recording(id, attempt, false)).await?;
-        let end = JobEnd { ending, summary: None, recording, progress: None };
-        queue.store.finish(seq, attempt, &end).await?;
-        queue.ring(Some(seq));
     }
+    recovered
+}
+
+async fn recover_one(queue: &Arc<Queue>, orphan: &Orphan) -> Result<(), JobsError> {
+    let Orphan { seq, id, attempt, request } = *orphan;
+    let ending = OrphanEnding::of(request, attempt, queue.config.max_attempts);
+    tracing::warn!(job = %id, attempt, ?ending, "found a job without its worker");
+    let ending = match ending {
+        OrphanEnding::Requeue => {
+            queue.with_files(move |queue| queue.folder.remove(id)).await?;
+            queue.store.requeue(seq, attempt, Requeued::WorkerLost).await?;
+            queue.wake();
+            queue.ring(Some(seq));
+            return Ok(());
+        }
+        OrphanEnding::Erase => return queue.erase(seq, id, attempt).await,
+        OrphanEnding::Cancel => Ending::Cancelled,
+        OrphanEnding::GiveUp => worker_lost(attempt).into(),
+    };
+    let recording = queue.with_files(move |queue| queue.keep_recording(id, attempt, false)).await?;
+    let end = JobEnd { ending, summary: None, recording, progress: None };
+    queue.store.finish(seq, attempt, &end).await?;
+    queue.ring(Some(seq));
     Ok(())
 }
 

@@ -17,17 +17,22 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// Starts the tasks of a queue whose store is shared. They end with the queue.
 pub fn start(queue: &Arc<Queue>) {
     let Some(lease) = queue.store.shared().map(SharedStore::lease) else { return };
-    let weak = Arc::downgrade(queue);
-    queue.spawn(async move {
-        let mut ticks = tokio::time::interval(lease / RENEWALS_PER_LEASE);
-        ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-        loop {
-            ticks.tick().await;
-            let Some(queue) = weak.upgrade() else { return };
-            if let Err(error) = look_around(&queue).await {
-                tracing::warn!(%error, "cannot renew the leases of jobs");
-            }
+    // Apart, since recovery may wait for the object store for longer than a lease lasts.
+    let interval = lease / RENEWALS_PER_LEASE;
+    repeat(queue, interval, move |queue| async move {
+        match tokio::time::timeout(interval, renew(&queue)).await {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => tracing::warn!(%error, "cannot renew the leases of jobs"),
+            Err(_) => tracing::warn!("the job store does not answer: the leases of jobs are not renewed"),
         }
+    });
+    repeat(queue, interval, |queue| async move {
+        if let Err(error) = recover(&queue).await {
+            tracing::warn!(%error, "cannot recover the jobs of lost processes");
+        }
+        // Changes may not have been announced.
+        queue.wake();
+        queue.ring(None);
     });
     let weak = Arc::downgrade(queue);
     queue.spawn(async move {
@@ -50,13 +55,22 @@ pub fn start(queue: &Arc<Queue>) {
     });
 }
 
-/// Renews the leases of the jobs that run here, takes those of lost processes, and looks for changes that were not announced.
-async fn look_around(queue: &Arc<Queue>) -> Result<(), JobsError> {
-    renew(queue).await?;
-    recover(queue).await?;
-    queue.wake();
-    queue.ring(None);
-    Ok(())
+/// Does something at intervals until the queue ends.
+fn repeat<F: Future<Output = ()> + Send>(
+    queue: &Arc<Queue>,
+    interval: Duration,
+    act: impl Fn(Arc<Queue>) -> F + Send + Sync + 'static,
+) {
+    let weak = Arc::downgrade(queue);
+    queue.spawn(async move {
+        let mut ticks = tokio::time::interval(interval);
+        ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        loop {
+            ticks.tick().await;
+            let Some(queue) = weak.upgrade() else { return };
+            act(queue).await;
+        }
+    });
 }
 
 /// Renews the leases of the jobs that run here, and stops those that are no longer wanted, or are those of another process.
