@@ -112,7 +112,9 @@ class SubmitPage {
     const choice = this.#meshes.querySelector("select") ?? this.#meshes;
     choice.value = this.#document?.accuracy ? "refined" : "own";
     this.#submit.disabled = true;
-    // What was said of the scene before says nothing of this one.
+    // What was said of the scene before says nothing of this one, nor does an answer that is under way.
+    this.#asked++;
+    this.#asking?.abort();
     this.#showProblems([]);
     this.#preview.replaceChildren();
     this.#verdict.replaceChildren(html("span", { class: "badge busy" }, "checking"), " …");
@@ -153,6 +155,7 @@ class SubmitPage {
   }
 
   #refuse(error) {
+    this.#submit.disabled = true;
     const body = error instanceof ApiProblem ? error.body : { detail: error.message };
     const problems = body.errors ?? [];
     this.#showProblems(problems);
