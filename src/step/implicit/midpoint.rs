@@ -84,7 +84,9 @@ impl Turn {
             inertia += (Mat3::identity() * r.norm_squared() - r * r.transpose()) * m;
             moment += r.cross(&(field(node) - mean)) * m;
         }
-        let rate = inertia.try_inverse().map_or_else(Vec3::zeros, |inverse| inverse * moment);
+        // The node of a rigid body is its centre, without inertia about itself; its orientation is not a displacement.
+        let inverse = if plan.bodies[body].rigid.is_some() { None } else { inertia.try_inverse() };
+        let rate = inverse.map_or_else(Vec3::zeros, |inverse| inverse * moment);
         Self { centre, mean, rate }
     }
 }
