@@ -100,11 +100,7 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
 /// If the service cannot start.
 pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
-    keep_files_private();
-    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?));
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let (engine, runtime) = prepare(&config)?;
     let served = runtime.block_on(async {
         let signals = count_signals()?;
         let service = Service::start(config, engine).await.map_err(not_started)?;
@@ -117,6 +113,17 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     // Threads still running end with the process.
     runtime.shutdown_background();
     served
+}
+
+/// Prepares this process to run jobs: its engine, and the runtime of its tasks.
+pub(super) fn prepare(
+    config: &ServiceConfig,
+) -> Result<(Arc<ProcessEngine>, tokio::runtime::Runtime), CliError> {
+    keep_files_private();
+    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
+    let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?));
+    Ok((engine, tokio::runtime::Builder::new_multi_thread().enable_all().build()?))
 }
 
 /// The file of this program. Linux finds it even if another one has taken its place.

@@ -1,16 +1,14 @@
 //! `contuse worker`: runs the jobs of a database that other processes share.
 
-use super::serve::{count_signals, keep_files_private, signalled, this_program};
+use super::serve::{count_signals, prepare, signalled};
 use super::work_args::WorkArgs;
 use super::{CliError, Exit};
 use crate::service::config::{Role, ServiceConfig};
 use crate::service::jobs::JobState;
-use crate::service::jobs::process::ProcessEngine;
 use crate::service::jobs::worker::Outcome;
 use crate::service::work::{work, work_once};
 use clap::Args;
 use std::io::Write;
-use std::sync::Arc;
 
 /// Flags of `contuse worker`.
 #[derive(Args, Clone, Debug)]
@@ -38,11 +36,7 @@ pub fn worker(args: WorkerArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         return Err(CliError::Usage("--workers must be at least 1".into()));
     }
     let config = ServiceConfig { role: Role::Worker, ..args.work.config()? };
-    keep_files_private();
-    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?));
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let (engine, runtime) = prepare(&config)?;
     let worked = runtime.block_on(async {
         let signals = count_signals()?;
         let stop = signalled(signals.clone(), 1);
