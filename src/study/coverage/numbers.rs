@@ -12,6 +12,8 @@ pub(super) struct WithBar {
     pub error_bar: f64,
     /// Whether the summary prints it as a plain number.
     pub resolved: bool,
+    /// Whether it is the limit for vanishing element size.
+    pub is_extrapolated: bool,
 }
 
 impl WithBar {
@@ -32,6 +34,7 @@ impl WithBar {
             value: found.get("value")?.as_f64()?,
             error_bar: of_bar("total")?.as_f64()?,
             resolved: of_bar("resolved")?.as_bool()?,
+            is_extrapolated: of_bar("extrapolated_from").is_some(),
         })
     }
 
