@@ -22,7 +22,7 @@ pub(super) struct Listed<'a> {
     pub is_peak: bool,
     /// Whether the mesh is too coarse for it, whatever its error bar: a patch of a few nodes.
     pub is_too_coarse: bool,
-    /// Whether it is an integral over contact or tissue that converges smoothly enough to be extrapolated.
+    /// Whether it is an integral over contact or tissue that may be extrapolated to vanishing element size.
     pub is_integral: bool,
 }
 
@@ -109,9 +109,9 @@ impl Results {
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
         all.extend(absorbed.map(|energy| Some(Listed { least_mesh_error: lost, ..Listed::sum(energy) })));
-        let integrals = [&mut t.energy_given_j, &mut t.deflection_mm.quantity];
-        all.extend(integrals.map(|integral| Some(Listed::integral(integral))));
-        all.push(Some(Listed::sum(&mut t.viscous_response_m2_per_s)));
+        all.push(Some(Listed::integral(&mut t.energy_given_j)));
+        let sums = [&mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
+        all.extend(sums.map(|sum| Some(Listed::sum(sum))));
         all.push(t.projectile_loss_j.as_mut().map(Listed::integral));
         all.extend(t.peaks.list_mut().map(|peak| peak.as_mut().map(|peak| Listed::peak(&mut peak.quantity))));
         let exceeded = t.exceeded_in_volume.as_mut();

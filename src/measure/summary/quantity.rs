@@ -24,12 +24,16 @@ pub struct Quantity {
 }
 
 impl Quantity {
+    /// Value on the finest mesh where the number is extrapolated from it.
+    pub fn extrapolated_from(&self) -> Option<f64> {
+        match &self.error {
+            ErrorEstimate::Estimated(estimate) => estimate.extrapolated_from,
+            ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
+        }
+    }
     /// Value on the finest mesh, which the recording shows too.
     pub fn on_finest_mesh(&self) -> f64 {
-        match &self.error {
-            ErrorEstimate::Estimated(estimate) => estimate.extrapolated_from.unwrap_or(self.value),
-            ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => self.value,
-        }
+        self.extrapolated_from().unwrap_or(self.value)
     }
 }
 

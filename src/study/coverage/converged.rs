@@ -2,12 +2,12 @@
 //!
 //! The finer mesh has an error of its own. At first order the difference of the two meshes is the fraction 1 − h_ref/h of the error,
 //! so it is divided by that fraction, lest a reference with the same error flatter the error bars. Numbers that are limits for vanishing
-//! element size are compared with the limit of the finer mesh and two coarser ones, where these are on a line.
+//! element size are compared with the limit of the finer mesh and two coarser ones.
 
 use super::impacts::Impact;
 use super::numbers::{WithBar, value_at};
 use super::{CoverageStudy, NoClaim, Number, run_finished};
-use crate::measure::convergence::line_limit;
+use crate::measure::convergence::fitted_limit;
 use crate::scene::document::{AccuracyDocument, ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene, load_document, load_parsed};
 use crate::step::Interrupt;
@@ -65,11 +65,11 @@ impl<'a> Reference<'a> {
         value_at(self.results[0].1, pointer)
     }
 
-    /// Its limit for vanishing element size, if its values are on a line.
+    /// Its limit for vanishing element size if its values are on a line, else the value on the finest mesh.
     fn limit(&self, pointer: &str) -> Option<f64> {
         let level = |(size, results): &(f64, &Value)| Some((*size, value_at(results, pointer)?));
         let levels: Option<Vec<_>> = self.results.iter().rev().map(level).collect();
-        Some(line_limit(&levels?)?.0)
+        Some(fitted_limit(&levels?)?.value())
     }
 }
 
