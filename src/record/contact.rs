@@ -1,4 +1,4 @@
-//! `/contact/forces`: forces of the contact pairs.
+//! `/contact/forces`: forces of the contact pairs, and at the field times their contacts.
 
 use super::packed;
 use super::proto::contuse::{ContactForces, PackedArray, PairForces};
@@ -35,7 +35,7 @@ pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
             peak_pressure_pa: now.patch.peak_pressure,
             patch_nodes: now.patch.nodes,
             nodes_across_patch: now.patch.nodes_across,
-            contacts: active_contacts(frame, index as u32),
+            contacts: if frame.is_field_time { active_contacts(frame, index as u32) } else { Vec::new() },
         }
     });
     ContactForces { time_s: frame.time, step: frame.step, pairs: pairs.collect() }
