@@ -27,15 +27,15 @@ pub(super) struct Frame {
 impl Frame {
     /// Around the impact, along the outward normal of the surface at rest there and across the longest side of the tissue;
     /// `None` without a moving projectile.
-    pub fn of(instant: &Instant, tissue: &Body, scene: &Value) -> Option<Self> {
+    pub fn of(instant: &Instant, tissues: &[&Body], scene: &Value) -> Option<Self> {
         let direction = direction(scene)?;
         let (low, high) = bounds(projectile(instant).into_iter())?;
         let radius = 0.5 * (high - low).max();
         let centre = 0.5 * (low + high);
-        let impact = Impact::of(tissue, centre, direction)?;
+        let impact = Impact::of(tissues, centre, direction)?;
         let up = impact.outward;
         // Across the longest side of the tissue; one along the normal or the path counts less.
-        let (low, high) = bounds(tissue.rest.iter().copied())?;
+        let (low, high) = bounds(tissues.iter().flat_map(|body| body.rest.iter().copied()))?;
         let sides = high - low;
         let across = |k: usize| sides[k] * (1.0 - up[k].abs().max(direction[k].abs()).powi(2)).max(0.0);
         let axis = (0..3).max_by(|&a, &b| across(a).total_cmp(&across(b))).filter(|&k| across(k) > 0.0)?;
@@ -108,7 +108,7 @@ mod tests {
         let instant = Instant { rigid: vec![ball], ..Instant::default() };
         let frame_at = |velocity: Value| {
             let scene = json!({"bodies": [{"role": "projectile", "velocity_m_per_s": velocity}]});
-            Frame::of(&instant, &block, &scene)
+            Frame::of(&instant, &[&block], &scene)
         };
         for (velocity, across) in [([8, 0, -8], Vec3::y()), ([0, 8, -8], Vec3::x())] {
             let frame = frame_at(json!(velocity)).unwrap();

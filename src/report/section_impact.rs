@@ -27,9 +27,9 @@ struct Facet {
 }
 
 impl Impact {
-    /// Of the path through `centre` along the unit vector `direction`; `None` if no surface faces it.
-    pub fn of(tissue: &Body, centre: Vec3, direction: Vec3) -> Option<Self> {
-        let facets = facets(tissue);
+    /// Of the path through `centre` along the unit vector `direction` on the first body that it meets; `None` if no surface faces it.
+    pub fn of(tissues: &[&Body], centre: Vec3, direction: Vec3) -> Option<Self> {
+        let facets = facets(tissues);
         let hits = facets.iter().filter(|facet| facet.normal.dot(&direction) < 0.0).map(|facet| {
             let along = facet.normal.dot(&(facet.corners[0] - centre)) / facet.normal.dot(&direction);
             let at = centre + direction * along;
@@ -50,16 +50,21 @@ impl Impact {
     }
 }
 
-/// The surface of a body at rest in triangles, without those of no area.
-fn facets(body: &Body) -> Vec<Facet> {
-    let faces = surface::boundary(&body.cells).into_iter();
-    let triangles = faces.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    let facets = triangles.map(|nodes| {
-        let corners = nodes.map(|node| Vec3::from(body.rest[node as usize]));
-        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        Facet { corners, nodes, normal }
-    });
-    facets.filter(|facet| facet.normal.norm() > 0.0).collect()
+/// The surfaces of bodies at rest in triangles, without those of no area; the nodes of all bodies are numbered one after the other.
+fn facets(bodies: &[&Body]) -> Vec<Facet> {
+    let (mut facets, mut first) = (Vec::new(), 0);
+    for body in bodies {
+        let faces = surface::boundary(&body.cells).into_iter();
+        let triangles = faces.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        facets.extend(triangles.map(|nodes| {
+            let corners = nodes.map(|node| Vec3::from(body.rest[node as usize]));
+            let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+            Facet { corners, nodes: nodes.map(|node| first + node), normal }
+        }));
+        first += body.rest.len() as u32;
+    }
+    facets.retain(|facet| facet.normal.norm() > 0.0);
+    facets
 }
 
 impl Facet {
@@ -114,21 +119,33 @@ mod tests {
     #[test]
     fn the_path_enters_where_it_first_meets_the_surface() {
         let slanted = Vec3::new(1.0, 0.0, -1.0).normalize();
-        let hit = Impact::of(&roof(1.0), Vec3::new(-0.5, 0.3, 1.5), slanted).unwrap();
+        let hit = Impact::of(&[&roof(1.0)], Vec3::new(-0.5, 0.3, 1.5), slanted).unwrap();
         assert!((hit.at - Vec3::new(0.0, 0.3, 1.0)).norm() < 1e-12, "{hit:?}");
         assert!((hit.outward - Vec3::z()).norm() < 1e-12, "{hit:?}");
         // Its centre has passed the surface.
-        let inside = Impact::of(&roof(1.0), Vec3::new(0.5, 0.3, 0.5), slanted).unwrap();
+        let inside = Impact::of(&[&roof(1.0)], Vec3::new(0.5, 0.3, 0.5), slanted).unwrap();
         assert!((inside.at - hit.at).norm() < 1e-12);
         // Beside the tissue: the normal of the nearest triangle.
-        let beside = Impact::of(&roof(1.0), Vec3::new(1.2, 0.0, 3.0), -Vec3::z()).unwrap();
+        let beside = Impact::of(&[&roof(1.0)], Vec3::new(1.2, 0.0, 3.0), -Vec3::z()).unwrap();
         assert!((beside.outward - Vec3::z()).norm() < 1e-12, "{beside:?}");
+    }
+
+    #[test]
+    fn of_several_bodies_the_first_on_the_path_is_struck() {
+        let lower = roof(1.0);
+        let upper =
+            Body { rest: lower.rest.iter().map(|[x, y, z]| [*x, *y, z + 1.0]).collect(), ..roof(1.0) };
+        for bodies in [[&lower, &upper], [&upper, &lower]] {
+            let hit = Impact::of(&bodies, Vec3::new(0.3, 0.3, 4.0), -Vec3::z()).unwrap();
+            assert!((hit.at - Vec3::new(0.3, 0.3, 2.0)).norm() < 1e-12, "{hit:?}");
+            assert!((hit.outward - Vec3::z()).norm() < 1e-12, "{hit:?}");
+        }
     }
 
     #[test]
     fn the_normal_is_smooth_across_blunt_edges_only() {
         // On the ridge both slopes count alike, and beside it the nearer one more; the sides do not.
-        let at = |x: f64| Impact::of(&roof(1.2), Vec3::new(x, 0.0, 3.0), -Vec3::z()).unwrap().outward;
+        let at = |x: f64| Impact::of(&[&roof(1.2)], Vec3::new(x, 0.0, 3.0), -Vec3::z()).unwrap().outward;
         assert!((at(0.0) - Vec3::z()).norm() < 1e-12, "{}", at(0.0));
         let slope = Vec3::new(0.2, 0.0, 1.0).normalize();
         assert!(at(0.5).x > 0.05 && at(0.5).x < slope.x && at(0.5).y.abs() < 1e-12, "{}", at(0.5));

@@ -14,13 +14,16 @@ const DEEPEST: f64 = 200.0;
 
 /// The picture as SVG with its caption; `None` without tissue, projectile or recorded stress.
 pub fn section_picture(instant: &Instant, scene: &Value, thresholds_pa: &[f64]) -> Option<(String, String)> {
-    let tissue = instant.bodies.iter().find(|body| body.role == "tissue" && !body.stress.is_empty())?;
-    let frame = Frame::of(instant, tissue, scene)?;
-    let scale = Scale::of(tissue, thresholds_pa)?;
+    let is_tissue = |body: &&Body| body.role == "tissue" && !body.stress.is_empty();
+    let tissues: Vec<&Body> = instant.bodies.iter().filter(is_tissue).collect();
+    let frame = Frame::of(instant, &tissues, scene)?;
+    let scale = Scale::of(&tissues, thresholds_pa)?;
     let mut picture = Picture { frame, svg: String::new() };
-    let section = Section::of(tissue, &picture.frame.plane);
-    picture.fill(&section, &scale);
-    picture.lines(&section.outlines, "#fff", 1.4);
+    let sections: Vec<Section> = tissues.iter().map(|body| Section::of(body, &picture.frame.plane)).collect();
+    for section in &sections {
+        picture.fill(section, &scale);
+        picture.lines(&section.outlines, "#fff", 1.4);
+    }
     picture.bone(scene);
     for body in instant.bodies.iter().filter(|body| body.role == "projectile") {
         let section = Section::of(body, &picture.frame.plane);
@@ -31,7 +34,7 @@ pub fn section_picture(instant: &Instant, scene: &Value, thresholds_pa: &[f64]) 
         instant.rigid.iter().filter_map(|triangle| picture.frame.plane.cut_triangle(triangle)).collect();
     picture.rigid(&rigid);
     picture.svg += "</g>\n";
-    picture.names(&section, tissue);
+    picture.names(sections.iter().zip(tissues));
     picture.ruler();
     picture.legend(&scale);
     let caption = format!(
@@ -168,10 +171,12 @@ impl Picture {
     }
 
     /// The names of the parts, each beside a place of it to the right of the impact.
-    fn names(&mut self, section: &Section, tissue: &Body) {
+    fn names<'a>(&mut self, tissues: impl Iterator<Item = (&'a Section, &'a Body)>) {
         let goal = 0.5 * (LEFT + NAMES) + 150.0;
         let mut anchors: Vec<([f64; 2], &str)> = Vec::new();
-        for (part, name) in (0..).zip(&tissue.parts) {
+        let parts =
+            tissues.flat_map(|(section, body)| (0..).zip(&body.parts).map(move |part| (section, part)));
+        for (section, (part, name)) in parts {
             let middles = section.polygons.iter().filter(|(of, _)| *of == part).map(|(_, polygon)| {
                 let count = polygon.len() as f64;
                 self.frame
@@ -259,5 +264,45 @@ impl Picture {
             NAMES - LEFT,
             self.svg
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{CellKind, Cells};
+    use serde_json::json;
+
+    /// A slab of tissue from a height up, with one part and the same stress at all nodes.
+    fn slab(bottom: f64, part: &str) -> Body {
+        let mut cells = Cells::default();
+        cells.push(CellKind::Hex8, &[0, 1, 2, 3, 4, 5, 6, 7]);
+        let square = [[-0.03, -0.03], [0.03, -0.03], [0.03, 0.03], [-0.03, 0.03]];
+        let layer = |z: f64| square.map(|[x, y]| [x, y, z]);
+        let rest: Vec<[f64; 3]> = [bottom, bottom + 0.01].into_iter().flat_map(layer).collect();
+        Body {
+            role: "tissue".into(),
+            parts: vec![part.into()],
+            cells,
+            part_of: vec![0],
+            positions: rest.clone(),
+            rest,
+            stress: vec![2e4; 8],
+            ..Body::default()
+        }
+    }
+
+    #[test]
+    fn every_body_of_tissue_is_drawn() {
+        let ball = [[-0.006, -0.006, 0.02], [0.006, 0.006, 0.032], [0.0, 0.0, 0.026]];
+        let bodies = vec![slab(0.0, "muscle"), slab(0.01, "skin")];
+        let instant = Instant { bodies, rigid: vec![ball], ..Instant::default() };
+        let scene = json!({"bodies": [{"role": "projectile", "velocity_m_per_s": [0, 0, -8]}]});
+        let (svg, _) = section_picture(&instant, &scene, &[1e4]).unwrap();
+        let height = |name: &str| {
+            let (before, _) = svg.split_once(&format!(">{name}</text>")).unwrap();
+            before.rsplit_once("y=\"").unwrap().1.trim_end_matches('"').parse::<f64>().unwrap()
+        };
+        assert!(height("skin") < height("muscle"), "{svg}");
     }
 }

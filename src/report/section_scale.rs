@@ -40,9 +40,10 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// For the stress of a tissue; `None` if it has none.
-    pub fn of(tissue: &Body, thresholds_pa: &[f64]) -> Option<Self> {
-        let mut stress: Vec<f64> = tissue.stress.iter().copied().filter(|s| s.is_finite()).collect();
+    /// For the stress of tissues; `None` if they have none.
+    pub fn of(tissues: &[&Body], thresholds_pa: &[f64]) -> Option<Self> {
+        let stress = tissues.iter().flat_map(|body| body.stress.iter().copied());
+        let mut stress: Vec<f64> = stress.filter(|s| s.is_finite()).collect();
         stress.sort_by(f64::total_cmp);
         let index = ((1.0 - BEYOND) * stress.len() as f64) as usize;
         let most = *stress.get(index.min(stress.len().saturating_sub(1)))?;
