@@ -2,21 +2,15 @@
 
 import { ApiProblem, token } from "./api.js";
 import { button, html } from "./dom.js";
-import { askPage } from "./pages/ask_page.js";
-import { comparePage } from "./pages/compare_page.js";
-import { jobPage } from "./pages/job_page.js";
-import { listPage } from "./pages/list_page.js";
-import { submitPage } from "./pages/submit_page.js";
-import { whatIfPage } from "./pages/what_if_page.js";
 
-/** What is behind `#/`: a function that fills `main` and may return one that clears up. */
+/** What is behind `#/`: a function that loads the modules of a page and opens it. */
 const ROUTES = [
-  [/^$/, () => listPage()],
-  [/^ask$/, () => askPage()],
-  [/^new(?:\/([\w-]+))?(\?accuracy)?$/, (id, accuracy) => submitPage(id, Boolean(accuracy))],
-  [/^job\/([\w-]+)$/, (id) => jobPage(id)],
-  [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, (id, question) => whatIfPage(id, question)],
-  [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, (a, b) => comparePage(a, b)],
+  [/^$/, async () => (await import("./pages/list_page.js")).listPage()],
+  [/^ask$/, async () => (await import("./pages/ask_page.js")).askPage()],
+  [/^new(?:\/([\w-]+))?(\?accuracy)?$/, async (id, accuracy) => (await import("./pages/submit_page.js")).submitPage(id, Boolean(accuracy))],
+  [/^job\/([\w-]+)$/, async (id) => (await import("./pages/job_page.js")).jobPage(id)],
+  [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, async (id, question) => (await import("./pages/what_if_page.js")).whatIfPage(id, question)],
+  [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, async (a, b) => (await import("./pages/compare_page.js")).comparePage(a, b)],
 ];
 
 const main = document.getElementById("main");

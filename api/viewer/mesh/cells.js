@@ -104,95 +104,119 @@ export function surfaceOf(body, eroded = null) {
 
 function findSurface({ X, cells, partOf = null }, eroded) {
   const nodeCount = X.length / 3;
-  const kinds = kindsOfSides(cells, nodeCount, partOf, eroded);
-  const [triangles, elements] = [[], []];
-  const edges = new Set();
-  let side = 0;
-  for (let e = 0; e < cells.length; e++) {
-    const start = cells.startOf(e);
-    for (const corners of cells.kindOf(e).sides) {
-      if (kinds[side++] !== SIDE.surface) continue;
-      const face = corners.map((i) => cells.nodes[start + i]);
-      for (const triangle of TRIANGLES[face.length]) {
-        triangles.push(...triangle.map((i) => face[i]));
-        elements.push(e);
-      }
-      face.forEach((node, i) => {
-        const next = face[(i + 1) % face.length];
-        edges.add(Math.min(node, next) * nodeCount + Math.max(node, next));
-      });
+  const sides = sidesOf(cells);
+  const kinds = kindsOfSides(cells, sides, nodeCount, partOf, eroded);
+  const [triangles, elements, lines] = [[], [], []];
+  // Edges, chained by their lower node.
+  const [head, next, highs] = [new Int32Array(nodeCount).fill(-1), [], []];
+  const addEdge = (low, high) => {
+    let edge = head[low];
+    while (edge >= 0 && highs[edge] !== high) edge = next[edge];
+    if (edge >= 0) return;
+    next.push(head[low]);
+    head[low] = highs.push(high) - 1;
+    lines.push(low, high);
+  };
+  for (let side = 0; side < kinds.length; side++) {
+    if (kinds[side] !== SIDE.surface) continue;
+    const face = sides.nodesOf(side);
+    for (const [a, b, c] of TRIANGLES[face.length]) {
+      triangles.push(face[a], face[b], face[c]);
+      elements.push(sides.elements[side]);
+    }
+    for (let i = 0; i < face.length; i++) {
+      const [node, other] = [face[i], face[(i + 1) % face.length]];
+      addEdge(Math.min(node, other), Math.max(node, other));
     }
   }
-  const lines = new Uint32Array(2 * edges.size);
-  let at = 0;
-  for (const key of edges) {
-    lines[at++] = Math.floor(key / nodeCount);
-    lines[at++] = key % nodeCount;
-  }
-  return { triangles: new Uint32Array(triangles), lines, elements: new Uint32Array(elements), sides: kinds };
+  return { triangles: new Uint32Array(triangles), lines: new Uint32Array(lines), elements: new Uint32Array(elements), sides: kinds };
+}
+
+/** The sides of all elements, one element after the other: `elements` they belong to, `nodesOf(side)` around them. */
+function sidesOf(cells) {
+  const first = new Uint32Array(cells.length + 1);
+  for (let e = 0; e < cells.length; e++) first[e + 1] = first[e] + cells.kindOf(e).sides.length;
+  const elements = new Uint32Array(first[cells.length]);
+  for (let e = 0; e < cells.length; e++) elements.fill(e, first[e], first[e + 1]);
+  const nodesOf = (side) => {
+    const [element, nodes] = [elements[side], cells.nodes];
+    const start = cells.startOf(element);
+    return cells.kindOf(element).sides[side - first[element]].map((i) => nodes[start + i]);
+  };
+  return { elements, nodesOf };
 }
 
 /** What each side of each element is. Sides are chained by their lowest node; three nodes of a side are its name but for rare twins. */
-function kindsOfSides(cells, nodeCount, partOf, eroded) {
-  let count = 0;
-  for (let e = 0; e < cells.length; e++) count += cells.kindOf(e).sides.length;
+function kindsOfSides(cells, sides, nodeCount, partOf, eroded) {
+  const [{ nodes }, { elements }] = [cells, sides];
+  const count = elements.length;
   const kinds = new Uint8Array(count);
   const [head, next] = [new Int32Array(nodeCount).fill(-1), new Int32Array(count)];
-  const [middles, highs, elementOf] = [new Uint32Array(count), new Uint32Array(count), new Uint32Array(count)];
-  let side = -1;
-  for (let e = 0; e < cells.length; e++) {
-    const start = cells.startOf(e);
-    for (const corners of cells.kindOf(e).sides) {
-      side++;
-      if (eroded?.[e]) continue;
-      let [low, middle, high] = [Infinity, Infinity, -1];
-      for (const i of corners) {
-        const node = cells.nodes[start + i];
-        if (node < low) [low, middle] = [node, low];
-        else if (node < middle) middle = node;
+  const [middles, highs] = [new Uint32Array(count), new Uint32Array(count)];
+  for (let e = 0, side = 0; e < cells.length; e++) {
+    const [start, faces] = [cells.startOf(e), cells.kindOf(e).sides];
+    const isGone = eroded?.[e];
+    for (let s = 0; s < faces.length; s++, side++) {
+      if (isGone) continue;
+      const corners = faces[s];
+      let [low, middle, high] = [MOST_NODES, MOST_NODES, -1];
+      for (let i = 0; i < corners.length; i++) {
+        const node = nodes[start + corners[i]];
+        if (node < low) {
+          middle = low;
+          low = node;
+        } else if (node < middle) middle = node;
         if (node > high) high = node;
       }
       // The same side of a neighbour, or else one that may be on the surface.
       let other = head[low];
       while (other >= 0 && (middles[other] !== middle || highs[other] !== high)) other = next[other];
       if (other >= 0) {
-        kinds[side] = kinds[other] = partOf && partOf[elementOf[other]] !== partOf[e] ? SIDE.interface : SIDE.inside;
-      } else {
-        [next[side], head[low], middles[side], highs[side], elementOf[side], kinds[side]] = [head[low], side, middle, high, e, SIDE.surface];
+        kinds[side] = kinds[other] = partOf && partOf[elements[other]] !== partOf[e] ? SIDE.interface : SIDE.inside;
+        continue;
       }
+      next[side] = head[low];
+      head[low] = side;
+      middles[side] = middle;
+      highs[side] = high;
+      kinds[side] = SIDE.surface;
     }
   }
-  joinHanging(cells, kinds, partOf);
+  joinHanging(sides, kinds, partOf, { head, next, highs });
   return kinds;
 }
 
-/** A number above those of all nodes, with which two of them are one exact number. */
+/** A number above those of all nodes. */
 const MOST_NODES = 2 ** 26;
 
-/** Joins sides of four nodes with the four smaller ones on their other side, which have a node in its middle: hexahedra of two sizes. */
-function joinHanging(cells, kinds, partOf) {
-  const [open, around] = [new Map(), new Map()];
-  const put = (map, key, face) => (map.has(key) ? map.get(key).push(face) : map.set(key, [face]));
-  const name = (nodes) => Math.min(...nodes) * MOST_NODES + Math.max(...nodes);
-  let side = -1;
-  for (let element = 0; element < cells.length; element++) {
-    const start = cells.startOf(element);
-    for (const corners of cells.kindOf(element).sides) {
-      side++;
-      if (kinds[side] !== SIDE.surface || corners.length !== 4) continue;
-      const face = { side, element, nodes: corners.map((i) => cells.nodes[start + i]) };
-      put(open, name(face.nodes), face);
-      for (const node of face.nodes) put(around, node, face);
+/**
+ * Joins sides of four nodes with the four smaller ones on their other side, which have a node in its middle: hexahedra of two sizes.
+ * `chains` are those of the sides by their lowest node.
+ */
+function joinHanging({ elements, nodesOf }, kinds, partOf, { head, next, highs }) {
+  // Of the sides around a node, if they are four: themselves, and their nodes opposite to it.
+  const [counts, around, opposite] = [new Uint8Array(head.length), new Int32Array(4 * head.length), new Uint32Array(4 * head.length)];
+  for (let side = 0; side < kinds.length; side++) {
+    if (kinds[side] !== SIDE.surface) continue;
+    const nodes = nodesOf(side);
+    if (nodes.length !== 4) continue;
+    for (let i = 0; i < 4; i++) {
+      const place = 4 * nodes[i] + counts[nodes[i]];
+      if (counts[nodes[i]]++ >= 4) counts[nodes[i]] = 5;
+      else [around[place], opposite[place]] = [side, nodes[(i + 2) % 4]];
     }
   }
-  for (const [middle, small] of around) {
-    if (small.length !== 4) continue;
-    const corners = small.map(({ nodes }) => nodes[(nodes.indexOf(middle) + 2) % 4]);
-    const large = open.get(name(corners))?.find(({ nodes }) => corners.every((node) => nodes.includes(node)));
-    if (!large || large.nodes.includes(middle)) continue;
-    const isWithin = ({ element }) => !partOf || partOf[element] === partOf[large.element];
-    for (const face of small) kinds[face.side] = isWithin(face) ? SIDE.inside : SIDE.interface;
-    kinds[large.side] = small.every(isWithin) ? SIDE.inside : SIDE.interface;
+  for (let middle = 0; middle < counts.length; middle++) {
+    if (counts[middle] !== 4) continue;
+    const corners = opposite.subarray(4 * middle, 4 * middle + 4);
+    const most = Math.max(corners[0], corners[1], corners[2], corners[3]);
+    let large = head[Math.min(corners[0], corners[1], corners[2], corners[3])];
+    while (large >= 0 && (highs[large] !== most || kinds[large] !== SIDE.surface || !corners.every((node) => nodesOf(large).includes(node)))) large = next[large];
+    if (large < 0 || nodesOf(large).includes(middle)) continue;
+    const small = around.subarray(4 * middle, 4 * middle + 4);
+    const isWithin = (side) => !partOf || partOf[elements[side]] === partOf[elements[large]];
+    for (const side of small) kinds[side] = isWithin(side) ? SIDE.inside : SIDE.interface;
+    kinds[large] = small.every(isWithin) ? SIDE.inside : SIDE.interface;
   }
 }
 

@@ -10,8 +10,8 @@ import { frameAt, placeOf } from "../recording/between.js";
 import { Recording } from "../recording/recording.js";
 import { mainImpact, resultsOf, significantThresholds } from "../summary/headline.js";
 import { numbersTable } from "./compare_numbers.js";
-import { TimeBar } from "./time_bar.js";
-import { ViewSettings, forceWindow } from "./view_settings.js";
+import { TimeBar } from "../picture/time_bar.js";
+import { ViewSettings, forceWindow } from "../picture/view_settings.js";
 
 export async function comparePage(first, second) {
   const { jobs } = await getJson("/v1/jobs?limit=200");
@@ -41,7 +41,7 @@ function chooser(jobs, a, b) {
 async function loadRun(label, id) {
   const job = await getJson(`/v1/jobs/${id}`);
   if (!job.links.summary || !job.links.recording) throw new Error(`${job.name} has no recording with numbers, so there is nothing to compare.`);
-  const [summary, recording] = await Promise.all([getJson(job.links.summary), Recording.open(job.links.recording)]);
+  const [summary, recording] = await Promise.all([getJson(job.links.summary), Recording.open(job.links.recording).then((opened) => opened.read())]);
   return { label, job, summary, recording, window: forceWindow(summary), contact: firstContact(summary, recording), shift: 0 };
 }
 

@@ -5,6 +5,7 @@ import { button, html, saveFile } from "../dom.js";
 import { bytes } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { headlineCards } from "../summary/cards.js";
+import { worstOf } from "../summary/headline.js";
 import { allNumbers } from "../summary/every_number.js";
 import { injuryCriteria } from "../summary/criteria.js";
 import { layerSentences } from "../summary/layers.js";
@@ -16,8 +17,10 @@ import { pageOfQuestion } from "./asked.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { stateBadge } from "./list_page.js";
 import { ProgressPanel } from "./progress.js";
-import { RunPanel, worstOf } from "./run_panel.js";
 import { studyResults } from "./study_results.js";
+
+/** The picture and the plots, which are much to load: meanwhile numbers are shown and the recording is opened. */
+const loadPanel = () => import("../picture/run_panel.js");
 
 const FINAL = ["succeeded", "failed", "cancelled"];
 
@@ -96,7 +99,8 @@ class JobPage {
 
   /** A look at what is recorded of a job that still runs. */
   async #peek() {
-    const recording = await Recording.open(`/v1/jobs/${this.job.id}/recording`);
+    const [recording, { RunPanel }] = await Promise.all([Recording.open(`/v1/jobs/${this.job.id}/recording`), loadPanel()]);
+    await recording.read();
     this.#panel?.dispose();
     this.#panel = new RunPanel(this.job.name, recording, recording.latestSummary);
     this.#look.replaceChildren(html("p", { class: "quiet" }, "A look at the recording so far; the job goes on."), this.#panel.stage, this.#panel.element);
@@ -112,17 +116,20 @@ class JobPage {
     this.#state.replaceChildren(stateBadge(job.state));
     this.#showTools();
     this.#body.replaceChildren();
+    const opening = job.recording && Recording.open(job.links.recording);
+    // What goes wrong there is said where it is waited for.
+    opening?.catch(() => {});
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
     const isRun = summary?.gates && summary?.error_bars;
     if (job.failure && !isRun) this.#body.append(failurePanel(job.failure));
-    if (isRun) await this.#showRun(summary);
+    if (isRun) await this.#showRun(summary, opening);
     else if (summary?.cases) this.#showAnswer(summary);
     else if (summary) this.#body.append(studyResults(job.name, summary));
-    if (job.recording && !isRun) await this.#showRecording(html("div"), null);
+    if (opening && !isRun) await this.#showRecording(opening, html("div"), null);
   }
 
   /** One screen that answers: the picture, the four numbers, a sentence for each layer, what to know. Below it the rest. */
-  async #showRun(summary) {
+  async #showRun(summary, opening) {
     const { job } = this;
     const trust = trustPanel(summary, concerns(summary));
     const open = () => {
@@ -143,8 +150,8 @@ class JobPage {
       trust,
       html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
     );
-    if (!job.recording) return picture.replaceWith(html("p", { class: "panel quiet" }, "There is no recording, so there is no picture."));
-    const recording = await this.#showRecording(rest, summary, picture);
+    if (!opening) return picture.replaceWith(html("p", { class: "panel quiet" }, "There is no recording, so there is no picture."));
+    const recording = await this.#showRecording(opening, rest, summary, picture);
     if (recording) layers.replaceChildren(layerSentences(summary, boneIn(recording)) ?? "");
   }
 
@@ -155,15 +162,17 @@ class JobPage {
     this.#body.append(html("section", { class: "panel" }, answer.element));
   }
 
-  /** Shows the recording: its picture in `picture` as soon as there is one, the curves in `rest`. */
-  async #showRecording(rest, summary, picture = html("div")) {
+  /** Shows the recording that is opening: its picture in `picture` as soon as there is one, the curves in `rest`. */
+  async #showRecording(opening, rest, summary, picture = html("div")) {
     const { job } = this;
     const bar = html("progress", { max: 1, value: 0, "aria-label": "Reading the recording" });
     const loading = html("p", { class: "quiet loading" }, `Reading the recording (${bytes(job.recording.bytes)}) `, bar);
     picture.append(loading);
     if (!picture.isConnected) this.#body.append(picture);
     if (!rest.isConnected) this.#body.append(rest);
-    const onFirst = (recording) => {
+    const [recording, panel] = [await opening, loadPanel()];
+    const onFirst = async () => {
+      const { RunPanel } = await panel;
       if (this.#ending.signal.aborted) return;
       this.#panel = new RunPanel(job.name, recording, summary);
       this.#panel.begin();
@@ -174,7 +183,8 @@ class JobPage {
       bar.value = fraction;
       this.#panel?.grow();
     };
-    const recording = await Recording.open(job.links.recording, { first, onFirst, onProgress });
+    await recording.read({ first, onFirst, onProgress });
+    const { RunPanel } = await panel;
     if (this.#ending.signal.aborted) return null;
     loading.remove();
     this.#panel ??= new RunPanel(job.name, recording, summary);

@@ -58,15 +58,12 @@ export class Recording {
   scene = null;
   scenery = new Map();
 
-  /**
-   * Opens the recording at an address and reads all of it. Of its frames the one nearest to the time `first` [s] is fetched before the
-   * others: as soon as it is there `onFirst(recording)` is called, then, while the others come, `onProgress(fraction)`.
-   */
-  static async open(path, { first = 0, onProgress = () => {}, onFirst = () => {} } = {}) {
+  /** Opens the recording at an address: what it says of itself and of the scene, and the meshes. */
+  static async open(path) {
     const source = new HttpRange(path);
     const reader = await McapIndexedReader.Initialize({ readable: source, decompressHandlers: { zstd: unzstd } });
     const recording = new Recording();
-    recording.bytes = Number(await source.size());
+    [recording.#source, recording.#reader] = [source, reader];
     for await (const record of reader.readMetadata()) {
       const metadata = Object.fromEntries(record.metadata);
       if (record.name === "contuse.run") recording.run = metadata;
@@ -77,14 +74,23 @@ export class Recording {
     }
     const bone = boneOf(recording.scene);
     if (bone) recording.scenery.set(bone.name, bone);
-    const channels = recording.#channelsOf(reader);
-    await recording.#readFirst(reader, channels, first);
-    if (recording.frames.length) {
-      onFirst(recording);
+    recording.#channels = recording.#channelsOf(reader);
+    for await (const message of recording.#messages(["reference"])) recording.#take(message);
+    return recording;
+  }
+
+  /**
+   * Reads all of it. Of its frames the one nearest to the time `first` [s] is fetched before the others: as soon as it is there
+   * `onFirst()` is called, then, while the others come, `onProgress(fraction)`.
+   */
+  async read({ first = 0, onProgress = () => {}, onFirst = () => {} } = {}) {
+    await this.#readFirst(first);
+    if (this.frames.length) {
+      await onFirst();
       await pictureShown();
     }
-    await recording.#readAll(reader, channels, onProgress);
-    return recording;
+    await this.#readAll(onProgress);
+    return this;
   }
 
   /** The scene document that the recording at an address carries, as text. */
@@ -112,27 +118,33 @@ export class Recording {
     return channels;
   }
 
-  /** Reads the meshes, and the fields, contacts and poses of the frame nearest to a time. */
-  async #readFirst(reader, channels, time) {
-    const topicsOf = (...kinds) => [...channels.values()].filter(({ kind }) => kinds.includes(kind)).map(({ topic }) => topic);
-    for await (const message of reader.readMessages({ topics: topicsOf("reference") })) this.#take(channels, message);
+  /** The messages of topics of some kinds, between two log times; what holds them is fetched ahead. */
+  #messages(kinds, { startTime, endTime } = {}) {
+    const wanted = [...this.#channels].filter(([, { kind }]) => kinds.includes(kind));
+    const isWanted = (chunk) => wanted.some(([id]) => chunk.messageIndexOffsets.has(id)) && !(chunk.messageEndTime < startTime || chunk.messageStartTime > endTime);
+    const spanOf = ({ chunkStartOffset: from, chunkLength, messageIndexLength }) => ({ from: Number(from), to: Number(from + chunkLength + messageIndexLength) });
+    this.#source.expect(this.#reader.chunkIndexes.filter(isWanted).map(spanOf));
+    return this.#reader.readMessages({ topics: wanted.map(([, { topic }]) => topic), startTime, endTime });
+  }
+
+  /** Reads the fields, contacts and poses of the frame nearest to a time. */
+  async #readFirst(time) {
     const times = JSON.parse(this.run.field_times_s ?? "[]").filter((t) => t <= Number(this.ending.time_s ?? Infinity));
     const [nearest] = times.sort((a, b) => Math.abs(a - time) - Math.abs(b - time));
     if (nearest == null) return;
     const startTime = BigInt(Math.max(0, Math.floor(nearest * Number(this.run.time_factor) * 1e9) - 1));
     const range = { startTime, endTime: startTime + NANOSECONDS_OF_STEP };
-    for await (const message of reader.readMessages({ topics: topicsOf("contact", "pose", "mesh", "stress"), ...range })) {
-      this.#take(channels, message, { isAlone: true });
-    }
+    for await (const message of this.#messages(["contact", "pose", "mesh", "stress"], range)) this.#take(message, { isAlone: true });
   }
 
-  async #readAll(reader, channels, onProgress) {
-    const topics = [...channels.values()].filter(({ kind }) => kind !== "reference").map(({ topic }) => topic);
-    const counts = reader.statistics?.channelMessageCounts ?? new Map();
-    const count = [...channels.keys()].reduce((sum, id) => sum + Number(counts.get(id) ?? 0n), 0);
+  async #readAll(onProgress) {
+    const counts = this.#reader.statistics?.channelMessageCounts ?? new Map();
+    const count = [...this.#channels.keys()].reduce((sum, id) => sum + Number(counts.get(id) ?? 0n), 0);
+    const kinds = new Set([...this.#channels.values()].map(({ kind }) => kind));
+    kinds.delete("reference");
     let seen = 0;
-    for await (const message of reader.readMessages({ topics })) {
-      this.#take(channels, message);
+    for await (const message of this.#messages([...kinds])) {
+      this.#take(message);
       if (++seen % 200 === 0) {
         onProgress(count ? Math.min(seen / count, 1) : 0);
         // The page goes on answering.
@@ -144,8 +156,8 @@ export class Recording {
   }
 
   /** Takes in one message; one that `isAlone` is no part of the curves. */
-  #take(channels, { channelId, data, publishTime: at }, { isAlone = false } = {}) {
-    const { kind, name, decode } = channels.get(channelId);
+  #take({ channelId, data, publishTime: at }, { isAlone = false } = {}) {
+    const { kind, name, decode } = this.#channels.get(channelId);
     const message = decode(data);
     if (kind === "energy") this.series.takeEnergy(message);
     else if (kind === "contact") {
@@ -158,6 +170,9 @@ export class Recording {
     else if (kind === "summary") this.latestSummary = JSON.parse(message.json);
   }
 
+  #source;
+  #reader;
+  #channels;
   /** Names of bodies by their part of the topic. */
   #names = new Map();
   #latestContacts = null;

@@ -17,6 +17,12 @@ export function mainImpact(results) {
   return among.reduce((best, impact) => (!best || force(impact) > force(best) ? impact : best), null);
 }
 
+/** The instant of the largest force by the summary of a run [s]; null where it says none. */
+export function worstOf(summary) {
+  const time = summary && mainImpact(resultsOf(summary))?.peak_force_time_s?.value;
+  return time > 0 ? time : null;
+}
+
 /** Whether nothing touched in a run: then none of its numbers is of an impact. */
 export function isMiss(summary) {
   return resultsOf(summary).nothing_touched === true;

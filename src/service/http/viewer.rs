@@ -48,11 +48,20 @@ pub async fn docs(headers: HeaderMap) -> Result<Response, Problem> {
     send_page(&String::from_utf8_lossy(&file.data), &headers)
 }
 
-/// The page with links to all of its modules, so that the browser fetches them at once, not each where it finds the import.
+/// Modules that each page loads for itself.
+const OF_ONE_PAGE: [&str; 3] = ["docs.js", "pages/", "scene/"];
+/// Modules of pictures and curves: large, and needed when the numbers are there.
+const OF_PICTURES: [&str; 5] = ["mesh/", "picture/", "plots/", "vendor/three/", "vendor/uplot/"];
+
+/// The page with links to the modules that most pages need, so that the browser fetches them at once, not each where it finds the import.
 fn with_preloads(page: &str) -> String {
-    let modules = ViewerFiles::iter().filter(|name| name != "docs.js" && media_type(name) == SCRIPT);
-    let link = |name| format!("<link rel=\"modulepreload\" href=\"viewer/{name}\">\n");
-    let links = modules.map(link).collect::<Vec<_>>().concat();
+    let is_in = |list: &[&str], name: &str| list.iter().any(|of| name.starts_with(of));
+    let is_common = |name: &str| media_type(name) == SCRIPT && !is_in(&OF_ONE_PAGE, name);
+    let mut modules: Vec<_> = ViewerFiles::iter().filter(|name| is_common(name)).collect();
+    modules.sort_by_key(|name| is_in(&OF_PICTURES, name));
+    let priority = |name| if is_in(&OF_PICTURES, name) { " fetchpriority=\"low\"" } else { "" };
+    let link = |name| format!("<link rel=\"modulepreload\"{} href=\"viewer/{name}\">\n", priority(name));
+    let links = modules.iter().map(|name| link(name)).collect::<Vec<_>>().concat();
     page.replacen("<script type=\"module\"", &format!("{links}<script type=\"module\""), 1)
 }
 

@@ -22,14 +22,22 @@ function roundUp(value) {
 
 /** What nearly all nodes of the tissue stay below in every frame. */
 function top(recording, field) {
-  let most = 0;
-  for (const frame of recording.frames) {
-    const values = frame.bodies.get(recording.tissue?.name)?.fields?.[field] ?? [];
+  const values = recording.frames.map((frame) => frame.bodies.get(recording.tissue?.name)?.fields?.[field]);
+  return Math.max(0, ...values.filter(Boolean).map(topOf));
+}
+
+/** By the values of a frame. */
+const tops = new WeakMap();
+
+/** What nearly all values are below. */
+function topOf(values) {
+  if (!tops.has(values)) {
     const every = Math.max(1, Math.floor(values.length / MOST_VALUES));
-    const some = Float32Array.from({ length: Math.floor(values.length / every) }, (_, i) => Math.abs(values[i * every])).sort();
-    if (some.length) most = Math.max(most, some[Math.min(some.length - 1, Math.floor((1 - BEYOND) * some.length))]);
+    const some = new Float32Array(Math.floor(values.length / every));
+    for (let i = 0; i < some.length; i++) some[i] = Math.abs(values[i * every]);
+    tops.set(values, some.sort()[Math.min(some.length - 1, Math.floor((1 - BEYOND) * some.length))] ?? 0);
   }
-  return most;
+  return tops.get(values);
 }
 
 /** The range of a field in a mode, for all these recordings; `levels` are its thresholds. */

@@ -8,15 +8,9 @@ import { mainPair } from "../plots/main_pair.js";
 import { PatchPanel } from "../plots/patch.js";
 import { ContactSurface } from "../plots/pressure.js";
 import { contactPlots, energyPlot } from "../plots/run_plots.js";
-import { mainImpact, resultsOf, significantThresholds } from "../summary/headline.js";
+import { significantThresholds, worstOf } from "../summary/headline.js";
 import { Stage } from "./stage.js";
 import { forceWindow } from "./view_settings.js";
-
-/** The instant of the largest force by the summary of a run [s]; null where it says none. */
-export function worstOf(summary) {
-  const time = summary && mainImpact(resultsOf(summary))?.peak_force_time_s?.value;
-  return time > 0 ? time : null;
-}
 
 export class RunPanel {
   /** The picture; the plots come below it. */

@@ -18,6 +18,13 @@ function fieldsOf(recording) {
   return Object.keys(FIELDS).filter((name) => names.has(name));
 }
 
+function projectileRadius({ bodies }) {
+  const body = [...bodies.values()].find((b) => b.role === "projectile");
+  if (!body) return 0;
+  const { low, high } = boxAround(body.X ?? body.surface.points);
+  return 0.5 * Math.max(...low.map((l, k) => high[k] - l));
+}
+
 export class ViewSettings {
   /** What is chosen most, and all the rest. */
   element = html("div", { class: "settings-row" });
@@ -112,22 +119,14 @@ export class ViewSettings {
     return Math.max(0, Math.min(...ends));
   }
 
-  /** Centre and radius of what is looked at first: around the impact, or all of the tissue. */
+  /** Centre and radius of what is looked at first: around the impact, as far as the largest projectile asks for, or all of the tissue. */
   #sphere(isWhole) {
     const { low, high } = this.box ?? { low: [-0.1, -0.1, -0.1], high: [0.1, 0.1, 0.1] };
     const whole = 0.5 * Math.hypot(...low.map((l, k) => (k === this.cutAxis ? 0 : high[k] - l)));
     const middle = low.map((l, k) => (l + high[k]) / 2);
     if (isWhole || !this.line) return { centre: middle, radius: whole };
-    const radius = Math.min(whole, Math.max(LEAST, AROUND * this.#projectileRadius()));
+    const radius = Math.min(whole, Math.max(LEAST, ...this.recordings.map((recording) => AROUND * projectileRadius(recording))));
     return { centre: this.line.centre.map((c, k) => c + 0.3 * radius * this.line.direction[k]), radius };
-  }
-
-  #projectileRadius() {
-    const [{ bodies }] = this.recordings;
-    const body = [...bodies.values()].find((b) => b.role === "projectile");
-    if (!body) return 0;
-    const { low, high } = boxAround(body.X ?? body.surface.points);
-    return 0.5 * Math.max(...low.map((l, k) => high[k] - l));
   }
 
   /** Sphere and direction of a camera in space that sees the cut first. */
