@@ -21,6 +21,13 @@ function superscript(exponent) {
   return String(exponent).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
 }
 
+/** How many digits of a number its error leaves: to the second one of the error, from two to four. */
+export function digitsWithin(value, error) {
+  if (!(error > 0) || !value) return 4;
+  const order = (size) => Math.floor(Math.log10(Math.abs(size)));
+  return Math.min(Math.max(order(value) - order(error) + 2, 2), 4);
+}
+
 /** A number that people set, without zeros that say nothing. */
 export function setting(value) {
   return String(Number(value.toPrecision(6))).replace("-", "−");

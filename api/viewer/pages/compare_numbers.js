@@ -1,7 +1,7 @@
 // The four numbers of two runs, and their difference.
 
 import { html, table } from "../dom.js";
-import { change } from "../format.js";
+import { change, digitsWithin } from "../format.js";
 import { bracketed, errorWords, hasError, headline, isMiss } from "../summary/headline.js";
 import { stoppedAt } from "../summary/trust.js";
 
@@ -33,7 +33,8 @@ function numberCell(summary, { quantity }) {
 function differenceCell(p, q) {
   const difference = q.value - p.value;
   const fraction = p.value === 0 ? "" : ` (${change((100 * difference) / p.value, 100, 2)} %)`;
-  return html("span", {}, `${change(difference, Math.max(Math.abs(p.value), Math.abs(q.value)))}${fraction} `, verdict(p, q, difference));
+  const digits = digitsWithin(difference, (p.error?.total ?? 0) + (q.error?.total ?? 0));
+  return html("span", {}, `${change(difference, Math.max(Math.abs(p.value), Math.abs(q.value)), digits)}${fraction} `, verdict(p, q, difference));
 }
 
 function verdict(p, q, difference) {

@@ -2,7 +2,7 @@
 
 import { getJson } from "../api.js";
 import { html, select } from "../dom.js";
-import { timeUnit, withUnit } from "../format.js";
+import { moment, timeUnit, withUnit } from "../format.js";
 import { FIELDS, Legend } from "../mesh/colours.js";
 import { MeshView } from "../mesh/mesh_view.js";
 import { contactPlots, energyPlot } from "../plots/run_plots.js";
@@ -29,7 +29,7 @@ export async function comparePage(first, second) {
 }
 
 function chooser(jobs, a, b) {
-  const options = jobs.map((job) => [job.id, `${job.name} · ${new Date(job.created_at).toLocaleTimeString()}`]);
+  const options = jobs.map((job) => [job.id, `${job.name} · ${moment(job.created_at)}`]);
   return html(
     "div",
     { class: "choose panel" },

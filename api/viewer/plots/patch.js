@@ -33,7 +33,7 @@ export class PatchPanel {
   /** Shows a patch with its facets, and the contacts of its pair. */
   show(patch, contacts) {
     const words = patch
-      ? `${patch.points.length} nodes touch. Area ${withUnit(contacts.area * 1e6, "mm²")}, axes ${number(contacts.axes[0] * 1e3)} × ${number(contacts.axes[1] * 1e3)} mm${patch.facets.length ? `, highest pressure ${withUnit(patch.peak * 1e-3, "kPa", 3)}` : ""}.`
+      ? `${patch.points.length} nodes touch. Area ${withUnit(contacts.area * 1e6, "mm²", 3)}, spread over ${number(contacts.axes[0] * 1e3, 3)} × ${number(contacts.axes[1] * 1e3, 3)} mm${patch.facets.length ? `, highest pressure ${withUnit(patch.peak * 1e-3, "kPa", 3)}` : ""}.`
       : "Nothing touches at this time.";
     this.#words.textContent = words;
     this.#canvas.setAttribute("aria-label", `Contact pressure. ${words}`);

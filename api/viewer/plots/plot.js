@@ -132,13 +132,17 @@ export class Plot {
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.setLineDash([4 * devicePixelRatio, 4 * devicePixelRatio]);
-    for (const { value, label } of this.#options.levels ?? []) {
+    ctx.fillStyle = "#4a5866";
+    ctx.textAlign = "right";
+    let last = -Infinity;
+    for (const { value, label } of [...(this.#options.levels ?? [])].sort((a, b) => b.value - a.value)) {
       const at = chart.valToPos(value, "y", true);
       if (at < bbox.top || at > bbox.top + bbox.height) continue;
       line(ctx, "#7a8794", bbox.left, at, bbox.left + bbox.width, at);
-      ctx.fillStyle = "#4a5866";
-      ctx.textAlign = "right";
+      // A label that would lie on the one above is left out.
+      if (at - last < 12 * devicePixelRatio) continue;
       ctx.fillText(label, bbox.left + bbox.width - 4, at - 4);
+      last = at;
     }
     ctx.setLineDash([]);
     if (this.#marked != null) {

@@ -183,12 +183,18 @@ export class Recording {
 
   #takeReference(topicName, message) {
     const V = xyz(message.flight_velocity_m_per_s);
-    const body = { name: message.body, role: message.role, parts: message.parts, V };
+    const body = { name: message.body, role: message.role, parts: this.#partsOf(message), V };
     body.X = unpacked(message.positions);
     body.cells = cellsOf(message);
     body.partOf = unpacked(message.part_of);
     this.bodies.set(body.name, body);
     this.#names.set(topicName, body.name);
+  }
+
+  /** Names of the parts; the only part of a generated mesh is called by its shape, and better by the body: gel, not block. */
+  #partsOf({ body, parts }) {
+    const isGenerated = this.scene?.bodies?.some(({ name, mesh }) => name === body && mesh?.generator);
+    return isGenerated && parts.length === 1 ? [body] : parts;
   }
 
   /** The frame of this moment, made when it is the first message of it; frames are in the order of time. */

@@ -1,7 +1,7 @@
 // The four numbers as cards: each with its uncertainty as words and as a bar.
 
 import { html, svg, term } from "../dom.js";
-import { number, withUnit } from "../format.js";
+import { digitsWithin, number, withUnit } from "../format.js";
 import { errorWords, hasError, headline, isMiss, isResolved } from "./headline.js";
 import { ABOUT_STRESS } from "./layers.js";
 import { stoppedAt } from "./trust.js";
@@ -40,7 +40,7 @@ function title(label) {
 
 /** A number; about so much where its error is larger, or was not estimated. */
 function valueOf(quantity) {
-  return isResolved(quantity) ? number(quantity.value) : `≈ ${number(quantity.value, 2)}`;
+  return isResolved(quantity) ? number(quantity.value, digitsWithin(quantity.value, quantity.error.total)) : `≈ ${number(quantity.value, 2)}`;
 }
 
 function errorOf(quantity, unit) {

@@ -1,6 +1,6 @@
 // What a summary says first: the hardest impact, the four numbers, and numbers with their errors as words.
 
-import { number, setting, timeUnit, withUnit } from "../format.js";
+import { digitsWithin, number, setting, timeUnit, withUnit } from "../format.js";
 
 /** The numbers of a summary, plain or withheld. */
 export function resultsOf(summary) {
@@ -38,9 +38,10 @@ export function hasError(quantity) {
   return quantity.error != null && typeof quantity.error === "object";
 }
 
-/** A number; in brackets when its error is larger, or was not estimated. */
+/** A number to the digits that its error leaves; in brackets when its error is larger, or was not estimated. */
 export function bracketed(quantity) {
-  return isResolved(quantity) ? number(quantity.value) : `(${number(quantity.value)})`;
+  const words = number(quantity.value, digitsWithin(quantity.value, quantity.error?.total));
+  return isResolved(quantity) ? words : `(${words})`;
 }
 
 /** The error of a number in words. */
@@ -87,13 +88,13 @@ function forceNote({ pair, force_average: average, peak_force_time_s: time }, { 
   const { factor, name } = timeUnit(end);
   const when = time && time.value > 0 ? `${number(time.value * factor, 3)} ${name} after the start` : null;
   const isOneOfSeveral = impacts.filter((impact) => impact.on_tissue).length > 1;
-  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, ""), when].filter(Boolean).join(", ");
+  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when].filter(Boolean).join(", ");
 }
 
 function patchNote({ patch_long_axis_mm: long, patch_short_axis_mm: short }) {
   if (!long || !short) return null;
-  const words = `${number(long.value, 2)} × ${number(short.value, 2)} mm at the largest force`;
-  return isResolved(long) && isResolved(short) ? words : `about ${words}`;
+  const about = isResolved(long) && isResolved(short) ? "" : "about ";
+  return `spread over ${about}${number(long.value, 2)} × ${number(short.value, 2)} mm at the largest force`;
 }
 
 function depth(results) {

@@ -82,11 +82,13 @@ export function layerSentences(summary, bone = null) {
   const { tissue } = resultsOf(summary);
   if (!tissue?.significant_stress?.length || summary.withheld) return null;
   const parts = partsOf(tissue);
+  // The part of a tissue of one part is called by what the mesh is: a block.
+  const [title, names] = parts.length > 1 ? ["What happened to each layer", parts] : ["What happened to the tissue", ["tissue"]];
   const item = (name, words) => html("li", {}, html("b", {}, name), " ", words);
   return html(
     "section",
-    { class: "layers", "aria-label": "What happened to each layer" },
-    html("h2", {}, "What happened to each layer ", html("small", {}, term("stress", ABOUT_STRESS), ", at its largest")),
-    html("ul", {}, parts.map((part) => item(part, sentence(part, tissue))), bone && !parts.includes("bone") ? item("bone", onBone(tissue, bone)) : null),
+    { class: "layers", "aria-label": title },
+    html("h2", {}, `${title} `, html("small", {}, term("stress", ABOUT_STRESS), ", at its largest")),
+    html("ul", {}, parts.map((part, i) => item(names[i], sentence(part, tissue))), bone && !parts.includes("bone") ? item("bone", onBone(tissue, bone)) : null),
   );
 }
