@@ -120,6 +120,16 @@ def test_cards_name_their_threshold_and_their_errors(page, jobs):
         expect(card.locator(".error")).to_contain_text("±")
 
 
+def test_numbers_have_the_digits_that_their_errors_leave(page, jobs):
+    digits = "async (pairs) => { const f = await import('/viewer/format.js'); return pairs.map(([value, error]) => f.number(value, f.digitsWithin(value, error))); }"
+    pairs = [[5552, 5300], [59.3, 17], [40, 0.75], [1.324, 0.03], [88.56, 250], [2151, 0.001], [0, 1], [7.923, None]]
+    assert page.evaluate(digits, pairs) == ["5600", "59", "40.00", "1.324", "89", "2151", "0", "7.923"]
+    results = page.request.get(jobs["good"]["links"]["summary"]).json()["results"]
+    energy = results["tissue"]["energy_given_j"]
+    shown = float(page.get_by_label("The four numbers").get_by_role("article").nth(3).locator("b").inner_text())
+    assert shown != energy["value"] and abs(shown - energy["value"]) < 0.06 * energy["error"]["total"]
+
+
 def test_legends_follow_the_keys(page, jobs):
     page.get_by_label("Simulated time", exact=True).focus()
     page.keyboard.press("End")

@@ -7,7 +7,7 @@ from test_what_is_said import post
 LINE = """async (path) => {
   const { Recording } = await import("/viewer/recording/recording.js");
   const { impactLine } = await import("/viewer/plots/impact_line.js");
-  return impactLine(await Recording.open(path));
+  return impactLine(await (await Recording.open(path)).read());
 }"""
 
 STRETCH = {"kind": "affine", "center_m": [0, 0, 0], "deformation_gradient": [[1.1, 0, 0], [0, 0.95, 0], [0, 0, 0.957]]}
@@ -66,6 +66,13 @@ def test_depth_begins_at_the_surface_at_rest_straight_in(page, jobs):
     assert line["centre"][:2] == pytest.approx([0.003, 0], abs=2e-3)
     assert line["centre"][2] == pytest.approx(0.02, abs=1e-6)
     assert line["direction"] == pytest.approx([0, 0, -1], abs=1e-6)
+
+
+def test_a_target_of_one_generated_part_is_called_by_its_name(page, jobs):
+    open_job(page, jobs["long"])
+    expect(page.locator(".overlay .layer-name")).to_have_text(["arm"])
+    tissue = page.get_by_label("What happened to the tissue").get_by_role("listitem").first
+    expect(tissue.locator("b")).to_have_text("tissue")
 
 
 def test_card_and_plots_are_of_one_pair(page, jobs):
