@@ -15,6 +15,7 @@ mod meshes;
 mod openapi;
 mod origin;
 mod pages;
+mod preloads;
 mod problem;
 mod range;
 mod recording;

@@ -3,6 +3,7 @@
 //! Its files are those of `api/viewer/`, embedded in the binary: plain ES modules, without a build step or external
 //! resources. A development build reads them from the folder on request, so changes show after a reload.
 
+use super::preloads::{import_map, with_preloads};
 use super::problem::Problem;
 use axum::extract::Path;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -39,30 +40,14 @@ const PRESETS: [(&str, &str); 8] = [
 /// `/`: the page of the viewer.
 pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
     let file = ViewerFiles::get("index.html").ok_or_else(Problem::no_such_address)?;
-    send_page(&with_preloads(&String::from_utf8_lossy(&file.data)), &headers)
+    let source = |name: &str| Some(String::from_utf8_lossy(&ViewerFiles::get(name)?.data).into_owned());
+    send_page(&with_preloads(&String::from_utf8_lossy(&file.data), source), &headers)
 }
 
 /// `/docs/`: the API documentation as a page.
 pub async fn docs(headers: HeaderMap) -> Result<Response, Problem> {
     let file = ViewerFiles::get("docs.html").ok_or_else(Problem::no_such_address)?;
     send_page(&String::from_utf8_lossy(&file.data), &headers)
-}
-
-/// Modules that each page loads for itself.
-const OF_ONE_PAGE: [&str; 3] = ["docs.js", "pages/", "scene/"];
-/// Modules of pictures and curves: large, and needed when the numbers are there.
-const OF_PICTURES: [&str; 5] = ["mesh/", "picture/", "plots/", "vendor/three/", "vendor/uplot/"];
-
-/// The page with links to the modules that most pages need, so that the browser fetches them at once, not each where it finds the import.
-fn with_preloads(page: &str) -> String {
-    let is_in = |list: &[&str], name: &str| list.iter().any(|of| name.starts_with(of));
-    let is_common = |name: &str| media_type(name) == SCRIPT && !is_in(&OF_ONE_PAGE, name);
-    let mut modules: Vec<_> = ViewerFiles::iter().filter(|name| is_common(name)).collect();
-    modules.sort_by_key(|name| is_in(&OF_PICTURES, name));
-    let priority = |name| if is_in(&OF_PICTURES, name) { " fetchpriority=\"low\"" } else { "" };
-    let link = |name| format!("<link rel=\"modulepreload\"{} href=\"viewer/{name}\">\n", priority(name));
-    let links = modules.iter().map(|name| link(name)).collect::<Vec<_>>().concat();
-    page.replacen("<script type=\"module\"", &format!("{links}<script type=\"module\""), 1)
 }
 
 /// Sends a page with its content security policy.
@@ -101,15 +86,12 @@ fn send(path: &str, data: Vec<u8>, hash: &[u8], headers: &HeaderMap) -> Response
     (described, data).into_response()
 }
 
-/// Media type of modules.
-const SCRIPT: &str = "text/javascript; charset=utf-8";
-
 /// Media type by the file extension. Browsers run modules of the proper type only.
 fn media_type(path: &str) -> &'static str {
     match path.rsplit_once('.').map_or("", |(_, end)| end) {
         "html" => "text/html; charset=utf-8",
         "css" => "text/css; charset=utf-8",
-        "js" | "mjs" => SCRIPT,
+        "js" | "mjs" => "text/javascript; charset=utf-8",
         "svg" => "image/svg+xml",
         _ => "text/plain; charset=utf-8",
     }
@@ -118,9 +100,7 @@ fn media_type(path: &str) -> &'static str {
 /// Policy: scripts of this service only, in the page itself only its import map, by digest; no connections to other
 /// hosts.
 fn content_security_policy(page: &str) -> String {
-    let map =
-        page.split_once("<script type=\"importmap\">").and_then(|(_, rest)| rest.split_once("</script>"));
-    let digest = BASE64_STANDARD.encode(Sha256::digest(map.map_or("", |(map, _)| map)));
+    let digest = BASE64_STANDARD.encode(Sha256::digest(import_map(page)));
     format!(
         "default-src 'none'; script-src 'self' 'sha256-{digest}'; style-src 'self'; img-src 'self' blob: data:; \
          connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
