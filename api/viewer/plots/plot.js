@@ -139,7 +139,7 @@ export class Plot {
       const at = chart.valToPos(value, "y", true);
       if (at < bbox.top || at > bbox.top + bbox.height) continue;
       line(ctx, "#7a8794", bbox.left, at, bbox.left + bbox.width, at);
-      // A label that would lie on the one above is left out.
+      // A label that would lie on the one above is omitted.
       if (at - last < 12 * devicePixelRatio) continue;
       ctx.fillText(label, bbox.left + bbox.width - 4, at - 4);
       last = at;
