@@ -2,10 +2,12 @@
 """Kills the processes of a service on PostgreSQL and S3 while it works, and checks that nothing is lost.
 
     tests/cluster/postgres python tests/cluster/chaos.py target/release/contuse --jobs 500 --between-kills 1 --refusal 10
+    python tests/cluster/chaos.py target/release/contuse --sqlite --jobs 500 --between-kills 1
 
 An API without workers and some workers share a database and an object store (moto, from PyPI, behind a proxy that can refuse). A random
 process is killed (SIGKILL) at intervals and started again; the database is restarted once; the object store refuses for some seconds.
-Then every acknowledged job has ended once, with the digest of an undisturbed run, and its recording is whole.
+Then every acknowledged job has ended once, with the digest of an undisturbed run, and its recording is whole. With --sqlite one process
+has all, and is killed.
 """
 
 import argparse
@@ -29,12 +31,13 @@ import uuid
 from s3 import BUCKET, CREDENTIALS, free_port, object_store
 
 SPEEDS = [-10.0, -11.0, -12.0, -13.0]
+ELEMENTS = 10
 ENDED = {"succeeded", "failed", "cancelled"}
 
 
 def scene(speed: float) -> dict:
-    """A soft block that hits a wall: a run of some tenths of a second."""
-    block = {"kind": "block", "min_m": [0, 0, 1e-4], "max_m": [0.01, 0.01, 0.0101], "elements": [10, 10, 10]}
+    """A soft block that hits a wall: a run of some tenths of a second, or less if it has fewer elements."""
+    block = {"kind": "block", "min_m": [0, 0, 1e-4], "max_m": [0.01, 0.01, 0.0101], "elements": [ELEMENTS] * 3}
     material = {"law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 1e6}
     body = {
         "name": "block",
@@ -181,8 +184,8 @@ def database() -> str:
     return f"{address}?options=-csearch_path%3D{name}"
 
 
-def disturb(arguments, processes: list[Process], proxy: Proxy, done: collections.Counter, over: threading.Event) -> None:
-    """Kills a process at intervals until the jobs are over; at the third kill the database restarts, at the fifth the store refuses."""
+def disturb(arguments, processes: list[Process], proxy: Proxy | None, done: collections.Counter, over: threading.Event) -> None:
+    """Kills a process at intervals until the jobs are over; at the third kill a database restarts, at the fifth a store refuses."""
     chance = random.Random(arguments.seed)
     while not over.wait(arguments.between_kills):
         # What ended by itself, since a store did not answer when it started, starts again as under any supervisor.
@@ -190,6 +193,8 @@ def disturb(arguments, processes: list[Process], proxy: Proxy, done: collections
             process.kill()
             process.start()
         done["kills"] += 1
+        if proxy is None:
+            continue
         if done["kills"] == 3:
             subprocess.run(os.environ["CONTUSE_TEST_POSTGRES_RESTART"], shell=True, check=True)
             done["restarts of the database"] += 1
@@ -205,7 +210,7 @@ def refuse(arguments, proxy: Proxy, done: collections.Counter) -> None:
 def submit_until(arguments, client: Client, pool: concurrent.futures.Executor, done: collections.Counter) -> dict[str, float]:
     """Jobs with the speeds of their scenes: as many as asked for, and again as many until every fault has been."""
     jobs = {}
-    while not jobs or done["refusals of the store"] == 0:
+    while not jobs or not (arguments.sqlite or done["refusals of the store"]):
         speeds = [SPEEDS[i % len(SPEEDS)] for i in range(arguments.jobs)]
         ids = pool.map(lambda speed: client.submit(speed, uuid.uuid4().hex), speeds)
         batch = dict(zip(ids, speeds, strict=True))
@@ -247,6 +252,7 @@ def work_once(processes: list[Process], client: Client, command: list[str], envi
 
 
 def main() -> None:
+    global ELEMENTS
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
     parser.add_argument("--jobs", type=int, default=40)
@@ -255,22 +261,27 @@ def main() -> None:
     parser.add_argument("--refusal", type=float, default=4, help="seconds")
     parser.add_argument("--patience", type=float, default=120, help="seconds")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--elements", type=int, default=ELEMENTS, help="along each edge of the block")
+    parser.add_argument("--sqlite", action="store_true", help="one process with its own folder, and no other server")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, object_store() as store:
-        proxy = Proxy(store)
+    ELEMENTS = arguments.elements
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as servers:
+        proxy = None if arguments.sqlite else Proxy(servers.enter_context(object_store()))
         digests = undisturbed(arguments.program, folder)
         port = free_port()
-        environment = os.environ | CREDENTIALS | {
-            "CONTUSE_DATABASE": database(),
-            "CONTUSE_BLOBS": f"s3://{BUCKET}/runs",
-            "CONTUSE_LEASE_S": "2",
-            "CONTUSE_MAX_ATTEMPTS": "100",
-            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{proxy.port}",
-        }
-        serve = [arguments.program, "serve", "--workers", "0", "--data", f"{folder}/api", "--listen", f"127.0.0.1:{port}"]
+        environment = os.environ | {"CONTUSE_MAX_ATTEMPTS": "100"}
+        if proxy:
+            environment |= CREDENTIALS | {
+                "CONTUSE_DATABASE": database(),
+                "CONTUSE_BLOBS": f"s3://{BUCKET}/runs",
+                "CONTUSE_LEASE_S": "2",
+                "AWS_ENDPOINT_URL": f"http://127.0.0.1:{proxy.port}",
+            }
+        own_workers, other_workers = ("0", arguments.workers) if proxy else (str(arguments.workers), 0)
+        serve = [arguments.program, "serve", "--workers", own_workers, "--data", f"{folder}/api", "--listen", f"127.0.0.1:{port}"]
         worker = [arguments.program, "worker", "--workers", "1", "--data"]
         api, client = Process(f"{folder}/api.log", environment, *serve), Client(port)
-        workers = [Process(f"{folder}/{i}.log", environment, *worker, f"{folder}/{i}") for i in range(arguments.workers)]
+        workers = [Process(f"{folder}/{i}.log", environment, *worker, f"{folder}/{i}") for i in range(other_workers)]
         try:
             begun, over, done = time.monotonic(), threading.Event(), collections.Counter()
             with concurrent.futures.ThreadPoolExecutor(5) as pool:
@@ -283,9 +294,10 @@ def main() -> None:
             seconds = time.monotonic() - begun
             again = check(client, jobs, digests)
             assert len(jobs) == count(client), f"{len(jobs)} jobs acknowledged, {count(client)} kept"
-            assert done["restarts of the database"] == done["refusals of the store"] == 1
             client.wait([client.post_one_key()], arguments.patience)
-            work_once(workers, client, [*worker, f"{folder}/once"], environment)
+            if proxy:
+                assert done["restarts of the database"] == done["refusals of the store"] == 1
+                work_once(workers, client, [*worker, f"{folder}/once"], environment)
             faults = ", ".join(f"{n} {what}" for what, n in done.items())
             print(f"{len(jobs)} jobs in {seconds:.0f} s, {again} attempts again; {faults}: all ended once, all recordings whole")
         except BaseException:
