@@ -5,10 +5,11 @@
 
 use super::folder::UnnamedFile;
 use super::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, FolderBlobs, Unnamed};
-use object_store::aws::AmazonS3Builder;
+use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as ObjectPath;
 use object_store::{
-    Error, GetOptions, GetRange, MultipartUpload, ObjectStore, ObjectStoreExt as _, PutPayload, RetryConfig,
+    ClientConfigKey, Error, GetOptions, GetRange, MultipartUpload, ObjectStore, ObjectStoreExt as _,
+    PutPayload, RetryConfig,
 };
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
@@ -34,36 +35,23 @@ pub struct ObjectBlobs {
     address: String,
     /// Local folder of drafts.
     drafts: PathBuf,
+    /// How long a request is tried while the store does not answer.
+    patience: Duration,
     runtime: Handle,
 }
 
-/// How long a request is tried while the store does not answer.
-const PATIENCE: Duration = Duration::from_secs(180);
 /// Longest pause between two attempts.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-
-/// Repeats requests, which are the same whether they are done once or twice, while the store does not answer.
-fn persist<T>(attempt: impl Fn() -> io::Result<T>) -> io::Result<T> {
-    let (begun, mut pause) = (Instant::now(), Duration::from_millis(200));
-    loop {
-        match attempt() {
-            Err(error) if error.kind() == ErrorKind::NetworkDown && begun.elapsed() < PATIENCE => {
-                tracing::warn!(%error, "the object store does not answer");
-                std::thread::sleep(pause);
-                pause = LONGEST_PAUSE.min(2 * pause);
-            }
-            other => return other,
-        }
-    }
-}
+/// Longest time of one attempt, unless a variable says otherwise.
+const LONGEST_ATTEMPT: Duration = Duration::from_secs(30);
 
 impl ObjectBlobs {
     /// The store at `s3://bucket/prefix`, with endpoint, region and credentials in the variables `AWS_*`; drafts are files in a local
-    /// folder. Within a runtime, which does the requests.
+    /// folder. While the store does not answer, a request is tried for `patience`. Within a runtime, which does the requests.
     ///
     /// # Errors
     /// If the address or a variable is invalid, or the folder cannot be used.
-    pub fn open(address: &str, drafts: &Path) -> Result<Self, BlobError> {
+    pub fn open(address: &str, drafts: &Path, patience: Duration) -> Result<Self, BlobError> {
         let failed = |reason: String| BlobError::of(address)(io::Error::new(ErrorKind::InvalidInput, reason));
         let rest = address
             .strip_prefix("s3://")
@@ -80,14 +68,18 @@ impl ObjectBlobs {
         // Attempts are repeated here, whatever the fault.
         let retry = RetryConfig { max_retries: 1, ..RetryConfig::default() };
         let mut builder = AmazonS3Builder::from_env().with_bucket_name(bucket).with_retry(retry);
+        if patience < LONGEST_ATTEMPT {
+            let timeout = format!("{} s", patience.as_secs().max(1));
+            builder = builder.with_config(AmazonS3ConfigKey::Client(ClientConfigKey::Timeout), timeout);
+        }
         if let Some(endpoint) = endpoint {
             builder = builder.with_allow_http(endpoint.starts_with("http://")).with_endpoint(endpoint);
         }
         let store = builder.build().map_err(|error| failed(error.to_string()))?;
-        Self::of(Arc::new(store), prefix, address, drafts)
+        Ok(Self { patience, ..Self::of(Arc::new(store), prefix, address, drafts)? })
     }
 
-    /// Blobs under a prefix of any object store, whose address is for people.
+    /// Blobs under a prefix of any object store, whose address is for people; each request is tried once.
     ///
     /// # Errors
     /// If the local folder cannot be used, or outside a runtime.
@@ -107,12 +99,30 @@ impl ObjectBlobs {
             prefix: prefix.trim_matches('/').to_owned(),
             address,
             drafts: drafts.to_owned(),
+            patience: Duration::ZERO,
             runtime,
         })
     }
 
     fn path(&self, name: &str) -> ObjectPath {
         ObjectPath::from(format!("{}/{name}", self.prefix))
+    }
+
+    /// Repeats requests, which are the same whether they are done once or twice, while the store does not answer.
+    fn persist<T>(&self, attempt: impl Fn() -> io::Result<T>) -> io::Result<T> {
+        let (begun, mut pause) = (Instant::now(), Duration::from_millis(200));
+        loop {
+            match attempt() {
+                Err(error)
+                    if error.kind() == ErrorKind::NetworkDown && begun.elapsed() + pause < self.patience =>
+                {
+                    tracing::debug!(%error, "the object store does not answer");
+                    std::thread::sleep(pause);
+                    pause = LONGEST_PAUSE.min(2 * pause);
+                }
+                other => return other,
+            }
+        }
     }
 
     /// Does requests in the runtime while this thread waits, whichever it is.
@@ -135,7 +145,7 @@ impl ObjectBlobs {
 
     /// Makes a file a blob.
     fn upload(&self, file: &Path, name: &str) -> io::Result<()> {
-        persist(|| self.try_upload(file, name))
+        self.persist(|| self.try_upload(file, name))
     }
 
     fn try_upload(&self, file: &Path, name: &str) -> io::Result<()> {
@@ -196,7 +206,7 @@ impl BlobStore for ObjectBlobs {
     }
 
     fn delete(&self, name: &str) -> Result<(), BlobError> {
-        let deleted = persist(|| {
+        let deleted = self.persist(|| {
             let (store, path) = (Arc::clone(&self.store), self.path(name));
             self.wait(async move { store.delete(&path).await })
         });
@@ -207,7 +217,7 @@ impl BlobStore for ObjectBlobs {
     }
 
     fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError> {
-        let listed = persist(|| {
+        let listed = self.persist(|| {
             let (store, path) = (Arc::clone(&self.store), self.path(shelf));
             self.wait(async move { store.list_with_delimiter(Some(&path)).await })
         });
@@ -271,7 +281,7 @@ struct OpenObject {
 impl OpenObject {
     fn new(blobs: &ObjectBlobs, name: &str) -> io::Result<Self> {
         let path = blobs.path(name);
-        let head = persist(|| {
+        let head = blobs.persist(|| {
             let (store, path) = (Arc::clone(&blobs.store), path.clone());
             blobs.wait(async move { store.head(&path).await })
         })?;
@@ -291,7 +301,8 @@ impl OpenObject {
     /// Reads up to `length` bytes from the position on.
     fn fetch(&mut self, length: u64) -> io::Result<()> {
         let range: Range<u64> = self.position..self.size.min(self.position + length);
-        self.piece = if range.is_empty() { Vec::new() } else { persist(|| self.get(range.clone()))? };
+        self.piece =
+            if range.is_empty() { Vec::new() } else { self.blobs.persist(|| self.get(range.clone()))? };
         self.start = self.position;
         Ok(())
     }

@@ -18,6 +18,9 @@ use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
+/// Largest age in days, a hundred years: databases have dates that far back.
+const MOST_DAYS: i64 = 36_500;
+
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
 pub struct ServeArgs {
@@ -37,7 +40,7 @@ pub struct ServeArgs {
     #[arg(long, env = "CONTUSE_MAX_VALIDATIONS_WAITING", default_value_t = 64)]
     max_validations_waiting: usize,
     /// Days after which jobs that have ended, with their recordings, and meshes are deleted [default: never]
-    #[arg(long, env = "CONTUSE_KEEP_DAYS")]
+    #[arg(long, env = "CONTUSE_KEEP_DAYS", value_parser = clap::value_parser!(u32).range(..=MOST_DAYS))]
     keep_days: Option<u32>,
     /// File of bearer tokens, `name sha256:digest` on each line (`contuse token` makes them), reloaded when it changes; without it,
     /// everyone on this machine has access, and no one else.
@@ -145,7 +148,7 @@ pub struct PurgeArgs {
     #[command(flatten)]
     store: StoreAddress,
     /// Minimum age in days of what is deleted: jobs since their end, meshes since their upload; 0 for all.
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(..=MOST_DAYS))]
     older_than_days: u32,
 }
 
@@ -266,6 +269,32 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser as _;
+
+    fn refusal(arguments: &[&str]) -> String {
+        let arguments = ["contuse", "serve"].iter().chain(arguments);
+        crate::cli::Cli::try_parse_from(arguments).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn ages_have_a_limit_that_is_named() {
+        let error = refusal(&["--keep-days", "36501"]);
+        assert!(error.contains("--keep-days") && error.contains("36500"), "{error}");
+    }
+
+    #[test]
+    fn a_database_and_an_object_store_come_together() {
+        let (database, blobs) = (["--database", "postgres://u:secret@h/n"], ["--blobs", "s3://b/p"]);
+        for (alone, missing) in [(database, "--blobs"), (blobs, "--database")] {
+            let error = refusal(&alone);
+            assert!(error.contains(missing) && !error.contains("secret"), "{error}");
+        }
+        let error = refusal(&["--database", "mysql://u:secret@h/n", "--blobs", "s3://b/p"]);
+        assert!(
+            error.contains("`mysql`") && error.contains("postgres://") && !error.contains("secret"),
+            "{error}"
+        );
+    }
 
     #[test]
     fn an_address_has_a_port() {

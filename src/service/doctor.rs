@@ -3,7 +3,7 @@
 use super::ServiceError;
 use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
-use super::jobs::store::{KnownBlobs, StoreAddress};
+use super::jobs::store::{KnownBlobs, PROBE_PATIENCE, StoreAddress};
 use super::jobs::{JobId, JobsError};
 use crate::blobs::{BlobError, BlobStore};
 use crate::report::RecordedRun;
@@ -49,14 +49,18 @@ impl Diagnosis {
 /// Examines the data of a service.
 ///
 /// # Errors
-/// If the folder is in use or cannot be read.
+/// If the folder is in use or cannot be read, or the database or the object store does not answer within some seconds.
 pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> {
     // Locked while it is examined.
     let _folder = DataFolder::open(&address.data)?;
-    let blobs = address.open_blobs().map_err(JobsError::from)?;
+    let blobs = address.open_blobs(PROBE_PATIENCE).map_err(JobsError::from)?;
     let mut diagnosis = Diagnosis::default();
     let store = if address.exists() {
-        address.open().await.map_err(|error| error.to_string())
+        match address.open().await {
+            // Nothing is known to be damaged.
+            Err(error @ JobsError::Database { .. }) => return Err(error.into()),
+            opened => opened.map_err(|error| error.to_string()),
+        }
     } else {
         Err(format!("{address} is missing"))
     };
@@ -73,14 +77,14 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
         }
     };
     // Reads files, or asks a store in this runtime: not for its threads.
-    let examined = tokio::task::spawn_blocking(move || {
-        compare(blobs.as_ref(), &known, &mut diagnosis)?;
-        Ok(diagnosis)
-    });
-    examined
-        .await
-        .unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error))))
-        .map_err(|e| JobsError::from(e).into())
+    let is_distant = address.blobs.is_some();
+    let examined =
+        tokio::task::spawn_blocking(move || match compare(blobs.as_ref(), &known, &mut diagnosis) {
+            Ok(()) => Ok(diagnosis),
+            Err(error) if is_distant => Err(JobsError::of_blob_store(blobs.as_ref(), error)),
+            Err(error) => Err(error.into()),
+        });
+    Ok(examined.await.unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error)).into()))?)
 }
 
 /// Compares the blobs with what is known of them.

@@ -48,8 +48,8 @@ impl Metrics {
         *answers.entry((method.to_owned(), route.to_owned(), status)).or_default() += 1;
     }
 
-    /// All counters as text. `jobs` is the current number of jobs in each state.
-    pub fn render(&self, jobs: &[(JobState, u64)]) -> String {
+    /// All counters as text. `jobs` is the current number of jobs in each state, `removals` of deletions whose files are still there.
+    pub fn render(&self, jobs: &[(JobState, u64)], removals: u64) -> String {
         let mut out = String::new();
         head(&mut out, "contuse_jobs", "gauge", "Jobs kept, by state.");
         for (state, count) in jobs {
@@ -58,6 +58,9 @@ impl Metrics {
         let waiting = jobs.iter().find(|(s, _)| *s == JobState::Queued).map_or(0, |(_, n)| *n);
         head(&mut out, "contuse_queue_depth", "gauge", "Jobs that wait for a worker.");
         line(&mut out, "contuse_queue_depth", waiting as f64);
+        let help = "Deleted jobs and meshes whose files this process has not removed yet.";
+        head(&mut out, "contuse_removals_pending", "gauge", help);
+        line(&mut out, "contuse_removals_pending", removals as f64);
         head(&mut out, "contuse_jobs_ended_total", "counter", "Jobs ended by this process, by final state.");
         for state in JobState::ALL.into_iter().filter(|s| s.is_final()) {
             let count = self.ended[state as usize].load(Ordering::Relaxed);
@@ -140,9 +143,10 @@ mod tests {
         metrics.run_ended(Duration::from_millis(1500));
         metrics.job_ended(JobState::Succeeded);
         metrics.answered("GET", "/v1/jobs/{id}", 200, Duration::from_millis(2));
-        let text = metrics.render(&[(JobState::Queued, 3)]);
+        let text = metrics.render(&[(JobState::Queued, 3)], 2);
         for expected in [
             "contuse_queue_depth 3\n",
+            "contuse_removals_pending 2\n",
             "contuse_jobs_ended_total{state=\"succeeded\"} 1\n",
             "contuse_run_seconds_bucket{le=\"1\"} 0\n",
             "contuse_run_seconds_bucket{le=\"5\"} 1\n",

@@ -36,8 +36,9 @@ use audit::Audit;
 use config::ServiceConfig;
 use fair_queue::QueueLimits;
 use http::{App, Attempts, Slots, ValidationSlots};
+use jobs::deletion::Purged;
 use jobs::engine::Engine;
-use jobs::queue::{Purged, Queue};
+use jobs::queue::Queue;
 use jobs::worker;
 use metrics::Metrics;
 pub use opening::ServiceError;
@@ -86,6 +87,7 @@ pub async fn purge(
 ) -> Result<Purged, ServiceError> {
     let queue = open_queue(&Arc::new(config), engine, &Arc::default()).await?;
     let purged = queue.purge(older_than_days).await?;
+    queue.removals.wait_for_all().await;
     queue.end().await;
     Ok(purged)
 }

@@ -2,11 +2,15 @@
 
 use super::config::ServiceConfig;
 use super::jobs::data_folder::DataFolder;
+use super::jobs::deletion::REMOVAL_PATIENCE;
 use super::jobs::engine::Engine;
+use super::jobs::pulse::{self, Pulse};
 use super::jobs::queue::{Queue, Storage};
 use super::jobs::recovery::{recover, remove_leftovers};
+use super::jobs::store::{PATIENCE, PROBE_PATIENCE, StoreAddress};
 use super::jobs::{JobsError, sharing};
 use super::metrics::Metrics;
+use crate::blobs::BlobError;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
@@ -45,10 +49,29 @@ pub(super) async fn open_queue(
     metrics: &Arc<Metrics>,
 ) -> Result<Arc<Queue>, JobsError> {
     let folder = DataFolder::open(&config.store.data)?;
-    let storage = Storage { jobs: config.store.open().await?, blobs: config.store.open_blobs()?, folder };
+    let pulse = check_blobs(&config.store).await?;
+    let blobs = config.store.open_blobs(PATIENCE)?;
+    let storage = Storage { jobs: config.store.open().await?, blobs, pulse: pulse.clone(), folder };
     let queue = Queue::new(storage, Arc::clone(config), engine, Arc::clone(metrics));
     recover(&queue).await?;
+    // What the process before this one was asked to delete.
+    let _ = tokio::time::timeout(REMOVAL_PATIENCE, queue.removals.wait_for_all()).await;
     remove_leftovers(&queue).await?;
+    if let Some(pulse) = pulse {
+        queue.spawn(Pulse::follow(Arc::downgrade(&pulse)));
+    }
     sharing::start(&queue);
     Ok(queue)
+}
+
+/// Checks the store of blobs, if it is on other machines, and gives its pulse.
+async fn check_blobs(address: &StoreAddress) -> Result<Option<Arc<Pulse>>, JobsError> {
+    if address.blobs.is_none() {
+        return Ok(None);
+    }
+    let blobs = address.open_blobs(PROBE_PATIENCE)?;
+    let checked = Arc::clone(&blobs);
+    let checking = tokio::task::spawn_blocking(move || pulse::check(checked.as_ref()));
+    checking.await.unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error)).into()))?;
+    Ok(Some(Arc::new(Pulse::of(blobs))))
 }

@@ -9,6 +9,8 @@ pub const RECORDINGS: &str = "recordings";
 pub const MESHES: &str = "meshes";
 /// Snapshots of the recordings of running jobs; none outlives the process that took it.
 pub const SNAPSHOTS: &str = "snapshots";
+/// Small blobs that are written and deleted again, to see whether the store answers.
+pub const PROBES: &str = "probes";
 /// Results of what-if runs, by content.
 pub const RESULTS: &str = "results";
 

@@ -55,7 +55,11 @@ pub async fn work_once(
     };
     let ended = tokio::select! {
         ended = ended => ended,
-        () = stopping => return Err(ServiceError::Workers(std::io::Error::other("the run did not stop in time"))),
+        () = stopping => {
+            let left = hand_back(&queue).await;
+            let id = left.first().ok_or_else(|| ServiceError::Workers(std::io::Error::other("the run did not stop in time")))?;
+            return Ok(Some((*id, Outcome::NotOver)));
+        }
     };
     queue.end().await;
     match ended {
@@ -63,6 +67,12 @@ pub async fn work_once(
         // It has reported the panic on standard error.
         _ => Err(ServiceError::Workers(std::io::Error::other("the worker panicked"))),
     }
+}
+
+/// Returns to the queue what did not stop in time, and gives its ids.
+async fn hand_back(queue: &Queue) -> Vec<JobId> {
+    tracing::warn!("a run did not stop in time and is left behind");
+    tokio::time::timeout(LAST_CALL, queue.hand_back()).await.unwrap_or_default()
 }
 
 /// Ends the workers of a queue: it is closed, running jobs have the grace period to end, or until `hurry` completes, and then return to
@@ -86,8 +96,8 @@ pub(super) async fn drain(queue: &Queue, workers: Vec<JoinHandle<()>>, hurry: im
         tracing::info!("returning running jobs to the queue");
         queue.interrupt_all();
         if tokio::time::timeout(LAST_CALL, joined).await.is_err() {
-            // Its row says "running": the next start requeues it, or another process when its lease is over.
-            tracing::warn!("a run did not stop in time and is left behind");
+            // It may wait for the object store.
+            hand_back(queue).await;
         }
     }
 }

@@ -1,7 +1,9 @@
 //! Jobs outlive the process that runs them.
 
+use crate::found::run;
 use crate::support::*;
 use serde_json::json;
+use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -45,6 +47,23 @@ fn shutdown_waits_for_jobs_that_end_in_time() {
     wait_for(&server.client(), &job, "running");
     let again = Server::on(server.stop(), |c| c.workers = 0);
     assert_eq!(again.client().get(&job).json()["state"], "succeeded");
+}
+
+#[test]
+fn a_run_that_does_not_stop_is_handed_back() {
+    let server = Server::start();
+    let job =
+        submit(&server.client(), &json!({ "name": "stuck", "end_time_s": 1.0, "steps": 1, "step_ms": 8000 }));
+    wait_for(&server.client(), &job, "running");
+    let data = server.stop();
+    let (state, attempts) = run(async {
+        let options = SqliteConnectOptions::new().filename(data.path().join("jobs.sqlite"));
+        let pool = SqlitePool::connect_with(options).await.unwrap();
+        let rows: (String, i64) =
+            sqlx::query_as("SELECT state, attempts FROM jobs").fetch_one(&pool).await.unwrap();
+        rows
+    });
+    assert_eq!((state.as_str(), attempts), ("queued", 0));
 }
 
 #[test]

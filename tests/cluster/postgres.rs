@@ -5,7 +5,7 @@ use crate::job_contract::{check, new, submitted};
 use contuse::service::jobs::store::{
     CancelAnswer, Change, JobEnd, JobStore, NewJob, OwnerRequest, PostgresStore, Requeued,
 };
-use contuse::service::jobs::{JobId, JobState};
+use contuse::service::jobs::{JobId, JobState, JobsError};
 use contuse::step::Ending;
 use futures::StreamExt as _;
 use futures::future::{join, join_all};
@@ -48,6 +48,26 @@ async fn it_keeps_what_a_store_promises() {
 }
 
 #[tokio::test]
+async fn what_keeps_a_database_closed_is_reported_without_the_password() {
+    let Some(url) = crate::address("CONTUSE_TEST_POSTGRES") else { return };
+    let refusal = async |url: &str| {
+        let error = PostgresStore::open(url, LONG).await.unwrap_err();
+        assert!(matches!(error, JobsError::Database { .. }), "{error}");
+        error.to_string()
+    };
+    let elsewhere = url.replace("/postgres", "/nowhere").replace("contuse@", "contuse:secret@");
+    let error = refusal(&elsewhere).await;
+    assert!(error.contains("database \"nowhere\" does not exist") && error.contains("createdb"), "{error}");
+    let error = refusal(&url.replace("contuse@", "stranger:secret@")).await;
+    assert!(error.contains("role \"stranger\" does not exist") && !error.contains("secret"), "{error}");
+    // A port on which no one listens.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let error = refusal(&format!("postgres://contuse:secret@127.0.0.1:{port}/postgres")).await;
+    assert!(error.contains("Connection refused") && error.contains("start the server"), "{error}");
+    assert!(!error.contains("secret"), "{error}");
+}
+
+#[tokio::test]
 async fn jobs_of_live_processes_are_no_orphans() {
     let Some([here, there]) = stores(LONG).await else { return };
     let job = submitted(&here, "a").await;
@@ -58,7 +78,7 @@ async fn jobs_of_live_processes_are_no_orphans() {
     assert!(!there.requeue(job.seq, 1, Requeued::WorkerLost).await.unwrap());
     assert_eq!(there.shared().unwrap().renew(&[job.seq]).await.unwrap().len(), 0);
     let kept = here.shared().unwrap().renew(&[job.seq]).await.unwrap();
-    assert_eq!(kept, BTreeMap::from([(job.seq, OwnerRequest::Result)]));
+    assert_eq!(kept, BTreeMap::from([(job.seq, (1, OwnerRequest::Result))]));
     assert!(here.finish(job.seq, 1, &end()).await.unwrap());
 }
 
@@ -77,6 +97,9 @@ async fn job_of_a_lost_process_goes_to_one_other_and_its_late_reports_have_no_ef
     assert!(heir.requeue(job.seq, claimed.attempt, Requeued::WorkerLost).await.unwrap());
     let again = heir.claim(None).await.unwrap().unwrap();
     assert_eq!((again.seq, again.attempt), (job.seq, 2));
+    // A lease is that of one attempt: an earlier one in the same process learns that it is over.
+    let kept = heir.shared().unwrap().renew(&[job.seq]).await.unwrap();
+    assert_eq!(kept, BTreeMap::from([(job.seq, (2, OwnerRequest::Result))]));
     assert!(!lost.requeue(job.seq, 2, Requeued::Shutdown).await.unwrap());
     assert!(heir.finish(job.seq, 2, &end()).await.unwrap());
     assert_eq!(heir.job("anna", job.id).await.unwrap().unwrap().state, JobState::Succeeded);

@@ -6,6 +6,7 @@ use object_store::memory::InMemory;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// More bytes than are sent at a time.
 const LONG: u32 = (8 << 20) + 1_000_000;
@@ -21,7 +22,7 @@ fn in_memory(drafts: &Path) -> ObjectBlobs {
 /// The S3 server for tests.
 fn of_tests(drafts: &Path) -> Option<ObjectBlobs> {
     let address = crate::address("CONTUSE_TEST_BLOBS")?;
-    Some(ObjectBlobs::open(&format!("{address}/{}", std::process::id()), drafts).unwrap())
+    Some(ObjectBlobs::open(&format!("{address}/{}", std::process::id()), drafts, Duration::ZERO).unwrap())
 }
 
 /// More than one part and several pieces, with bytes that depend on their place.

@@ -120,11 +120,11 @@ pub(super) async fn accept(
     // Validate the document and store the job.
     let document = completed(parsed(app, owner, text).await?).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let (checked, document) = validated(app, owner, kind, document, move |document, shelf| {
+    let (checked, document, meshes) = validated(app, owner, kind, document, move |document, shelf| {
         let checked = engine.check(kind, &document, shelf);
         // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
         let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
-        Ok((Problems(repeated).then(checked)?, document.text))
+        Ok((Problems(repeated).then(checked)?, document.text, shelf.found()))
     })
     .await?;
     let new = NewJob {
@@ -138,6 +138,7 @@ pub(super) async fn accept(
         end_time_s: checked.end_time_s,
         warnings: checked.warnings,
         memory_bytes: checked.memory_bytes,
+        meshes,
     };
     submitted(app.queue.submit(&new).await?)
 }
@@ -252,7 +253,8 @@ pub async fn cancel(
 
 /// Delete a job and its recording.
 ///
-/// A running job is cancelled first; it is no longer accessible once the answer is sent.
+/// A running job is cancelled first. The job is no longer accessible once the answer is sent. What it has left is removed by then, or
+/// in the background: when a running job has stopped, or as soon as the storage answers.
 #[utoipa::path(
     delete, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "delete_job", params(("id" = uuid::Uuid, Path)),
     responses(
@@ -353,6 +355,7 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
         Submitted::Created(row) => (row, false),
         Submitted::Replayed(row) => (row, true),
         Submitted::KeyReused => return Err(Problem::idempotency_key_reused()),
+        Submitted::MeshGone { id } => return Err(Problem::mesh_gone(&id)),
     };
     let location = HeaderValue::try_from(&row.links.this).map_err(|e| Problem::internal(&e))?;
     let mut response = (StatusCode::ACCEPTED, Json(row)).into_response();

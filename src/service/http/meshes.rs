@@ -3,7 +3,7 @@
 use super::app::App;
 use super::extract::{Owner, Parameters, Peer, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
-use crate::blobs::{BlobDigest, Draft};
+use crate::blobs::Draft;
 use crate::mesh::read::MeshFormat;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::service::fair_queue::Lane;
@@ -100,10 +100,7 @@ pub async fn upload(
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
-    let name = mesh_name(&draft.digest().sha256, format);
-    let keep = move |_: &Queue| Ok(draft.keep(&name)?);
-    let BlobDigest { bytes, sha256: id } = app.queue.with_files(keep).await?;
-    let is_new = app.queue.store.add_mesh(&owner, &id, format, bytes, &report).await?;
+    let (id, is_new) = app.queue.keep_mesh(&owner, draft, format, &report).await?;
     let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/meshes/{}", mesh.id);

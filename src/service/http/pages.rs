@@ -23,12 +23,12 @@ pub async fn healthz() -> &'static str {
 #[utoipa::path(get, path = "/readyz", tag = "service", operation_id = "readyz",
     responses(
         (status = 200, description = "The service accepts work", body = String, content_type = "text/plain"),
-        (status = 503, description = "The service is shutting down, or its disk does not accept writes", body = ProblemBody, content_type = "application/problem+json")))]
+        (status = 503, description = "The service is shutting down, its disk accepts no writes, or its object store does not answer", body = ProblemBody, content_type = "application/problem+json")))]
 pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service is shutting down."));
     }
-    let written = match app.queue.with_files(Queue::check_disk).await {
+    let written = match app.queue.with_files(Queue::check_storage).await {
         Ok(()) => app.queue.store.try_write().await,
         Err(error) => Err(error),
     };
@@ -43,7 +43,7 @@ pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem
 #[utoipa::path(get, path = "/metrics", tag = "service", operation_id = "metrics",
     responses((status = 200, description = "Queue depth, jobs by state, run times, requests", body = String, content_type = "text/plain")))]
 pub async fn metrics(State(app): State<Arc<App>>, _: Owner) -> Result<Response, Problem> {
-    let text = app.metrics.render(&app.queue.store.counts().await?);
+    let text = app.metrics.render(&app.queue.store.counts().await?, app.queue.removals.count());
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
 }
 

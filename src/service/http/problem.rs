@@ -2,7 +2,7 @@
 
 use crate::blobs::BlobError;
 use crate::mesh::read::MeshFormat;
-use crate::scene::{self, Problems};
+use crate::scene::{self, Problems, problem::Pointer};
 use crate::service::fair_queue::Refusal;
 use crate::service::jobs::{JobId, JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
@@ -105,6 +105,16 @@ impl Problem {
         let detail = format!("The job {job}, which has not ended, names this mesh.");
         Self::new(StatusCode::CONFLICT, "mesh-in-use", "Mesh in use", detail)
             .remedy("Wait for the job to end, or cancel it, then delete the mesh.")
+    }
+
+    /// A mesh of the document was deleted while it was validated.
+    pub fn mesh_gone(id: &str) -> Self {
+        let gone = scene::Problem::error(
+            "mesh_not_found",
+            &Pointer::root(),
+            format!("the mesh {id} was deleted while the document was validated"),
+        );
+        Self::invalid_scene("document", gone.remedy("upload it to /v1/meshes again").alone())
     }
 
     /// The library has no such set; `nearest` says which there are.

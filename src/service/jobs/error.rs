@@ -1,6 +1,6 @@
 //! Errors of jobs and their storage.
 
-use crate::blobs::BlobError;
+use crate::blobs::{BlobError, BlobStore};
 use std::error::Error;
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -15,6 +15,16 @@ pub enum JobsError {
         fault: StoreFault,
         /// Error of the store itself.
         source: Box<dyn Error + Send + Sync>,
+    },
+    /// The database of the jobs could not be opened.
+    #[error("--database (CONTUSE_DATABASE): cannot open {database}: {source}; {remedy}")]
+    Database {
+        /// Name, server and user, without the password.
+        database: String,
+        /// Error of the connection.
+        source: Box<dyn Error + Send + Sync>,
+        /// What helps.
+        remedy: &'static str,
     },
     /// The tables of the job store could not be migrated to this version.
     #[error("the job store could not be migrated: {0}")]
@@ -38,6 +48,19 @@ pub enum JobsError {
     /// A blob that could not be used.
     #[error(transparent)]
     Blob(#[from] BlobError),
+    /// The object store cannot be used.
+    #[error("--blobs (CONTUSE_BLOBS): cannot use {address}: {source}; {remedy}")]
+    BlobStore {
+        /// Address of the store.
+        address: String,
+        /// Error of the store.
+        source: BlobError,
+        /// What helps.
+        remedy: &'static str,
+    },
+    /// The object store did not answer when it was last asked.
+    #[error("the object store does not answer")]
+    BlobStoreSilent,
     /// Another process uses the data folder.
     #[error("{} is in use by another process", path.display())]
     InUse {
@@ -90,7 +113,9 @@ impl JobsError {
     /// Kind of error of a file or a blob.
     pub fn io_kind(&self) -> Option<ErrorKind> {
         match self {
-            Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => Some(source.kind()),
+            Self::File { source, .. }
+            | Self::Blob(BlobError::Failed { source, .. })
+            | Self::BlobStore { source: BlobError::Failed { source, .. }, .. } => Some(source.kind()),
             _ => None,
         }
     }
@@ -107,8 +132,25 @@ impl JobsError {
 
     /// Whether a retry may succeed.
     pub fn is_passing(&self) -> bool {
-        matches!(self, Self::Store { fault: StoreFault::Passing, .. })
+        matches!(self, Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent)
             || self.io_kind() == Some(ErrorKind::NetworkDown)
+    }
+
+    /// An object store that cannot be used, with a remedy.
+    pub fn of_blob_store(blobs: &dyn BlobStore, source: BlobError) -> Self {
+        let kind = match &source {
+            BlobError::Failed { source, .. } => Some(source.kind()),
+            BlobError::TooLarge { .. } => None,
+        };
+        let remedy = match kind {
+            Some(ErrorKind::NotFound) => "create the bucket, or correct its name",
+            Some(ErrorKind::PermissionDenied) => {
+                "correct AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or let them list, read, write and delete there"
+            }
+            _ => "start the store, or correct AWS_ENDPOINT_URL and AWS_REGION",
+        };
+        let address = blobs.place("").trim_end_matches('/').to_owned();
+        Self::BlobStore { address, source, remedy }
     }
 
     /// An error concerning a file.

@@ -4,7 +4,7 @@ use super::JobId;
 use super::store::KnownBlobs;
 use crate::blobs::{BlobError, BlobStore};
 use crate::service::meshes::is_id;
-use crate::service::shelves::{MESHES, RECORDINGS, RESULTS, SNAPSHOTS, is_recording};
+use crate::service::shelves::{MESHES, PROBES, RECORDINGS, RESULTS, SNAPSHOTS, is_recording};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -32,7 +32,7 @@ impl Found {
     pub fn among(blobs: &dyn BlobStore, known: &KnownBlobs, least_age: Duration) -> Result<Self, BlobError> {
         let mut found = Self::default();
         let mut present = BTreeSet::new();
-        for shelf in [SNAPSHOTS, MESHES, RECORDINGS, RESULTS] {
+        for shelf in [SNAPSHOTS, PROBES, MESHES, RECORDINGS, RESULTS] {
             for entry in blobs.list(shelf)? {
                 match (known.names.contains(&entry.name), is_recording(&entry.name)) {
                     (true, _) => {

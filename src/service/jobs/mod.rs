@@ -1,26 +1,30 @@
 //! Jobs: scenes that wait, run and end, and outlive the process that runs them.
 //!
 //! - [`store`]: the records of jobs, behind a trait; every change of a job and its event are one transaction.
-//! - [`queue`]: operations on jobs: submit, cancel, delete.
+//! - [`queue`]: operations on jobs: submit, cancel; [`deletion`]: delete, and [`removals`] of what is left.
 //! - [`recovery`]: what lost processes have left.
 //! - [`worker`]: threads that claim a job, run it with an [`engine::Engine`] and record how it ended.
 //! - [`data_folder`]: files that are still being written.
 //! - [`snapshots`]: views of a recording while it is written.
 //! - [`sharing`]: jobs of several processes: leases, and changes by others.
 //! - [`control`]: stopping a running job, and why.
+//! - [`pulse`]: whether the object store answers.
 //! - [`process`]: runs in processes of their own.
 
 mod allowance;
 pub mod control;
 pub mod data_folder;
+pub mod deletion;
 pub mod engine;
 mod error;
 pub mod failures;
 pub mod found;
 mod kind;
 pub mod process;
+pub mod pulse;
 pub mod queue;
 pub mod recovery;
+pub mod removals;
 mod scene_loader;
 mod scene_size;
 pub mod sharing;

@@ -4,38 +4,29 @@ use super::allowance::{allowed, expected_within};
 use super::control::{RunControl, StopReason};
 use super::data_folder::DataFolder;
 use super::engine::Engine;
+use super::pulse::Pulse;
+use super::removals::Removals;
 use super::snapshots::{Snapshot, Snapshots, Which};
-use super::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, JobStore, MeshDeletion, NewJob, OwnerRequest, Submitted,
-};
+use super::store::{CancelAnswer, ClaimedJob, JobStore, NewJob, OwnerRequest, Requeued, Submitted};
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
+use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
 use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
-use crate::service::shelves::{mesh_name, recording_name, recording_names, result_name};
+use crate::service::shelves::{mesh_name, recording_name, recording_names};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Notify, broadcast, watch};
 use tokio::task::JoinSet;
 
-/// Time between two looks at a disk that is full or accepts no writes.
-const DISK_INTERVAL: Duration = Duration::from_secs(2);
+/// Time between two looks at a storage that lets no job begin.
+const ROOM_INTERVAL: Duration = Duration::from_secs(2);
 /// Time between two looks at an attempt that is stopping.
 const STOPPING_INTERVAL: Duration = Duration::from_millis(50);
-/// Number of expired jobs that are read from the store at a time.
-const PURGED_AT_ONCE: u32 = 100;
-
-/// Numbers of what was purged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Purged {
-    /// Jobs with all that they had left.
-    pub jobs: u64,
-    /// Meshes, counted for each owner.
-    pub meshes: u64,
-}
 
 /// Storage of the service.
 #[derive(Debug)]
@@ -44,8 +35,21 @@ pub struct Storage {
     pub jobs: Arc<dyn JobStore>,
     /// Recordings, snapshots, meshes, results.
     pub blobs: Arc<dyn BlobStore>,
+    /// Whether the store of blobs answers, if it is on other machines.
+    pub pulse: Option<Arc<Pulse>>,
     /// Local folder of files still being written.
     pub folder: DataFolder,
+}
+
+/// An attempt that runs here.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// Number of the job.
+    pub seq: i64,
+    /// Number of the attempt.
+    pub attempt: u32,
+    /// What stops it.
+    pub control: Arc<RunControl>,
 }
 
 /// The queue: the store, the controls of running jobs, and a channel that announces events of jobs.
@@ -62,10 +66,15 @@ pub struct Queue {
     pub config: Arc<ServiceConfig>,
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
-    /// Number and control of each running job.
-    running: Mutex<BTreeMap<JobId, (i64, Arc<RunControl>)>>,
-    /// Memory that each running job may take [bytes].
-    memory: tokio::sync::Mutex<BTreeMap<i64, u64>>,
+    /// What is deleted and not yet removed.
+    pub removals: Arc<Removals>,
+    /// Read while a mesh is kept and registered, written while one that no one has is removed: the same one may come meanwhile.
+    pub(super) mesh_files: tokio::sync::RwLock<()>,
+    pulse: Option<Arc<Pulse>>,
+    /// Attempts that run here: one of a job.
+    running: Mutex<BTreeMap<JobId, Held>>,
+    /// Memory that each of them may take, and each that waits for an earlier one to stop, by number of job and attempt [bytes].
+    memory: tokio::sync::Mutex<BTreeMap<(i64, u32), u64>>,
     snapshots: Snapshots,
     /// What is done for a store that is shared.
     tasks: Mutex<JoinSet<()>>,
@@ -83,7 +92,7 @@ impl Queue {
         engine: Arc<dyn Engine>,
         metrics: Arc<Metrics>,
     ) -> Arc<Self> {
-        let Storage { jobs: store, blobs, folder } = storage;
+        let Storage { jobs: store, blobs, pulse, folder } = storage;
         let snapshots = Snapshots::new(Arc::clone(&engine), Arc::clone(&blobs));
         Arc::new(Self {
             store,
@@ -92,6 +101,9 @@ impl Queue {
             folder,
             config,
             metrics,
+            removals: Arc::default(),
+            mesh_files: tokio::sync::RwLock::default(),
+            pulse,
             running: Mutex::default(),
             memory: tokio::sync::Mutex::default(),
             snapshots,
@@ -111,12 +123,32 @@ impl Queue {
         Ok(draft.append(&vec![0; 64 << 10])?)
     }
 
-    /// Checks that the disk has room for a job, and accepts writes.
+    /// Checks that the disk has room for a job, and accepts writes, and that the object store answered when it was last asked.
     ///
     /// # Errors
-    /// `DiskShort`, or why it accepts no writes.
-    pub fn check_disk(&self) -> Result<(), JobsError> {
-        self.check_space().and_then(|()| self.try_write())
+    /// `DiskShort`, `BlobStoreSilent`, or why the disk accepts no writes.
+    pub fn check_storage(&self) -> Result<(), JobsError> {
+        self.check_room().and_then(|()| self.try_write())
+    }
+
+    /// Checks that a job can begin: the disk has room, and the object store answered when it was last asked.
+    fn check_room(&self) -> Result<(), JobsError> {
+        self.check_space()?;
+        if self.pulse.as_ref().is_none_or(|pulse| pulse.is_felt()) {
+            Ok(())
+        } else {
+            Err(JobsError::BlobStoreSilent)
+        }
+    }
+
+    /// Whether the blobs are on other machines.
+    pub(super) fn has_distant_blobs(&self) -> bool {
+        self.pulse.is_some()
+    }
+
+    /// Whether the blobs are on other machines, which do not answer now. Blocks on them.
+    pub(super) fn is_cut_off(&self) -> bool {
+        self.pulse.as_ref().is_some_and(|pulse| !pulse.ask())
     }
 
     /// Checks that the disk has room for a job.
@@ -130,21 +162,21 @@ impl Queue {
         self.folder.free_space().is_ok_and(|free| free < self.config.least_free)
     }
 
-    /// Waits until the disk has room for a job (one that accepts no writes lets no job be claimed); false if the service shuts down before.
-    async fn wait_for_disk(self: &Arc<Self>) -> bool {
+    /// Waits until a job can begin (a disk that accepts no writes lets no job be claimed); false if the service shuts down before.
+    async fn wait_for_room(self: &Arc<Self>) -> bool {
         let mut closing = self.closing.subscribe();
         let mut is_reported = false;
-        while let Err(error) = self.with_files(Self::check_space).await {
+        while let Err(error) = self.with_files(Self::check_room).await {
             if !std::mem::replace(&mut is_reported, true) {
-                tracing::error!(%error, "jobs wait for the disk");
+                tracing::error!(%error, "jobs wait for the storage");
             }
             tokio::select! {
-                () = tokio::time::sleep(DISK_INTERVAL) => {}
+                () = tokio::time::sleep(ROOM_INTERVAL) => {}
                 _ = closing.wait_for(|closing| *closing) => return false,
             }
         }
         if is_reported {
-            tracing::info!("the disk has room again");
+            tracing::info!("the storage has room again");
         }
         true
     }
@@ -220,6 +252,24 @@ impl Queue {
         Ok(submitted)
     }
 
+    /// Keeps a mesh for an owner: its id, and whether it is new to that owner.
+    ///
+    /// # Errors
+    /// If the store or the files fail.
+    pub async fn keep_mesh(
+        self: &Arc<Self>,
+        owner: &str,
+        draft: Draft,
+        format: MeshFormat,
+        report: &MeshReport,
+    ) -> Result<(String, bool), JobsError> {
+        let _no_removal = self.mesh_files.read().await;
+        let name = mesh_name(&draft.digest().sha256, format);
+        let BlobDigest { bytes, sha256: id } = self.with_files(move |_| Ok(draft.keep(&name)?)).await?;
+        let is_new = self.store.add_mesh(owner, &id, format, bytes, report).await?;
+        Ok((id, is_new))
+    }
+
     /// Cancels a waiting job, or stops a running one.
     ///
     /// # Errors
@@ -234,86 +284,6 @@ impl Queue {
         Ok(answer)
     }
 
-    /// Deletes a job, which is inaccessible from now on. The files of a running job are removed when its worker has
-    /// released them, a step or two later. False if there is no such job.
-    ///
-    /// # Errors
-    /// If the store or the files fail.
-    pub async fn delete(self: &Arc<Self>, owner: &str, id: JobId) -> Result<bool, JobsError> {
-        let hidden = match self.store.hide(owner, id).await {
-            // On a full disk the files are removed first, which makes space for the record of the deletion.
-            Err(error) if error.is_storage_full() => {
-                let job = self.store.job(owner, id).await?;
-                let Some(job) = job.filter(|job| job.state.is_final()) else { return Err(error) };
-                self.with_files(move |queue| queue.remove_files(id, job.attempts)).await?;
-                self.store.hide(owner, id).await?
-            }
-            other => other?,
-        };
-        match hidden {
-            DeleteAnswer::Unknown => return Ok(false),
-            DeleteAnswer::Running { seq } => {
-                self.stop(id, StopReason::Cancel);
-                self.ring(Some(seq));
-            }
-            DeleteAnswer::Idle { seq, attempts } => {
-                self.erase(seq, id, attempts).await?;
-                self.ring(Some(seq));
-            }
-        }
-        Ok(true)
-    }
-
-    /// Erases a hidden job with all that it has left.
-    ///
-    /// # Errors
-    /// If the store or the files fail; the next start of the service tries again.
-    pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId, attempts: u32) -> Result<(), JobsError> {
-        let results = self.store.own_results(seq).await?;
-        self.with_files(move |queue| {
-            queue.remove_files(id, attempts)?;
-            Ok(results.iter().try_for_each(|key| queue.blobs.delete(&result_name(key)))?)
-        })
-        .await?;
-        self.store.erase(seq).await
-    }
-
-    /// Deletes a mesh of an owner, unless a job of that owner waits for it or runs on it. Its file goes with its last owner.
-    ///
-    /// # Errors
-    /// If the store or the files fail.
-    pub async fn delete_mesh(self: &Arc<Self>, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
-        let deletion = self.store.delete_mesh(owner, id).await?;
-        if let MeshDeletion::Deleted { unowned: Some(format) } = deletion {
-            let name = mesh_name(id, format);
-            self.with_files(move |queue| Ok(queue.blobs.delete(&name)?)).await?;
-        }
-        Ok(deletion)
-    }
-
-    /// Deletes the jobs that ended, and the meshes that were uploaded, more than some days ago; gives their numbers. A mesh that a
-    /// job waits for or runs on stays.
-    ///
-    /// # Errors
-    /// If the store or the files fail.
-    pub async fn purge(self: &Arc<Self>, older_than_days: u32) -> Result<Purged, JobsError> {
-        let mut purged = Purged::default();
-        loop {
-            let jobs = self.store.expired_jobs(older_than_days, PURGED_AT_ONCE).await?;
-            if jobs.is_empty() {
-                break;
-            }
-            for (owner, id) in jobs {
-                purged.jobs += u64::from(self.delete(&owner, id).await?);
-            }
-        }
-        for (owner, id) in self.store.expired_meshes(older_than_days).await? {
-            let deletion = self.delete_mesh(&owner, &id).await?;
-            purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. }));
-        }
-        Ok(purged)
-    }
-
     /// The next job to run; waits for one. `None` if the service shuts down.
     ///
     /// # Errors
@@ -326,7 +296,7 @@ impl Queue {
             if *closing.borrow_and_update() {
                 return Ok(None);
             }
-            if !self.wait_for_disk().await {
+            if !self.wait_for_room().await {
                 return Ok(None);
             }
             if let Some(taken) = self.take().await? {
@@ -341,12 +311,12 @@ impl Queue {
         }
     }
 
-    /// The next job to run, if there is one for which the disk and the memory have room.
+    /// The next job to run, if there is one for which the storage and the memory have room.
     ///
     /// # Errors
-    /// If the store fails, or the disk has no room.
+    /// If the store fails, or the storage lets no job begin.
     pub(super) async fn take(self: &Arc<Self>) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
-        self.with_files(Self::check_space).await?;
+        self.with_files(Self::check_room).await?;
         let Some(job) = self.claim().await? else { return Ok(None) };
         let control = self.take_control(&job).await;
         self.ring(Some(job.seq));
@@ -367,7 +337,8 @@ impl Queue {
         };
         let job = self.store.claim(expected).await?;
         if let Some(job) = &job {
-            taken.insert(job.seq, if job.alone { u64::MAX } else { allowed(job.memory_bytes) });
+            taken
+                .insert((job.seq, job.attempt), if job.alone { u64::MAX } else { allowed(job.memory_bytes) });
         }
         Ok(job)
     }
@@ -385,7 +356,8 @@ impl Queue {
             tokio::time::sleep(STOPPING_INTERVAL).await;
         }
         let control = Arc::new(RunControl::new(self.config.runs.deadline));
-        self.controls().insert(job.id, (job.seq, Arc::clone(&control)));
+        let held = Held { seq: job.seq, attempt: job.attempt, control: Arc::clone(&control) };
+        self.held().insert(job.id, held);
         match self.store.request(job.seq).await {
             Ok(OwnerRequest::Stop | OwnerRequest::Deletion) => control.stop(StopReason::Cancel),
             Ok(OwnerRequest::Result) => {}
@@ -397,10 +369,10 @@ impl Queue {
 
     /// Releases the control of a job that has ended.
     pub(super) async fn release(&self, job: &ClaimedJob) {
-        self.memory.lock().await.remove(&job.seq);
+        self.memory.lock().await.remove(&(job.seq, job.attempt));
         // The next one may have waited for its memory.
         self.arrivals.notify_one();
-        self.controls().remove(&job.id);
+        self.held().remove(&job.id);
         self.snapshots.close(job.id);
         self.ring(Some(job.seq));
     }
@@ -451,9 +423,28 @@ impl Queue {
 
     /// Stops running jobs, which return to the queue.
     pub fn interrupt_all(&self) {
-        for (_, control) in self.controls().values() {
-            control.stop(StopReason::Shutdown);
+        for held in self.running() {
+            held.control.stop(StopReason::Shutdown);
         }
+    }
+
+    /// Returns to the queue what still runs here, without waiting for it: what it writes from now on has no effect. Gives the ids.
+    pub async fn hand_back(&self) -> Vec<JobId> {
+        let left: Vec<_> = self.held().iter().map(|(id, held)| (*id, held.clone())).collect();
+        let mut ids = Vec::new();
+        for (id, held) in left {
+            match self.store.requeue(held.seq, held.attempt, Requeued::Shutdown).await {
+                Ok(true) => {
+                    tracing::info!(job = %id, "returned to the queue, while it still stops");
+                    ids.push(id);
+                }
+                // It has ended after all, or another process has it.
+                Ok(false) => {}
+                // Its row says "running": the next start requeues it, or another process when its lease is over.
+                Err(error) => tracing::warn!(job = %id, %error, "a run is left behind"),
+            }
+        }
+        ids
     }
 
     /// Announces an event of a job, or of any, whether or not anyone is listening.
@@ -467,31 +458,31 @@ impl Queue {
     }
 
     /// Does something until the queue ends.
-    pub(super) fn spawn(&self, task: impl Future<Output = ()> + Send + 'static) {
+    pub fn spawn(&self, task: impl Future<Output = ()> + Send + 'static) {
         self.tasks().spawn(task);
     }
 
     /// Whether a job runs here.
     pub(super) fn has(&self, id: JobId) -> bool {
-        self.controls().contains_key(&id)
+        self.held().contains_key(&id)
     }
 
-    /// Numbers and controls of the jobs that run here.
-    pub(super) fn running(&self) -> BTreeMap<i64, Arc<RunControl>> {
-        self.controls().values().cloned().collect()
+    /// The attempts that run here.
+    pub(super) fn running(&self) -> Vec<Held> {
+        self.held().values().cloned().collect()
     }
 
     fn tasks(&self) -> std::sync::MutexGuard<'_, JoinSet<()>> {
         self.tasks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn stop(&self, id: JobId, reason: StopReason) {
-        if let Some((_, control)) = self.controls().get(&id) {
-            control.stop(reason);
+    pub(super) fn stop(&self, id: JobId, reason: StopReason) {
+        if let Some(held) = self.held().get(&id) {
+            held.control.stop(reason);
         }
     }
 
-    fn controls(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, (i64, Arc<RunControl>)>> {
+    fn held(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, Held>> {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -22,8 +22,8 @@ const SHARED_LEAST_AGE: Duration = Duration::from_secs(86_400);
 pub async fn recover(queue: &Arc<Queue>) -> Result<(), JobsError> {
     let mut recovered = Ok(());
     for orphan in queue.store.orphans().await? {
-        // Otherwise it was taken for lost for a moment, and is not: its process is this one.
-        if !queue.has(orphan.id) {
+        // Otherwise it was taken for lost for a moment, and is not: its process is this one, or this one erases it already.
+        if !queue.has(orphan.id) && !queue.removals.has(&orphan.id.to_string()) {
             recovered = recovered.and(recover_one(queue, &orphan).await);
         }
     }
@@ -42,7 +42,10 @@ async fn recover_one(queue: &Arc<Queue>, orphan: &Orphan) -> Result<(), JobsErro
             queue.ring(Some(seq));
             return Ok(());
         }
-        OrphanEnding::Erase => return queue.erase(seq, id, attempt).await,
+        OrphanEnding::Erase => {
+            queue.start_to_erase(seq, id, attempt);
+            return Ok(());
+        }
         OrphanEnding::Cancel => Ending::Cancelled,
         OrphanEnding::GiveUp => worker_lost(attempt).into(),
     };

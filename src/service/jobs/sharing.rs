@@ -2,7 +2,7 @@
 
 use super::JobsError;
 use super::control::StopReason;
-use super::queue::Queue;
+use super::queue::{Held, Queue};
 use super::recovery::recover;
 use super::store::{Change, OwnerRequest, SharedStore};
 use futures::StreamExt as _;
@@ -79,14 +79,15 @@ async fn renew(queue: &Queue) -> Result<(), JobsError> {
     if running.is_empty() {
         return Ok(());
     }
-    let seqs: Vec<i64> = running.keys().copied().collect();
-    let requests = shared.renew(&seqs).await?;
-    for (seq, control) in running {
-        match requests.get(&seq) {
-            Some(OwnerRequest::Result) => {}
-            Some(OwnerRequest::Stop | OwnerRequest::Deletion) => control.stop(StopReason::Cancel),
-            // Its reports have no effect any more, nor has its return to the queue.
-            None => control.stop(StopReason::Shutdown),
+    let seqs: Vec<i64> = running.iter().map(|held| held.seq).collect();
+    let renewed = shared.renew(&seqs).await?;
+    for Held { seq, attempt, control } in running {
+        match renewed.get(&seq) {
+            Some((_, OwnerRequest::Stop | OwnerRequest::Deletion)) => control.stop(StopReason::Cancel),
+            Some((current, OwnerRequest::Result)) if *current == attempt => {}
+            // Another process has the job, or this one has it again for a later attempt, which waits for this one to stop: its reports
+            // have no effect any more, nor has its return to the queue.
+            _ => control.stop(StopReason::Shutdown),
         }
     }
     Ok(())
@@ -102,7 +103,7 @@ async fn follow(queue: &Queue, change: Change) {
         Change::Event(seq) => queue.ring(Some(seq)),
         Change::Request(seq) => {
             queue.ring(Some(seq));
-            if queue.running().contains_key(&seq)
+            if queue.running().iter().any(|held| held.seq == seq)
                 && let Err(error) = renew(queue).await
             {
                 // The next renewal sees it.

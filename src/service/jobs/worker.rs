@@ -8,7 +8,7 @@ use super::engine::{RunOrder, RunReport};
 use super::failures::{internal, panicked, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
-use super::{JobId, JobState, JobsError, Phase, Progress};
+use super::{FinalRecording, JobId, JobState, JobsError, Phase, Progress};
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::what_if::Note;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,6 +23,10 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
 const PROGRESS_PER_EFOLD: u32 = 100;
 /// Attempts to write the end of a job, with growing pauses: space may be freed on a full disk in the meantime.
 const FINISH_ATTEMPTS: u32 = 5;
+/// Attempts to keep a recording in an object store that answers.
+const KEEP_ATTEMPTS: u32 = 2;
+/// Pause between two of them.
+const KEEP_PAUSE: Duration = Duration::from_secs(1);
 
 /// Starts the workers of a queue. They end when the queue closes.
 ///
@@ -112,16 +116,23 @@ impl Worker {
         let result = self.simulate(job, control);
         let outcome = match control.reason() {
             // Deleted: no longer accessible.
-            Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
+            Some(StopReason::Cancel) if self.is_hidden(job) => {
+                self.erase(job);
+                Ok(())
+            }
             Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
                 self.requeue(job, Requeued::Shutdown)
             }
             // The job is not to blame, and waits for room.
-            _ if is_unrecorded(&result) && self.queue.is_disk_short() => {
+            _ if failed_as(&result, FailureCause::RecordingFailed) && self.queue.is_disk_short() => {
                 self.requeue(job, Requeued::DiskFull)
             }
+            // Its meshes could not be read.
+            None if failed_as(&result, FailureCause::InvalidScene) && self.queue.is_cut_off() => {
+                self.requeue(job, Requeued::BlobStoreSilent)
+            }
             None if self.is_worth_another_attempt(job, &result) => self.requeue(job, Requeued::ProcessLost),
-            _ => self.finish(job, result),
+            _ => self.finish(job, control, result),
         };
         if let Err(error) = outcome {
             // The row still says "running": the next start of the service recovers it.
@@ -197,7 +208,12 @@ impl Worker {
         })
     }
 
-    fn finish(&self, job: &ClaimedJob, result: Result<RunReport, Failure>) -> Result<(), JobsError> {
+    fn finish(
+        &self,
+        job: &ClaimedJob,
+        control: &RunControl,
+        result: Result<RunReport, Failure>,
+    ) -> Result<(), JobsError> {
         let mut end = match result {
             Ok(RunReport { ending, summary, progress }) => {
                 JobEnd { ending, summary, recording: None, progress: Some(progress) }
@@ -207,8 +223,13 @@ impl Worker {
                 JobEnd { ending, summary: None, recording: None, progress: None }
             }
         };
-        match self.queue.keep_recording(job.id, job.attempt, end.ending == Ending::Finished) {
+        match self.keep_recording(job, control, end.ending == Ending::Finished) {
             Ok(recording) => end.recording = recording,
+            // What was waited for is not worth the recording.
+            Err(_) if control.reason() == Some(StopReason::Shutdown) => {
+                return self.requeue(job, Requeued::Shutdown);
+            }
+            Err(_) if control.reason() == Some(StopReason::Cancel) => end.ending = Ending::Cancelled,
             // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
                 tracing::error!(job = %job.id, %error, "the recording could not be kept");
@@ -218,6 +239,33 @@ impl Worker {
             }
         }
         self.write_end(job, &end)
+    }
+
+    /// Stores the recording of a run. An object store that does not answer is waited for until the job has to stop: the run has ended, and
+    /// is not to blame.
+    fn keep_recording(
+        &self,
+        job: &ClaimedJob,
+        control: &RunControl,
+        complete: bool,
+    ) -> Result<Option<FinalRecording>, JobsError> {
+        let mut refusals = 0;
+        loop {
+            let kept = self.queue.keep_recording(job.id, job.attempt, complete);
+            let Err(error) = &kept else { return kept };
+            if !self.queue.has_distant_blobs() || control.reason().is_some() {
+                return kept;
+            }
+            tracing::warn!(job = %job.id, %error, "its recording waits for the object store");
+            // It may have come back a moment ago; a store that answers and refuses this recording again and again does not want it.
+            if !self.queue.is_cut_off() {
+                refusals += 1;
+                if refusals == KEEP_ATTEMPTS {
+                    return kept;
+                }
+            }
+            std::thread::sleep(KEEP_PAUSE);
+        }
     }
 
     /// Records how a job ended, with retries for a while if the store fails.
@@ -242,7 +290,10 @@ impl Worker {
             }
         }
         // Deleted while ending: no one else will erase it.
-        if self.is_hidden(job) { self.erase(job) } else { Ok(()) }
+        if self.is_hidden(job) {
+            self.erase(job);
+        }
+        Ok(())
     }
 
     fn requeue(&self, job: &ClaimedJob, why: Requeued) -> Result<(), JobsError> {
@@ -253,9 +304,9 @@ impl Worker {
         Ok(())
     }
 
-    fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
+    fn erase(&self, job: &ClaimedJob) {
         tracing::info!(job = %job.id, "deleted");
-        self.runtime.block_on(self.queue.erase(job.seq, job.id, job.attempt))
+        self.runtime.block_on(self.queue.erase(job.seq, job.id, job.attempt));
     }
 
     fn is_hidden(&self, job: &ClaimedJob) -> bool {
@@ -269,13 +320,13 @@ impl Worker {
     }
 }
 
-/// Whether the recording of a run could not be written.
-fn is_unrecorded(result: &Result<RunReport, Failure>) -> bool {
+/// Whether a run failed for a cause.
+fn failed_as(result: &Result<RunReport, Failure>, cause: FailureCause) -> bool {
     let failure = match result {
         Ok(report) => report.ending.failure(),
         Err(failure) => Some(failure),
     };
-    failure.is_some_and(|failure| failure.cause == FailureCause::RecordingFailed)
+    failure.is_some_and(|failure| failure.cause == cause)
 }
 
 /// Persists the progress of a run at a limited rate.

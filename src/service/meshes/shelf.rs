@@ -5,7 +5,8 @@ use crate::blobs::{Blob, BlobStore};
 use crate::service::jobs::JobsError;
 use crate::service::jobs::store::JobStore;
 use crate::service::shelves::mesh_name;
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
 use tokio::runtime::Handle;
 
 /// Meshes of one owner. A scene names them only by id: the name is never used as a path.
@@ -15,6 +16,8 @@ pub struct MeshShelf {
     store: Arc<dyn JobStore>,
     owner: String,
     runtime: Handle,
+    /// Ids of those that were found.
+    found: Arc<Mutex<BTreeSet<String>>>,
 }
 
 /// Why a name in a scene is not a mesh.
@@ -31,7 +34,7 @@ pub enum ShelfError {
 impl MeshShelf {
     /// The meshes uploaded by `owner`.
     pub fn new(blobs: Arc<dyn BlobStore>, store: Arc<dyn JobStore>, owner: String, runtime: Handle) -> Self {
-        Self { blobs, store, owner, runtime }
+        Self { blobs, store, owner, runtime, found: Arc::default() }
     }
 
     /// An uploaded mesh. Blocks on the store: not for threads of the runtime.
@@ -42,7 +45,14 @@ impl MeshShelf {
         if !is_id(id) {
             return Err(ShelfError::Unknown);
         }
-        self.runtime.block_on(self.store.mesh(&self.owner, id))?.ok_or(ShelfError::Unknown)
+        let mesh = self.runtime.block_on(self.store.mesh(&self.owner, id))?.ok_or(ShelfError::Unknown)?;
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).insert(mesh.id.clone());
+        Ok(mesh)
+    }
+
+    /// Ids of the meshes that were found so far.
+    pub fn found(&self) -> BTreeSet<String> {
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The contents of an uploaded mesh; `None` if they were removed.

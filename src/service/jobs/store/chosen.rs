@@ -1,6 +1,7 @@
 //! Which stores a service has: of jobs in SQLite or PostgreSQL, of blobs in files or in an S3-compatible store.
 
 use super::JobStore;
+use super::database_address::DatabaseAddress;
 use super::sqlite::SqliteStore;
 use crate::blobs::{BlobError, BlobStore, FolderBlobs};
 use crate::service::jobs::JobsError;
@@ -8,6 +9,7 @@ use clap::Args;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// File of the store in the data folder.
 const FILE: &str = "jobs.sqlite";
@@ -16,6 +18,11 @@ const LOG: &str = "jobs.sqlite-wal";
 /// How long a process has a job without a sign of life [s].
 const LEASE_S: u64 = 15;
 
+/// How long a request to an object store is tried that a run or a client waits for.
+pub const PATIENCE: Duration = Duration::from_secs(180);
+/// How long it is tried to find out whether the store answers.
+pub const PROBE_PATIENCE: Duration = Duration::from_secs(5);
+
 /// Where a service stores its data; flags of all commands that open its stores.
 #[derive(Args, Clone)]
 pub struct StoreAddress {
@@ -23,11 +30,11 @@ pub struct StoreAddress {
     #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
     pub data: PathBuf,
     /// Database of the jobs, postgres://user@host/name, which any number of processes share [default: a file in the data folder]
-    #[arg(long, env = "CONTUSE_DATABASE", hide_env_values = true, requires = "blobs")]
+    #[arg(long, env = "CONTUSE_DATABASE", hide_env_values = true, requires = "blobs", value_parser = DatabaseAddress)]
     pub database: Option<String>,
     /// Store of recordings, meshes and results, s3://bucket/prefix, with endpoint and credentials in the variables AWS_* [default: the
     /// data folder]
-    #[arg(long, env = "CONTUSE_BLOBS")]
+    #[arg(long, env = "CONTUSE_BLOBS", hide_env_values = true, requires = "database")]
     pub blobs: Option<String>,
     /// Time in seconds after which a process that shares a database and gives no sign of life loses its jobs to the others.
     #[arg(long, env = "CONTUSE_LEASE_S", default_value_t = LEASE_S, value_parser = clap::value_parser!(u64).range(1..))]
@@ -64,7 +71,7 @@ impl StoreAddress {
             None => Ok(Arc::new(SqliteStore::open(&self.data.join(FILE)).await?)),
             #[cfg(feature = "cluster")]
             Some(url) => {
-                let lease = std::time::Duration::from_secs(self.lease_s);
+                let lease = Duration::from_secs(self.lease_s);
                 Ok(Arc::new(super::postgres::PostgresStore::open(url, lease).await?))
             }
             #[cfg(not(feature = "cluster"))]
@@ -75,15 +82,17 @@ impl StoreAddress {
         }
     }
 
-    /// Opens the store of recordings, meshes and results, and creates it if necessary. Within a runtime.
+    /// Opens the store of recordings, meshes and results, and creates it if necessary. While one on other machines does not answer, a
+    /// request is tried for `patience`. Within a runtime.
     ///
     /// # Errors
     /// If it cannot be opened.
-    pub fn open_blobs(&self) -> Result<Arc<dyn BlobStore>, BlobError> {
+    #[cfg_attr(not(feature = "cluster"), allow(unused_variables))] // a folder answers at once
+    pub fn open_blobs(&self, patience: Duration) -> Result<Arc<dyn BlobStore>, BlobError> {
         match &self.blobs {
             None => Ok(Arc::new(FolderBlobs::open(&self.data)?)),
             #[cfg(feature = "cluster")]
-            Some(url) => Ok(Arc::new(crate::blobs::ObjectBlobs::open(url, &self.data)?)),
+            Some(url) => Ok(Arc::new(crate::blobs::ObjectBlobs::open(url, &self.data, patience)?)),
             #[cfg(not(feature = "cluster"))]
             Some(url) => Err(BlobError::of(url)(std::io::Error::other(WITHOUT_CLUSTER))),
         }

@@ -6,6 +6,7 @@
 //! ([`super::data_folder::DataFolder`]): at its start every `running` job has lost its worker. A [`SharedStore`] has.
 
 mod chosen;
+mod database_address;
 mod fault;
 mod job;
 #[cfg(feature = "cluster")]
@@ -15,7 +16,7 @@ mod sqlite;
 #[cfg(test)]
 mod tests;
 
-pub use chosen::StoreAddress;
+pub use chosen::{PATIENCE, PROBE_PATIENCE, StoreAddress};
 pub use job::{Job, JobLinks, NOTICE};
 #[cfg(feature = "cluster")]
 pub use postgres::PostgresStore;
@@ -49,7 +50,7 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
         body_sha256: &'a str,
     ) -> Answer<'a, Option<Submitted>>;
 
-    /// Stores a new job; `QueueFull` if `max_queued` jobs are waiting already.
+    /// Stores a new job, whose meshes stay from now on; `QueueFull` if `max_queued` jobs are waiting already.
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted>;
 
     /// Claims the job that has waited longest, if its run is expected to take at most `free_bytes` of memory and it need not run alone;
@@ -133,6 +134,9 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Deletes a mesh of an owner, unless a job of that owner waits for it or runs on it.
     fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion>;
 
+    /// Whether anyone has a mesh.
+    fn has_owner<'a>(&'a self, id: &'a str, format: MeshFormat) -> Answer<'a, bool>;
+
     /// Blobs that its jobs and meshes have or may have.
     fn blobs(&self) -> Answer<'_, KnownBlobs>;
 
@@ -154,8 +158,8 @@ pub trait SharedStore: Send + Sync {
     /// How long a process has a job without renewing that.
     fn lease(&self) -> Duration;
 
-    /// Renews the leases of jobs that this process runs: what the owner requests of each that it still has.
-    fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, OwnerRequest>>;
+    /// Renews the leases of jobs that this process runs: the attempt at each that it still has, and what its owner requests.
+    fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, (u32, OwnerRequest)>>;
 
     /// Changes by all processes, from now on.
     fn changes(&self) -> Answer<'_, BoxStream<'static, Change>>;

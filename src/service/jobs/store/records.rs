@@ -31,6 +31,8 @@ pub struct NewJob {
     pub warnings: Vec<Problem>,
     /// Memory that the run is expected to take [bytes].
     pub memory_bytes: u64,
+    /// Ids of the uploaded meshes that its document names.
+    pub meshes: BTreeSet<String>,
 }
 
 /// Outcome of a submission.
@@ -42,6 +44,11 @@ pub enum Submitted {
     Replayed(Box<Job>),
     /// The key belongs to a request with another body.
     KeyReused,
+    /// The owner deleted a mesh of the job since it was validated.
+    MeshGone {
+        /// Id of the mesh.
+        id: String,
+    },
 }
 
 /// A job claimed by a worker.
@@ -85,6 +92,8 @@ pub enum Requeued {
     Shutdown,
     /// The disk was full. The attempt does not count, since any job would have failed.
     DiskFull,
+    /// The object store did not answer. The attempt does not count, since any job would have failed.
+    BlobStoreSilent,
     /// The process that ran it was lost. The attempt counts, since the job may be the cause.
     WorkerLost,
     /// The process of its run was lost. The attempt counts, and the next one runs alone.
@@ -94,13 +103,14 @@ pub enum Requeued {
 impl Requeued {
     /// Number of attempts that do not count.
     pub fn attempts_forgiven(self) -> u32 {
-        u32::from(matches!(self, Self::Shutdown | Self::DiskFull))
+        u32::from(matches!(self, Self::Shutdown | Self::DiskFull | Self::BlobStoreSilent))
     }
 
     fn reason(self) -> &'static str {
         match self {
             Self::Shutdown => "the service was shut down",
             Self::DiskFull => "the disk of the service was full",
+            Self::BlobStoreSilent => "the object store of the service did not answer",
             Self::WorkerLost => "the process that ran it was lost",
             Self::ProcessLost => {
                 "the process that ran it was lost: it is tried again without others beside it"

@@ -16,6 +16,7 @@ pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     one_key_is_one_job(&empty().await).await;
     event_streams_are_numbered_and_end(&empty().await).await;
     mesh_in_use_stays(&empty().await).await;
+    job_and_the_deletion_of_its_mesh_exclude_each_other(&empty().await).await;
     what_ended_long_ago_is_found(&empty().await).await;
     job_waits_for_its_memory(&empty().await).await;
     job_that_lost_its_process_runs_alone(&empty().await).await;
@@ -36,6 +37,7 @@ pub(super) fn new(name: &str) -> NewJob {
         end_time_s: 1.0,
         warnings: vec![],
         memory_bytes: 0,
+        meshes: std::collections::BTreeSet::new(),
     }
 }
 
@@ -134,7 +136,7 @@ async fn one_key_is_one_job(store: &dyn JobStore) {
             Submitted::Replayed(job) => {
                 ids.insert(job.id);
             }
-            Submitted::KeyReused => panic!("the body is the same"),
+            other => panic!("the body is the same: {other:?}"),
         }
     }
     assert_eq!((created, ids.len()), (1, 1));
@@ -179,14 +181,38 @@ async fn mesh_in_use_stays(store: &dyn JobStore) {
         assert!(store.add_mesh(owner, "0a", MeshFormat::Gmsh, 1, &report).await.unwrap());
     }
     assert!(!store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap());
-    let using = NewJob { document: br#"{"mesh": "0a"}"#.to_vec(), ..new("a") };
+    let using = NewJob { document: br#"{"mesh": "0a"}"#.to_vec(), meshes: ["0a".into()].into(), ..new("a") };
     let Submitted::Created(job) = store.submit(&using, 10).await.unwrap() else { panic!("no new job") };
     assert_eq!(store.delete_mesh("anna", "0a").await.unwrap(), MeshDeletion::InUse { job: job.id });
     store.cancel("anna", job.id).await.unwrap();
     assert_eq!(store.delete_mesh("anna", "0a").await.unwrap(), MeshDeletion::Deleted { unowned: None });
+    // Nor does a job come that was validated before.
+    let waiting = store.counts().await.unwrap();
+    assert!(matches!(store.submit(&using, 10).await.unwrap(), Submitted::MeshGone { id } if id == "0a"));
+    assert_eq!(store.counts().await.unwrap(), waiting);
+    assert!(store.has_owner("0a", MeshFormat::Gmsh).await.unwrap());
     let unowned = Some(MeshFormat::Gmsh);
     assert_eq!(store.delete_mesh("bert", "0a").await.unwrap(), MeshDeletion::Deleted { unowned });
     assert_eq!(store.delete_mesh("bert", "0a").await.unwrap(), MeshDeletion::Unknown);
+    assert!(!store.has_owner("0a", MeshFormat::Gmsh).await.unwrap());
+}
+
+/// However a job and the deletion of its mesh meet, there is either the job with its mesh, or neither.
+async fn job_and_the_deletion_of_its_mesh_exclude_each_other(store: &dyn JobStore) {
+    let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
+    for i in 0..20 {
+        let id = format!("{i:02x}");
+        store.add_mesh("anna", &id, MeshFormat::Gmsh, 1, &report).await.unwrap();
+        let document = format!(r#"{{"mesh": "{id}"}}"#).into_bytes();
+        let using = NewJob { document, meshes: [id.clone()].into(), ..new("a") };
+        let (submitted, deletion) =
+            futures::future::join(store.submit(&using, 100), store.delete_mesh("anna", &id)).await;
+        match (submitted.unwrap(), deletion.unwrap()) {
+            (Submitted::Created(job), MeshDeletion::InUse { job: user }) => assert_eq!(job.id, user),
+            (Submitted::MeshGone { .. }, MeshDeletion::Deleted { .. }) => {}
+            other => panic!("{other:?}"),
+        }
+    }
 }
 
 async fn what_ended_long_ago_is_found(store: &dyn JobStore) {

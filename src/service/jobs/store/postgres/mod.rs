@@ -3,6 +3,7 @@
 //! A process has its jobs for a lease, which it renews; when it does not, another process takes them. Every write of a run is fenced by
 //! attempt and process. Commits are announced by `NOTIFY`; who missed it finds out when it looks.
 
+mod connect;
 #[macro_use]
 mod dialect;
 // The statements are one text for both databases.
@@ -37,11 +38,12 @@ impl PostgresStore {
     /// # Errors
     /// If the address is not one, or the database cannot be opened or migrated.
     pub async fn open(url: &str, lease: Duration) -> Result<Self, JobsError> {
-        let options: PgConnectOptions = url.parse()?;
+        let options = url.parse::<PgConnectOptions>()?.application_name("contuse");
+        connect::try_connect(&options).await?;
         let pool = PgPoolOptions::new()
             .max_connections(8)
             .acquire_timeout(Duration::from_secs(10))
-            .connect_with(options.application_name("contuse"))
+            .connect_with(options)
             .await?;
         Self::migrated(pool, &migrations(), lease).await
     }
@@ -74,19 +76,22 @@ impl PostgresStore {
         Some(self)
     }
 
-    async fn renew(&self, seqs: &[i64]) -> Result<BTreeMap<i64, OwnerRequest>, JobsError> {
-        let rows: Vec<(i64, bool, bool)> = sqlx::query_as(concat!(
+    async fn renew(&self, seqs: &[i64]) -> Result<BTreeMap<i64, (u32, OwnerRequest)>, JobsError> {
+        let rows: Vec<(i64, i64, bool, bool)> = sqlx::query_as(concat!(
             "UPDATE jobs SET ",
             taken!(),
             " WHERE worker = $1 AND state = 'running' AND seq = ANY($3)
-             RETURNING seq, deleted <> 0, cancel_requested <> 0"
+             RETURNING seq, attempts, deleted <> 0, cancel_requested <> 0"
         ))
         .bind(&self.worker)
         .bind(self.lease.as_secs_f64())
         .bind(seqs)
         .fetch_all(&self.pool)
         .await?;
-        Ok(rows.into_iter().map(|(seq, deleted, stop)| (seq, OwnerRequest::of(deleted, stop))).collect())
+        let renewed = rows.into_iter().map(|(seq, attempts, deleted, stop)| {
+            Ok((seq, (sql::attempts_of(attempts)?, OwnerRequest::of(deleted, stop))))
+        });
+        renewed.collect()
     }
 }
 
@@ -95,7 +100,7 @@ impl SharedStore for PostgresStore {
         self.lease
     }
 
-    fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, OwnerRequest>> {
+    fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, (u32, OwnerRequest)>> {
         Box::pin(self.renew(seqs))
     }
 

@@ -85,6 +85,14 @@ impl SqlStore {
 
     pub(super) async fn delete_mesh(&self, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
         let mut transaction = self.begin().await?;
+        // Locked first: a job that is being accepted has locked its meshes before, and is seen below, or finds this one gone.
+        let mesh: Option<(String,)> =
+            sqlx::query_as(concat!("SELECT format FROM meshes WHERE owner = $1 AND id = $2", locked!()))
+                .bind(owner)
+                .bind(id)
+                .fetch_optional(&mut *transaction)
+                .await?;
+        let Some((format,)) = mesh else { return Ok(MeshDeletion::Unknown) };
         let user: Option<(String,)> = sqlx::query_as(concat!(
             "SELECT id FROM jobs WHERE state IN ('queued', 'running') AND deleted = 0 AND owner = $1 AND ",
             scene_contains!(),
@@ -97,13 +105,11 @@ impl SqlStore {
         if let Some((job,)) = user {
             return Ok(MeshDeletion::InUse { job: job_id(job)? });
         }
-        let deleted: Option<(String,)> =
-            sqlx::query_as("DELETE FROM meshes WHERE owner = $1 AND id = $2 RETURNING format")
-                .bind(owner)
-                .bind(id)
-                .fetch_optional(&mut *transaction)
-                .await?;
-        let Some((format,)) = deleted else { return Ok(MeshDeletion::Unknown) };
+        sqlx::query("DELETE FROM meshes WHERE owner = $1 AND id = $2")
+            .bind(owner)
+            .bind(id)
+            .execute(&mut *transaction)
+            .await?;
         let (left,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM meshes WHERE id = $1 AND format = $2")
             .bind(id)
             .bind(&format)
@@ -113,6 +119,15 @@ impl SqlStore {
         self.forget_erased().await?;
         let unowned = if left == 0 { Some(mesh_format(format)?) } else { None };
         Ok(MeshDeletion::Deleted { unowned })
+    }
+
+    pub(super) async fn has_owner(&self, id: &str, format: MeshFormat) -> Result<bool, JobsError> {
+        let (owners,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM meshes WHERE id = $1 AND format = $2")
+            .bind(id)
+            .bind(format.extension())
+            .fetch_one(&self.pool)
+            .await?;
+        Ok(owners > 0)
     }
 }
 

@@ -135,6 +135,9 @@ impl JobStore for SqlStore {
     fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
         Box::pin(self.delete_mesh(owner, id))
     }
+    fn has_owner<'a>(&'a self, id: &'a str, format: MeshFormat) -> Answer<'a, bool> {
+        Box::pin(self.has_owner(id, format))
+    }
     fn blobs(&self) -> Answer<'_, KnownBlobs> {
         Box::pin(self.blobs())
     }
@@ -167,7 +170,7 @@ async fn add_event(transaction: &mut Write<'_>, job: i64, event: &Event<'_>) -> 
 }
 
 /// A number of attempts, or of one, from its column.
-fn attempts_of(number: i64) -> Result<u32, JobsError> {
+pub(super) fn attempts_of(number: i64) -> Result<u32, JobsError> {
     number
         .try_into()
         .map_err(|_| JobsError::Corrupt { what: "number of attempts", value: number.to_string() })

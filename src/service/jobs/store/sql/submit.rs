@@ -62,6 +62,17 @@ impl SqlStore {
         if waiting.cast_unsigned() >= max_queued {
             return Err(JobsError::QueueFull { waiting: waiting.cast_unsigned() });
         }
+        for mesh in &new.meshes {
+            let found: Option<(i64,)> =
+                sqlx::query_as(concat!("SELECT bytes FROM meshes WHERE owner = $1 AND id = $2", shared!()))
+                    .bind(&new.owner)
+                    .bind(mesh)
+                    .fetch_optional(&mut *transaction)
+                    .await?;
+            if found.is_none() {
+                return Ok(Submitted::MeshGone { id: mesh.clone() });
+            }
+        }
         add_event(&mut transaction, seq, &Event::queued(&new.name)).await?;
         transaction.commit().await?;
         let row = self.job(&new.owner, id).await?.ok_or(sqlx::Error::RowNotFound)?;

@@ -30,7 +30,13 @@ macro_rules! locked {
         ""
     };
 }
-/// The same, without waiting for rows that others keep.
+/// Keeps the selected row from other writers, while others may keep it, too.
+macro_rules! shared {
+    () => {
+        ""
+    };
+}
+/// The same as `locked`, without waiting for rows that others keep.
 macro_rules! locked_or_skipped {
     () => {
         ""

@@ -1,0 +1,149 @@
+//! Whether an object store keeps what it is given: asked now and then with a small object, so that no request waits for it.
+
+use super::{JobId, JobsError};
+use crate::blobs::{BlobError, BlobStore, Draft};
+use crate::service::shelves::PROBES;
+use std::io::{self, ErrorKind};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// Time between two questions.
+const INTERVAL: Duration = Duration::from_secs(15);
+/// Time between two questions to a store that does not answer.
+const SHORT_INTERVAL: Duration = Duration::from_secs(2);
+
+/// What is written.
+const CONTENT: &[u8] = b"contuse";
+
+/// The last answer of an object store.
+#[derive(Debug)]
+pub struct Pulse {
+    /// The store, without patience.
+    blobs: Arc<dyn BlobStore>,
+    answers: watch::Sender<bool>,
+}
+
+impl Pulse {
+    /// The pulse of a store, which has answered.
+    pub fn of(blobs: Arc<dyn BlobStore>) -> Self {
+        Self { blobs, answers: watch::channel(true).0 }
+    }
+
+    /// Whether the store answered when it was last asked.
+    pub fn is_felt(&self) -> bool {
+        *self.answers.borrow()
+    }
+
+    /// Asks the store now. Blocks on it.
+    pub fn ask(&self) -> bool {
+        let answer = probe(self.blobs.as_ref());
+        let is_felt = answer.is_ok();
+        if self.answers.send_replace(is_felt) != is_felt {
+            match answer {
+                Ok(()) => tracing::info!("the object store answers again"),
+                Err(error) => tracing::error!(%error, "the object store does not answer"),
+            }
+        }
+        is_felt
+    }
+
+    /// Asks the store again and again, for as long as anyone is interested.
+    pub async fn follow(pulse: std::sync::Weak<Self>) {
+        loop {
+            let Some(is_felt) = pulse.upgrade().map(|pulse| pulse.is_felt()) else { return };
+            tokio::time::sleep(if is_felt { INTERVAL } else { SHORT_INTERVAL }).await;
+            let Some(pulse) = pulse.upgrade() else { return };
+            // It does not panic, and when the runtime ends, no one is interested.
+            let _ = tokio::task::spawn_blocking(move || pulse.ask()).await;
+        }
+    }
+}
+
+/// Writes, reads and deletes a small blob.
+///
+/// # Errors
+/// Why the store does not do that.
+fn probe(blobs: &dyn BlobStore) -> Result<(), BlobError> {
+    let name = format!("{PROBES}/{}", JobId::new_v4());
+    let mut draft = Draft::new(blobs.unnamed()?, u64::MAX);
+    draft.append(CONTENT)?;
+    draft.keep(&name)?;
+    let lost = || BlobError::of(&name)(io::Error::new(ErrorKind::InvalidData, "it is not what was written"));
+    let mut read = Vec::new();
+    let mut blob = blobs.open(&name)?.ok_or_else(lost)?;
+    blob.read_to_end(&mut read).map_err(BlobError::of(&name))?;
+    blobs.delete(&name)?;
+    if read == CONTENT { Ok(()) } else { Err(lost()) }
+}
+
+/// Checks an object store before it is used.
+///
+/// # Errors
+/// `BlobStore`: why it cannot be used, and what helps.
+pub fn check(blobs: &dyn BlobStore) -> Result<(), JobsError> {
+    probe(blobs).map_err(|source| JobsError::of_blob_store(blobs, source))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blobs::{Blob, BlobEntry, FolderBlobs, Unnamed};
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// A folder behind a network that may fail.
+    #[derive(Debug)]
+    struct Distant {
+        folder: FolderBlobs,
+        is_down: AtomicBool,
+    }
+
+    impl Distant {
+        fn reached(&self) -> Result<&FolderBlobs, BlobError> {
+            let down = BlobError::of("a blob")(ErrorKind::NetworkDown.into());
+            if self.is_down.load(Ordering::SeqCst) { Err(down) } else { Ok(&self.folder) }
+        }
+    }
+
+    impl BlobStore for Distant {
+        fn unnamed(&self) -> Result<Box<dyn Unnamed>, BlobError> {
+            self.reached()?.unnamed()
+        }
+        fn open(&self, name: &str) -> Result<Option<Box<dyn Blob>>, BlobError> {
+            self.reached()?.open(name)
+        }
+        fn delete(&self, name: &str) -> Result<(), BlobError> {
+            self.reached()?.delete(name)
+        }
+        fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError> {
+            self.reached()?.list(shelf)
+        }
+    }
+
+    fn distant(dir: &std::path::Path) -> Arc<Distant> {
+        Arc::new(Distant { folder: FolderBlobs::open(dir).unwrap(), is_down: AtomicBool::new(false) })
+    }
+
+    #[test]
+    fn a_question_leaves_nothing_and_the_answer_is_kept() {
+        let dir = tempfile::tempdir().unwrap();
+        let blobs = distant(dir.path());
+        let pulse = Pulse::of(Arc::clone(&blobs) as Arc<dyn BlobStore>);
+        assert!(pulse.ask() && blobs.list(PROBES).unwrap().is_empty());
+        blobs.is_down.store(true, Ordering::SeqCst);
+        assert!(pulse.is_felt(), "not asked yet");
+        assert!(!pulse.ask() && !pulse.is_felt());
+        blobs.is_down.store(false, Ordering::SeqCst);
+        assert!(pulse.ask() && pulse.is_felt());
+    }
+
+    #[test]
+    fn a_store_that_cannot_be_used_is_named_with_a_remedy() {
+        let dir = tempfile::tempdir().unwrap();
+        let blobs = distant(dir.path());
+        check(blobs.as_ref()).unwrap();
+        blobs.is_down.store(true, Ordering::SeqCst);
+        let text = check(blobs.as_ref()).unwrap_err().to_string();
+        assert!(text.contains("--blobs (CONTUSE_BLOBS)") && text.contains("AWS_ENDPOINT_URL"), "{text}");
+    }
+}
