@@ -300,7 +300,7 @@ impl Results {
 
 impl Listed<'_> {
     /// Sets the error bar, with the `median` relative mesh error of all numbers [-] and the step of the run [s]; a number that can be
-    /// extrapolated with a smaller error becomes its limit. `can_converge`: whether the meshes can show that a peak does.
+    /// extrapolated with a smaller error, to a limit that exceeds it, becomes that. `can_converge`: whether the meshes can show that a peak does.
     fn set_error(self, found: &Differences, median: f64, own_step: f64, can_converge: bool) {
         let Self { quantity, steps_known, spacing, least_mesh_error, is_peak, .. } = self;
         let Differences { step, contact, bulk_modulus, .. } = *found;
@@ -309,7 +309,7 @@ impl Listed<'_> {
         // The limit, with a floor of its own: meshes may agree on a line by chance.
         let limit = found.limit.filter(|_| self.is_integral);
         let limit = limit.map(|(limit, off)| (limit, off.max(LEAST_FRACTION_OF_LIMIT * median * own.abs())));
-        let limit = limit.filter(|(_, off)| *off < mesh);
+        let limit = limit.filter(|(limit, off)| *off < mesh.min(limit.abs()));
         if let Some((limit, off)) = limit {
             (quantity.value, mesh) = (limit, off);
         }
@@ -515,7 +515,14 @@ mod tests {
         // For a finer mesh this run counts with the values of its own.
         let later = Compared::new(&own, Vec::new(), 200);
         assert_eq!((later.results.impacts[0].impulse_n_s.value, later.numbers(&own)[3]), (11.0, 11.0));
-        // What is on no line stays.
+        // What is on no line stays, and so does what its limit is no better known than to be small.
+        all.levels[0].run = compared(1.4, 100);
+        all.levels[1].run = compared(0.8, 100);
+        own = results(0.4);
+        own.estimate_errors(&all, 200, 1.0);
+        assert_eq!(estimate(&own.impacts[0].impulse_n_s).extrapolated_from, None);
+        all.levels[0].run = compared(14.0, 100);
+        all.levels[1].run = compared(12.0, 100);
         own = results(13.0);
         own.estimate_errors(&all, 200, 1.0);
         assert_eq!(estimate(&own.impacts[0].impulse_n_s).extrapolated_from, None);
