@@ -41,7 +41,7 @@ pub fn worker(args: WorkerArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         let signals = count_signals()?;
         let stop = signalled(signals.clone(), 1);
         if !args.once {
-            let worked = Box::pin(work(config, engine, stop, signalled(signals, 2))).await;
+            let worked = work(config, engine, stop, signalled(signals, 2)).await;
             return worked.map(|()| Exit::Success).map_err(|error| CliError::Other(Box::new(error)));
         }
         let worked = work_once(config, engine, stop).await;

@@ -51,7 +51,7 @@ pub(super) async fn open_queue(
     let folder = DataFolder::open(&config.store.data)?;
     let pulse = check_blobs(&config.store).await?;
     let blobs = config.store.open_blobs(PATIENCE)?;
-    let storage = Storage { jobs: config.store.open().await?, blobs, pulse: pulse.clone(), folder };
+    let storage = Storage { jobs: Box::pin(config.store.open()).await?, blobs, pulse: pulse.clone(), folder };
     let queue = Queue::new(storage, Arc::clone(config), engine, Arc::clone(metrics));
     recover(&queue).await?;
     // What the process before this one was asked to delete.
