@@ -17,7 +17,7 @@ const FITTED_ORDERS: [f64; 3] = [1.0, 0.75, 0.5];
 
 /// Orders whose limits bound that of the assumed order [-].
 const OTHER_ORDERS: [f64; 2] = [0.75, 1.5];
-/// Orders that coarse meshes of impacts converge at, and that three of them cannot tell apart [-].
+/// Orders that coarse meshes of impacts converge at, and that three of them do not distinguish [-].
 const ORDERS_OF_COARSE_MESHES: [f64; 2] = [0.75, 2.0];
 
 /// Relative difference below which two values are equal: their underlying sums are no more accurate [-].
