@@ -17,8 +17,6 @@ const FITTED_ORDERS: [f64; 3] = [1.0, 0.75, 0.5];
 
 /// Orders whose limits bound that of the assumed order [-].
 const OTHER_ORDERS: [f64; 2] = [0.75, 1.5];
-/// Orders that coarse meshes of impacts converge at, and that three of them do not distinguish [-].
-const ORDERS_OF_COARSE_MESHES: [f64; 2] = [0.75, 2.0];
 
 /// Relative difference below which two values are equal: their underlying sums are no more accurate [-].
 const ROUNDING: f64 = 1e-9;
@@ -155,26 +153,6 @@ pub fn fitted_limit(levels: &[(f64, f64)]) -> Option<Reference> {
     let off = OTHER_ORDERS.map(|order| (Fit::new(levels, order).limit - line.limit).abs());
     let uncertainty = off.into_iter().fold(0.0, f64::max) + line.scatter;
     Some(Reference::Fitted { value: line.limit, meshes: levels.len(), uncertainty })
-}
-
-/// Limit of at least three values on coarse meshes of sizes h, from coarse to fine, `(h, value)`, and its uncertainty: the middle of the
-/// limits of the orders ¾ and 2, by weights 1/h; half of their distance and the standard error that the scatter about the line φ₀ + a h
-/// leaves in the limit. `None` where that scatter exceeds the mean difference of successive values.
-pub fn coarse_limit(levels: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let line = Fit::new(levels, ASSUMED_ORDER);
-    if levels.len() < 3 || line.scatter > spread(levels) {
-        return None;
-    }
-    let [slow, fast] = ORDERS_OF_COARSE_MESHES.map(|order| Fit::new(levels, order).limit);
-    Some((0.5 * (slow + fast), 0.5 * (slow - fast).abs() + line.scatter * limit_error(levels)))
-}
-
-/// Standard error of the limit of a line through values on meshes of sizes h, with weights 1/h, in units of their scatter [-].
-fn limit_error(levels: &[(f64, f64)]) -> f64 {
-    let weight_sum: f64 = levels.iter().map(|(h, _)| h.recip()).sum();
-    let mean = levels.len() as f64 / weight_sum;
-    let variance = levels.iter().map(|(h, _)| (h - mean).powi(2) / (h * weight_sum)).sum::<f64>();
-    ((1.0 + mean.powi(2) / variance) / levels.len() as f64).sqrt()
 }
 
 /// Mean difference of successive values.
@@ -345,29 +323,6 @@ mod tests {
             "{scattered:?}"
         );
         assert_eq!(fitted_limit(&[]), None);
-        assert_eq!(coarse_limit(&[(2.0, 5.2), (1.0, 5.1)]), None);
-    }
-
-    #[test]
-    fn the_limit_of_three_meshes_is_as_uncertain_as_their_scatter_makes_it() {
-        // Three values of one line, whose limit is 5, and its middle one moved: the limit moves by less than its uncertainty grows.
-        let of = |moved: f64| coarse_limit(&[(2.0, 5.2), (1.41, 5.141 + moved), (1.0, 5.1)]).unwrap();
-        let ((smooth, least), (scattered, most)) = (of(0.0), of(0.01));
-        assert!((smooth - 5.0).abs() < 0.3 * least && least > 0.05 && least < 0.1, "{smooth} ± {least}");
-        assert!((scattered - smooth).abs() < most - least, "{scattered} ± {most}");
-        assert_eq!(coarse_limit(&[(2.0, 5.2), (1.41, 5.0), (1.0, 5.1)]), None);
-        // All orders between are in the uncertainty.
-        for order in [0.75, 1.0, 1.5, 2.0] {
-            let levels = [2.0, 1.41, 1.0].map(|h: f64| (h, 5.0 + 0.1 * h.powf(order)));
-            let (limit, uncertainty) = coarse_limit(&levels).unwrap();
-            assert!(
-                (limit - 5.0).abs() < uncertainty + 1e-12 && uncertainty < 0.15,
-                "{order}: {limit} ± {uncertainty}"
-            );
-        }
-        // Standard error by the textbook: equal sizes but one have no weight in the slope.
-        let error = limit_error(&[(2.0, 0.0), (1.0, 0.0), (1.0, 0.0)]);
-        assert!((error - ((1.0 + 1.44 / 0.16) / 3.0_f64).sqrt()).abs() < 1e-12, "{error}");
     }
 
     #[test]

@@ -36,17 +36,12 @@ fn in_words(quantity: &Quantity, unit: &str) -> String {
     };
     if quantity.error.is_resolved() {
         let fraction = 100.0 * error / value.abs();
-        let from = quantity.extrapolated_from();
-        let from = from.map(|value| {
-            format!(" Extrapolated from three meshes; on the finest it is {} {unit}.", number(value))
-        });
         return format!(
-            "± {} {unit}: between {} and {} {unit}, a numerical error of {} %.{}",
+            "± {} {unit}: between {} and {} {unit}, a numerical error of {} %.",
             rounded(error),
             number(value - error),
             number(value + error),
-            rounded(fraction),
-            from.unwrap_or_default()
+            rounded(fraction)
         );
     }
     format!(
@@ -83,10 +78,6 @@ mod tests {
             "{page}"
         );
         assert!(page.contains("This run has no such number"), "{page}");
-        let mut limit = quantity_of(2049.0, 150.0, true);
-        limit["error"]["extrapolated_from"] = json!(2151.0);
-        let page = page_of(&limit, &quantity_of(482.0, 12.0, true));
-        assert!(page.contains("Extrapolated from three meshes; on the finest it is 2151 N."), "{page}");
         // Brackets once had others around them from the style sheet.
         assert!(!page.contains('(') && !include_str!("report.css").contains("content:"), "{page}");
     }

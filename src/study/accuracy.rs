@@ -437,7 +437,7 @@ impl<'a> Meshes<'a> {
         let keeps_a_direction = keeps_a_direction(&mesh.document, &coarsest.scene.document);
         others.clone().map_or_else(ErrorBars::Unknown, |others| {
             let runs = compared_runs(&self.scene.document, first.run.clone(), others, levels);
-            ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, extrapolates: true, ..runs }))
+            ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, ..runs }))
         })
     }
 }

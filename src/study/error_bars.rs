@@ -155,7 +155,6 @@ pub(super) fn compared_runs(
         levels,
         on_facets: document.has_mesh_file(),
         keeps_a_direction: false,
-        extrapolates: false,
         base,
         small_steps,
         loose_contact,

@@ -21,9 +21,7 @@ function card({ label, unit, quantity, note }, summary) {
   const stopped = stoppedAt(summary);
   if (!quantity) return empty("–", stopped ? "The run ended before it was known." : "not in this scene");
   if (summary.withheld) return empty("withheld", "The run failed a check of the computation: its numbers are not results.");
-  const onMesh = quantity.error?.extrapolated_from;
-  const from = onMesh != null && `extrapolated from three meshes; ${withUnit(onMesh, unit)} on the finest, which the picture and the curves show`;
-  const words = [stopped && `only to ${stopped}, where the run ended`, note, from].filter(Boolean).join("; ");
+  const words = [stopped && `only to ${stopped}, where the run ended`, note].filter(Boolean).join("; ");
   return html(
     "article",
     { class: isResolved(quantity) ? "card" : "card doubtful" },

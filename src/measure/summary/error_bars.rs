@@ -5,7 +5,7 @@
 //! give the mesh error, the other two compared with a run on the same mesh give the errors of step and solver. First order
 //! is assumed: with two meshes a factor of safety is applied; with more, a curve is fitted, whose scatter widens the bar.
 
-use super::super::convergence::{assumed_error, assumed_step_error, coarse_limit, fitted_uncertainty};
+use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
 use super::listed::Listed;
 use super::of_interest::QuantityOfInterest;
 use super::quantity::{ErrorEstimate, Estimate};
@@ -18,9 +18,6 @@ const ROUNDING: f64 = 1e-12;
 /// Least mesh error of a number relative to it, in units of the median of all numbers [-]: where most numbers change by much from mesh
 /// to mesh, one that hardly does so may agree by chance.
 const LEAST_FRACTION: f64 = 0.05;
-
-/// The same of a limit, of which three meshes say less [-].
-const LEAST_FRACTION_OF_LIMIT: f64 = 0.1;
 
 /// Source of the error bars.
 #[derive(Clone, Debug, Default)]
@@ -56,13 +53,9 @@ pub struct Compared {
 }
 
 impl Compared {
-    /// From the results of a run, and the stresses below the requested depths; numbers are those of its own mesh.
+    /// From the results of a run, and the stresses below the requested depths.
     pub fn new(results: &Results, von_mises_below_pa: Vec<f64>, steps: u64) -> Self {
-        let mut results = results.clone();
-        for Listed { quantity, .. } in results.list_mut().into_iter().flatten() {
-            quantity.value = quantity.on_finest_mesh();
-        }
-        Self { results, von_mises_below_pa, steps }
+        Self { results: results.clone(), von_mises_below_pa, steps }
     }
 
     /// Relative difference of a number from that of another run [-]; `None` where one of them has none.
@@ -116,8 +109,6 @@ pub struct ComparedRuns {
     pub on_facets: bool,
     /// Whether a direction has the same number of elements in all meshes, so that they do not show its error.
     pub keeps_a_direction: bool,
-    /// Whether integrals over contact or tissue are extrapolated to vanishing element size where at least three meshes allow it.
-    pub extrapolates: bool,
     /// Run on the coarsest of all meshes, which the next two are compared with.
     pub base: Compared,
     /// Run on that mesh with half the time step.
@@ -153,8 +144,6 @@ struct Values<'a> {
 /// Error contributions to one number, from the compared runs.
 struct Differences {
     mesh: f64,
-    /// Limit for vanishing element size, and its uncertainty.
-    limit: Option<(f64, f64)>,
     step: f64,
     contact: f64,
     bulk_modulus: f64,
@@ -176,11 +165,6 @@ impl ComparedRuns {
                 "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
             }
         };
-        let limits = if self.extrapolates && self.levels.len() > 1 {
-            "; integrals over contact and tissue are extrapolated to vanishing element size where that is more accurate"
-        } else {
-            ""
-        };
         let facets = if self.on_facets {
             "; splitting keeps the facets of a mesh, so their distance from a curved surface is not in the error bars"
         } else {
@@ -192,7 +176,7 @@ impl ComparedRuns {
             ""
         };
         let bulk = self.bulk_modulus.as_ref().map_or(String::new(), |lowered| format!("; {}", lowered.words));
-        format!("estimated from {runs}: {rule}{limits}{facets}{directions}{bulk}")
+        format!("estimated from {runs}: {rule}{facets}{directions}{bulk}")
     }
 
     /// All runs, in the order of their fields.
@@ -217,25 +201,24 @@ impl ComparedRuns {
     /// Differences of the compared runs from a number of a run with that many steps.
     fn differences(&self, own: f64, own_steps: u64, values: &Values) -> Differences {
         let steps = (self.base.steps, self.small_steps.steps);
-        let mut levels: Vec<_> =
-            self.levels.iter().map(|level| level.size).zip(values.levels.iter().copied()).collect();
-        levels.push((1.0, own));
         Differences {
-            mesh: mesh_error(&levels),
-            limit: coarse_limit(&levels).filter(|_| self.extrapolates),
+            mesh: self.mesh_error(own, values.levels),
             step: assumed_step_error(own_steps, steps, (values.base, values.small_steps)),
             // The tolerance is loosened far more than twofold: the difference itself bounds the error.
             contact: (values.loose_contact - values.base).abs(),
             bulk_modulus: 0.0,
         }
     }
-}
 
-/// Mesh error of the last of values on meshes of sizes h, `(h, value)`, by the rule for their number.
-fn mesh_error(levels: &[(f64, f64)]) -> f64 {
-    match levels {
-        [(size, value), (_, own)] => assumed_error(*value, *own, *size),
-        _ => fitted_uncertainty(levels),
+    /// Mesh error by the rule for the number of meshes.
+    fn mesh_error(&self, own: f64, values: &[f64]) -> f64 {
+        if let ([level], [value]) = (&self.levels[..], values) {
+            return assumed_error(*value, own, level.size);
+        }
+        let mut levels: Vec<_> =
+            self.levels.iter().map(|level| level.size).zip(values.iter().copied()).collect();
+        levels.push((1.0, own));
+        fitted_uncertainty(&levels)
     }
 }
 
@@ -290,42 +273,23 @@ impl Results {
                 bulk.as_ref().map_or(0.0, |[as_given, lowered]| (lowered[i] - as_given[i]).abs());
             all_found.push((listed, Differences { bulk_modulus, ..differences }));
         }
-        let median = median_mesh_error(&all_found);
-        for (listed, found) in all_found {
-            let can_converge = runs.levels.len() > 1 && !runs.keeps_a_direction;
-            listed.set_error(&found, median, own_step, can_converge);
+        let least = LEAST_FRACTION * median_mesh_error(&all_found);
+        for (Listed { quantity, steps_known, spacing, least_mesh_error, is_peak, is_too_coarse }, found) in
+            all_found
+        {
+            let Differences { mesh, step, contact, bulk_modulus } = found;
+            let mesh = mesh.max(least_mesh_error).max(least * quantity.value.abs());
+            // The total, with the resolution.
+            let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * quantity.value.abs();
+            let total = mesh + step + contact + bulk_modulus + resolution;
+            if total.is_finite() {
+                // A pointwise peak may grow with every mesh: two meshes cannot show convergence, nor can those that keep a direction.
+                let may_converge = !is_peak || (runs.levels.len() > 1 && !runs.keeps_a_direction);
+                let resolved = total == 0.0 || may_converge && !is_too_coarse && total < quantity.value.abs();
+                let estimate = Estimate { total, mesh, step, contact, bulk_modulus, resolution, resolved };
+                quantity.error = ErrorEstimate::Estimated(estimate);
+            }
         }
-    }
-}
-
-impl Listed<'_> {
-    /// Sets the error bar, with the `median` relative mesh error of all numbers [-] and the step of the run [s]; a number that can be
-    /// extrapolated with a smaller error, to a limit that exceeds it, becomes that. `can_converge`: whether the meshes can show that a peak does.
-    fn set_error(self, found: &Differences, median: f64, own_step: f64, can_converge: bool) {
-        let Self { quantity, steps_known, spacing, least_mesh_error, is_peak, .. } = self;
-        let Differences { step, contact, bulk_modulus, .. } = *found;
-        let own = quantity.value;
-        let mut mesh = found.mesh.max(least_mesh_error).max(LEAST_FRACTION * median * own.abs());
-        // The limit, with a floor of its own: meshes may agree on a line by chance.
-        let limit = found.limit.filter(|_| self.is_integral);
-        let limit = limit.map(|(limit, off)| (limit, off.max(LEAST_FRACTION_OF_LIMIT * median * own.abs())));
-        let limit = limit.filter(|(limit, off)| *off < mesh.min(limit.abs()));
-        if let Some((limit, off)) = limit {
-            (quantity.value, mesh) = (limit, off);
-        }
-        // The total, with the resolution.
-        let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * own.abs();
-        let total = mesh + step + contact + bulk_modulus + resolution;
-        if !total.is_finite() {
-            return;
-        }
-        // A pointwise peak may grow with every mesh: two meshes cannot show convergence, nor can those that keep a direction.
-        let may_converge = !is_peak || can_converge;
-        let resolved = total == 0.0 || may_converge && !self.is_too_coarse && total < quantity.value.abs();
-        let extrapolated_from = limit.map(|_| own);
-        let estimate =
-            Estimate { total, mesh, step, contact, bulk_modulus, resolution, resolved, extrapolated_from };
-        quantity.error = ErrorEstimate::Estimated(estimate);
     }
 }
 
@@ -391,7 +355,6 @@ mod tests {
             levels: vec![Level { size: 2.0, run: compared(coarse, 100) }],
             on_facets: false,
             keeps_a_direction: false,
-            extrapolates: false,
             base: compared(coarse, 100),
             small_steps: compared(small_steps, 200),
             loose_contact: compared(loose, 100),
@@ -487,45 +450,6 @@ mod tests {
         own = results(13.0);
         own.estimate_errors(&all, 200, 1.0);
         assert!(estimate(&own.impacts[0].impulse_n_s).mesh > 2.0 * smooth.mesh);
-    }
-
-    #[test]
-    fn integrals_on_a_line_are_extrapolated_on_request_and_keep_the_value_of_the_finest_mesh() {
-        // 10 + h at h = 4, 2, 1.
-        let mut all = runs([14.0; 3]);
-        all.levels = vec![
-            Level { size: 4.0, run: compared(14.0, 100) },
-            Level { size: 2.0, run: compared(12.0, 100) },
-        ];
-        all.extrapolates = true;
-        let mut own = results(11.0);
-        own.estimate_errors(&all, 200, 1.0);
-        let impact = &own.impacts[0];
-        for number in [&impact.peak_force_n, &impact.impulse_n_s] {
-            let error = estimate(number);
-            assert!(
-                (number.value - 10.0).abs() < 0.15 && error.extrapolated_from == Some(11.0),
-                "{number:?}"
-            );
-            assert!(error.mesh > 0.1 && error.mesh < 1.25, "{error:?}");
-        }
-        // A patch is none, and its bar is that of its mesh.
-        let patch = &impact.largest_patch_area_mm2;
-        assert_eq!((patch.value, estimate(patch).extrapolated_from), (11.0, None));
-        // For a finer mesh this run counts with the values of its own.
-        let later = Compared::new(&own, Vec::new(), 200);
-        assert_eq!((later.results.impacts[0].impulse_n_s.value, later.numbers(&own)[3]), (11.0, 11.0));
-        // What is on no line stays, and so does what its limit is no better known than to be small.
-        all.levels[0].run = compared(1.4, 100);
-        all.levels[1].run = compared(0.8, 100);
-        own = results(0.4);
-        own.estimate_errors(&all, 200, 1.0);
-        assert_eq!(estimate(&own.impacts[0].impulse_n_s).extrapolated_from, None);
-        all.levels[0].run = compared(14.0, 100);
-        all.levels[1].run = compared(12.0, 100);
-        own = results(13.0);
-        own.estimate_errors(&all, 200, 1.0);
-        assert_eq!(estimate(&own.impacts[0].impulse_n_s).extrapolated_from, None);
     }
 
     #[test]

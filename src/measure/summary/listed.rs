@@ -22,8 +22,6 @@ pub(super) struct Listed<'a> {
     pub is_peak: bool,
     /// Whether the mesh is too coarse for it, whatever its error bar: a patch of a few nodes.
     pub is_too_coarse: bool,
-    /// Whether it is an integral over contact or tissue that may be extrapolated to vanishing element size.
-    pub is_integral: bool,
 }
 
 impl<'a> Listed<'a> {
@@ -35,11 +33,7 @@ impl<'a> Listed<'a> {
             least_mesh_error: 0.0,
             is_peak: false,
             is_too_coarse: false,
-            is_integral: false,
         }
-    }
-    fn integral(quantity: &'a mut Quantity) -> Self {
-        Self { is_integral: true, ..Self::sum(quantity) }
     }
     fn time(quantity: &'a mut Quantity, steps_known: u8) -> Self {
         Self { steps_known, ..Self::sum(quantity) }
@@ -72,13 +66,10 @@ impl Impact {
         let has_patch = touched == 1 && !self.touches_in_points;
         let [at_peak, largest] = if has_patch { self.nodes_across_patch } else { [NODES_ACROSS; 2] };
         [
-            Listed {
-                is_integral: true,
-                ..Listed::known_to(&mut self.peak_force_n, self.peak_force_placing_n)
-            },
+            Listed::known_to(&mut self.peak_force_n, self.peak_force_placing_n),
             Listed::time(&mut self.peak_force_time_s, touched),
             Listed::time(&mut self.contact_duration_s, 2 * touched),
-            Listed::integral(&mut self.impulse_n_s),
+            Listed::sum(&mut self.impulse_n_s),
             Listed::patch(&mut self.patch_area_mm2, at_peak),
             Listed::patch(&mut self.patch_long_axis_mm, at_peak),
             Listed::patch(&mut self.patch_short_axis_mm, at_peak),
@@ -109,10 +100,9 @@ impl Results {
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
         all.extend(absorbed.map(|energy| Some(Listed { least_mesh_error: lost, ..Listed::sum(energy) })));
-        all.push(Some(Listed::integral(&mut t.energy_given_j)));
-        let sums = [&mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
+        let sums = [&mut t.energy_given_j, &mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
         all.extend(sums.map(|sum| Some(Listed::sum(sum))));
-        all.push(t.projectile_loss_j.as_mut().map(Listed::integral));
+        all.push(t.projectile_loss_j.as_mut().map(Listed::sum));
         all.extend(t.peaks.list_mut().map(|peak| peak.as_mut().map(|peak| Listed::peak(&mut peak.quantity))));
         let exceeded = t.exceeded_in_volume.as_mut();
         let [strain, stress] =

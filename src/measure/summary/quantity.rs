@@ -23,36 +23,12 @@ pub struct Quantity {
     pub gate: GateResult,
 }
 
-impl Quantity {
-    /// Value on the finest mesh where the number is extrapolated from it.
-    pub fn extrapolated_from(&self) -> Option<f64> {
-        match &self.error {
-            ErrorEstimate::Estimated(estimate) => estimate.extrapolated_from,
-            ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
-        }
-    }
-    /// Value on the finest mesh, which the recording shows too.
-    pub fn on_finest_mesh(&self) -> f64 {
-        self.extrapolated_from().unwrap_or(self.value)
-    }
-}
-
 #[cfg(test)]
 impl Quantity {
     /// A number of a run that passed, with an error of the mesh alone.
     pub(super) fn with_mesh_error(value: f64, mesh: f64, resolved: bool) -> Self {
         let (step, contact, bulk_modulus, resolution) = (0.0, 0.0, 0.0, 0.0);
-        let extrapolated_from = None;
-        let error = Estimate {
-            total: mesh,
-            mesh,
-            step,
-            contact,
-            bulk_modulus,
-            resolution,
-            resolved,
-            extrapolated_from,
-        };
+        let error = Estimate { total: mesh, mesh, step, contact, bulk_modulus, resolution, resolved };
         Self { value, error: ErrorEstimate::Estimated(error), gate: GateResult::Passed }
     }
 }
@@ -116,9 +92,6 @@ pub struct Estimate {
     /// Whether the number exceeds its error, or both are zero. A pointwise peak is never resolved on two meshes, which
     /// cannot show convergence.
     pub resolved: bool,
-    /// Value on the finest mesh, in the number's own unit, where the number is the limit for vanishing element size.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub extrapolated_from: Option<f64>,
 }
 
 impl Estimate {
@@ -127,17 +100,7 @@ impl Estimate {
     pub fn scaled(&self, factor: f64) -> Self {
         let parts = [self.total, self.mesh, self.step, self.contact, self.bulk_modulus, self.resolution];
         let [total, mesh, step, contact, bulk_modulus, resolution] = parts.map(|e| factor * e);
-        let extrapolated_from = self.extrapolated_from.map(|value| factor * value);
-        Self {
-            total,
-            mesh,
-            step,
-            contact,
-            bulk_modulus,
-            resolution,
-            resolved: self.resolved,
-            extrapolated_from,
-        }
+        Self { total, mesh, step, contact, bulk_modulus, resolution, ..*self }
     }
 }
 

@@ -197,7 +197,7 @@ fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcom
     }
     let cannot = missed().map(|pair| {
         format!(
-            "Nothing can touch in {} ({}): lheck the direction of the velocity, the gap and the end time.",
+            "Nothing can touch in {} ({}): check the direction of the velocity, the gap and the end time.",
             pair.name, pair.why
         )
     });
@@ -211,7 +211,7 @@ fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcom
         let is_missed = pair.force.contact_span.is_none() && !has_struck(&pair.between[1 - pair.reported_on]);
         let missed = (is_finished && is_missed).then(|| {
             format!(
-                "Nothing touched in {}: lheck the direction of the velocity, the gap and the end time.",
+                "Nothing touched in {}: check the direction of the velocity, the gap and the end time.",
                 pair.name
             )
         });

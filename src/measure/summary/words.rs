@@ -70,7 +70,7 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
         return format!("Nothing has touched{pairs} so far: there is no impact to evaluate yet.");
     }
     format!(
-        "Nothing touched{pairs}: there was no impact to evaluate. Lheck the direction of the velocity, the gap and \
+        "Nothing touched{pairs}: there was no impact to evaluate. Check the direction of the velocity, the gap and \
          the end time."
     )
 }

@@ -86,9 +86,7 @@ pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
         notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
     let others = others.concat();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
-    let from = error.extrapolated_from.map(|value| format!("; {} on the finest mesh", number(scale * value)));
-    let from = from.unwrap_or_default();
-    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}{from}){verdict}")
+    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
 }
 
 /// A fraction in percent.

@@ -1,13 +1,11 @@
 //! Coverage on impacts without a known answer: each number against that of a much finer mesh.
 //!
 //! The finer mesh has an error of its own. At first order the difference of the two meshes is the fraction 1 − h_ref/h of the error,
-//! so it is divided by that fraction, lest a reference with the same error flatter the error bars. Numbers that are limits for vanishing
-//! element size are compared with the limit of the finer mesh and two coarser ones.
+//! so it is divided by that fraction, lest a reference with the same error flatter the error bars.
 
 use super::impacts::Impact;
 use super::numbers::{WithBar, value_at};
 use super::{CoverageStudy, NoClaim, Number, run_finished};
-use crate::measure::convergence::fitted_limit;
 use crate::scene::document::{AccuracyDocument, ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene, load_document, load_parsed};
 use crate::step::Interrupt;
@@ -15,7 +13,6 @@ use crate::study::error_bars::relative_size;
 use crate::study::setting::Setting;
 use rayon::prelude::*;
 use serde_json::Value;
-use std::f64::consts::SQRT_2;
 
 /// Where the error bars of a run come from.
 #[derive(Clone, Copy, PartialEq)]
@@ -38,40 +35,8 @@ const SEQUENCE_S: f64 = 1.0;
 /// Least ratio of the element sizes of a mesh and of that which it is compared with, lest the difference is a small part of the error [-].
 const LEAST_RATIO: f64 = 1.9;
 
-/// Element sizes of the meshes that a limit comes from, in units of the finest [-].
-const SIZES_OF_LIMIT: [f64; 3] = [1.0, SQRT_2, 2.0];
-
 /// Results of a run and the document that it is of.
 type Run = Result<(SceneDocument, Value), String>;
-
-/// What the numbers of an impact are compared with.
-struct Reference<'a> {
-    document: &'a SceneDocument,
-    /// Results on meshes of the sizes h, the finest first; more than one where limits are known.
-    results: Vec<(f64, &'a Value)>,
-}
-
-impl<'a> Reference<'a> {
-    /// From the runs of an impact without error bars.
-    fn new(runs: &'a [Run]) -> Result<Self, String> {
-        let runs =
-            runs.iter().map(|run| run.as_ref().map_err(Clone::clone)).collect::<Result<Vec<_>, _>>()?;
-        let results = SIZES_OF_LIMIT.into_iter().zip(runs.iter().map(|(_, results)| results)).collect();
-        Ok(Self { document: &runs[0].0, results })
-    }
-
-    /// Value of a number on the finest mesh.
-    fn value(&self, pointer: &str) -> Option<f64> {
-        value_at(self.results[0].1, pointer)
-    }
-
-    /// Its limit for vanishing element size if its values are on a line, else the value on the finest mesh.
-    fn limit(&self, pointer: &str) -> Option<f64> {
-        let level = |(size, results): &(f64, &Value)| Some((*size, value_at(results, pointer)?));
-        let levels: Option<Vec<_>> = self.results.iter().rev().map(level).collect();
-        Some(fitted_limit(&levels?)?.value())
-    }
-}
 
 /// Runs all impacts on all of their meshes with each kind of error bars, in parallel on all threads.
 pub fn study_impacts(
@@ -79,13 +44,8 @@ pub fn study_impacts(
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
 ) -> CoverageStudy {
     // All runs, the long ones first: the references, and each mesh with each kind of error bars.
-    let of_limit = |impact: &Impact| if impact.with_accuracy { SIZES_OF_LIMIT.len() } else { 1 };
-    let mut runs = Vec::new();
-    for impact in impacts {
-        let sizes = SIZES_OF_LIMIT.into_iter().take(of_limit(impact));
-        runs.extend(sizes.map(|size| (impact, impact.reference / size, None)));
-    }
-    let references = runs.len();
+    let references = impacts.iter().map(|impact| (impact, impact.reference, None));
+    let mut runs: Vec<_> = references.collect();
     for impact in impacts {
         let meshes = impact.meshes.iter().rev();
         let kinds = BARS.into_iter().filter(|(_, bars)| *bars != Bars::Accuracy || impact.with_accuracy);
@@ -100,11 +60,10 @@ pub fn study_impacts(
         })
         .collect();
     // Each run against the reference of its impact.
+    let (references, compared) = done.split_at(impacts.len());
     let mut study = CoverageStudy::default();
-    for ((impact, mesh, bars), run) in runs.iter().zip(&done).skip(references) {
-        let is_of_impact = |(other, ..): &(&Impact, f64, _)| std::ptr::eq(*other, *impact);
-        let first = runs.iter().position(is_of_impact).unwrap_or_default();
-        let reference = Reference::new(&done[first..first + of_limit(impact)]);
+    for ((impact, mesh, bars), run) in runs[impacts.len()..].iter().zip(compared) {
+        let reference = impacts.iter().position(|other| std::ptr::eq(other, *impact)).map(|i| &references[i]);
         let bars = bars.map_or("", |(name, _)| name);
         let label = format!("numbers of elements × {mesh:.2}, {bars}");
         let no_claim = |reason: &str| NoClaim {
@@ -113,15 +72,16 @@ pub fn study_impacts(
             reason: reason.to_owned(),
         };
         match (reference, run) {
-            (Ok(reference), Ok(run)) if relative_size(reference.document, &run.0) < LEAST_RATIO => {
+            (Some(Ok(reference)), Ok(run)) if relative_size(&reference.0, &run.0) < LEAST_RATIO => {
                 study.without.push(no_claim("its finest mesh is too fine to be compared"));
             }
-            (Ok(reference), Ok(run)) => {
+            (Some(Ok(reference)), Ok(run)) => {
                 study.runs += 1;
-                study.numbers.extend(compare(impact, (&label, bars), run, &reference));
+                study.numbers.extend(compare(impact, (&label, bars), run, reference));
             }
-            (Err(reason), _) => study.without.push(no_claim(&format!("no reference: {reason}"))),
+            (Some(Err(reason)), _) => study.without.push(no_claim(&format!("no reference: {reason}"))),
             (_, Err(reason)) => study.without.push(no_claim(reason)),
+            (None, _) => {}
         }
     }
     study
@@ -169,14 +129,11 @@ fn compare(
     impact: &Impact,
     (label, bars): (&str, &'static str),
     (document, results): &(SceneDocument, Value),
-    reference: &Reference,
+    (reference, exact): &(SceneDocument, Value),
 ) -> Vec<Number> {
-    let ratio = relative_size(reference.document, document);
+    let ratio = relative_size(reference, document);
     let number = |found: WithBar| {
-        let fine = reference.value(&found.pointer)?;
-        let limit = reference.limit(&found.pointer).filter(|_| found.is_extrapolated);
-        let exact = limit.unwrap_or(fine);
-        let difference = (found.value - exact).abs();
+        let exact = value_at(exact, &found.pointer)?;
         // A zero that stays zero is no prediction.
         (exact != 0.0 || found.value != 0.0).then(|| Number {
             scenario: impact.scenario,
@@ -186,7 +143,7 @@ fn compare(
             quantity: found.quantity(),
             exact,
             value: found.value,
-            error: if found.is_extrapolated { difference } else { difference * ratio / (ratio - 1.0) },
+            error: (found.value - exact).abs() * ratio / (ratio - 1.0),
             error_bar: found.error_bar,
             resolved: found.resolved,
         })

@@ -12,8 +12,6 @@ pub(super) struct WithBar {
     pub error_bar: f64,
     /// Whether the summary prints it as a plain number.
     pub resolved: bool,
-    /// Whether it is the limit for vanishing element size.
-    pub is_extrapolated: bool,
 }
 
 impl WithBar {
@@ -34,7 +32,6 @@ impl WithBar {
             value: found.get("value")?.as_f64()?,
             error_bar: of_bar("total")?.as_f64()?,
             resolved: of_bar("resolved")?.as_bool()?,
-            is_extrapolated: of_bar("extrapolated_from").is_some(),
         })
     }
 
