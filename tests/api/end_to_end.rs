@@ -232,10 +232,12 @@ fn scene_that_cannot_end_in_time_is_refused() {
 #[test]
 fn full_disk_fails_the_job_and_not_the_service() {
     let data = data();
-    // Files may grow to 6 MB, which is less than the recording of the slow scene and more than the write-ahead log of the store, which is
-    // emptied from 4 MB on.
+    // Files may grow to 6 MB, which is less than the recording of the slow scene with ten times its fields, and more than the write-ahead
+    // log of the store, which is emptied from 4 MB on.
     let program = Program::limited(data.path(), 12 * 1024);
-    let job = submit(&program.client, &slow());
+    let mut scene = slow();
+    scene["record"]["field_interval_s"] = json!(1e-7);
+    let job = submit(&program.client, &scene);
     let end = wait_for(&program.client, &job, "failed");
     assert_eq!(end["failure"]["cause"], "recording_failed");
     assert!(!leaks(&end.to_string(), data.path()), "{end}");
