@@ -7,6 +7,14 @@ use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
 use std::sync::Arc;
 use std::time::Duration;
 
+/// A job of that many steps, each of some milliseconds, which has begun.
+fn running(server: &Server, name: &str, steps: u32, step_ms: u32) -> String {
+    let scene = json!({ "name": name, "end_time_s": 1.0, "steps": steps, "step_ms": step_ms });
+    let job = submit(&server.client(), &scene);
+    wait_for(&server.client(), &job, "running");
+    job
+}
+
 #[test]
 fn one_process_has_the_data() {
     let server = Server::start();
@@ -27,9 +35,7 @@ fn waiting_jobs_are_taken_up_by_the_next_process() {
 #[test]
 fn shutdown_puts_running_jobs_back_without_counting_the_attempt() {
     let server = Server::start();
-    let job =
-        submit(&server.client(), &json!({ "name": "slow", "end_time_s": 1.0, "steps": 800, "step_ms": 1 }));
-    wait_for(&server.client(), &job, "running");
+    let job = running(&server, "slow", 800, 1);
     let data = server.stop();
     let again = Server::on(data, |_| {});
     let end = wait_for(&again.client(), &job, "succeeded");
@@ -42,9 +48,7 @@ fn shutdown_puts_running_jobs_back_without_counting_the_attempt() {
 #[test]
 fn shutdown_waits_for_jobs_that_end_in_time() {
     let server = Server::with(|c| c.grace = Duration::from_secs(10));
-    let job =
-        submit(&server.client(), &json!({ "name": "short", "end_time_s": 1.0, "steps": 300, "step_ms": 1 }));
-    wait_for(&server.client(), &job, "running");
+    let job = running(&server, "short", 300, 1);
     let again = Server::on(server.stop(), |c| c.workers = 0);
     assert_eq!(again.client().get(&job).json()["state"], "succeeded");
 }
@@ -52,9 +56,7 @@ fn shutdown_waits_for_jobs_that_end_in_time() {
 #[test]
 fn a_run_that_does_not_stop_is_handed_back() {
     let server = Server::start();
-    let job =
-        submit(&server.client(), &json!({ "name": "stuck", "end_time_s": 1.0, "steps": 1, "step_ms": 8000 }));
-    wait_for(&server.client(), &job, "running");
+    running(&server, "stuck", 1, 8000);
     let data = server.stop();
     let (state, attempts) = run(async {
         let options = SqliteConnectOptions::new().filename(data.path().join("jobs.sqlite"));
