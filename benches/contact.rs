@@ -48,7 +48,7 @@ impl Pressed {
         let first = block.nodes.len() as u32;
         let surface = |cells: &Cells| {
             let faces = boundary(cells);
-            Surface { nodes: boundary_nodes(&faces), faces }
+            Surface::new(boundary_nodes(&faces), faces)
         };
         let surfaces = [surface(&block.cells), surface(&ball.cells.map(|node| node + first))];
         let pairs = [ContactPair { slave: 1, master: Master::Surface(0), law: ContactLaw::of(0.3) }];

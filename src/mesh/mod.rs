@@ -17,6 +17,7 @@ pub mod inspect;
 pub mod laplace;
 pub mod local_refinement;
 pub mod locate;
+pub mod mirror;
 pub mod names;
 pub mod quality;
 pub mod read;

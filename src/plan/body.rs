@@ -57,6 +57,6 @@ impl PlanBody {
             return Cow::Borrowed(&self.boundary);
         }
         let faces = surface::boundary(&self.intact(erosion).collect());
-        Cow::Owned(Surface { nodes: surface::boundary_nodes(&faces), faces })
+        Cow::Owned(Surface::new(surface::boundary_nodes(&faces), faces))
     }
 }

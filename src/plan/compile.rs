@@ -13,6 +13,7 @@ use super::parts::{CompileError, Parts};
 use super::report::PlanReport;
 use super::reporting::report;
 use super::requested::{field_times, measures};
+use super::sector::with_sector;
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use crate::mechanics::contact::Surface;
@@ -31,6 +32,11 @@ use std::sync::Arc;
 /// # Errors
 /// Inverted elements and massless nodes, which validation reports earlier and in full; invalid followers.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
+    with_sector(compile_whole(scene)?, scene)
+}
+
+/// As [`compile`], without looking for symmetry.
+pub(super) fn compile_whole(scene: &Scene) -> Result<Plan, CompileError> {
     let _span = tracing::debug_span!("compile").entered();
     let document = &scene.document;
     let mut parts = Parts::default();
@@ -93,7 +99,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         }
         parts.bodies[index].flight_velocity = Vec3::from(document.velocity_m_per_s);
     }
-    Ok(complete(scene, parts, plan.assembly, (plan.integrator, plan.preload)))
+    with_sector(complete(scene, parts, plan.assembly, (plan.integrator, plan.preload)), scene)
 }
 
 /// The plan of the collected parts.
@@ -127,6 +133,8 @@ fn complete(
         skip_inactive_elements: is_explicit && skips_inactive_elements(document, &parts),
         distant_pairs,
         name: document.name.clone(),
+        sector: None,
+        mirrors: Vec::new(),
         measures: measures(scene, &parts.bodies),
         bodies: parts.bodies,
         X: parts.X,
@@ -286,9 +294,16 @@ fn add_body(
 
     // Boundary surface, with global node numbers.
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
-    let faces: Vec<[u32; 4]> =
-        mesh.hanging.boundary(surface::boundary(&mesh.cells)).iter().map(global).collect();
+    let is_cut = |face: &[u32; 4]| {
+        let has = |on: &Vec<u32>| face.iter().all(|node| on.binary_search(node).is_ok());
+        body.mirrored.iter().any(has)
+    };
+    let faces =
+        mesh.hanging.boundary(surface::boundary(&mesh.cells)).into_iter().filter(|face| !is_cut(face));
+    let faces: Vec<[u32; 4]> = faces.map(|face| global(&face)).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
+    let mirrored =
+        body.mirrored.each_ref().map(|nodes| nodes.iter().map(|node| node + first_node).collect::<Vec<_>>());
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
         role: document.role,
@@ -300,7 +315,7 @@ fn add_body(
         parts: mesh.parts.clone(),
         validity: validity_of_parts(document, body),
         erodes: document.parts.iter().any(|part| part.erosion.is_some()),
-        boundary: Surface { nodes, faces },
+        boundary: Surface { nodes, faces, mirrored },
         rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
@@ -349,7 +364,11 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
     parts.X.extend([place; 2]);
     parts.own_inverse_mass.extend([Vec3::zeros(); 2]);
     parts.mass.extend([mass, 0.0]);
-    parts.inverse_mass.extend([Vec3::repeat(1.0 / mass), rigid.inertia.map(|i| 1.0 / i)]);
+    let mut inverse = [Vec3::repeat(1.0 / mass), rigid.inertia.map(|i| 1.0 / i)];
+    for (inverse, held) in inverse.iter_mut().zip(rigid.held) {
+        (0..3).filter(|axis| held[*axis]).for_each(|axis| inverse[axis] = 0.0);
+    }
+    parts.inverse_mass.extend(inverse);
     parts.u.extend([Vec3::zeros(); 2]);
     parts.v.extend(rigid_velocities(document, orientation));
     parts.bodies.push(PlanBody {
@@ -363,7 +382,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         parts: Vec::new(),
         validity: Vec::new(),
         erodes: false,
-        boundary: Surface { nodes: vec![centre], faces: Vec::new() },
+        boundary: Surface::new(vec![centre], Vec::new()),
         rigid: Some(parts.rigid.bodies.len()),
         mass,
         first_moment: place * mass,
@@ -404,6 +423,9 @@ fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Ve
                 inverse[*node as usize][axis] = 0.0;
             }
         }
+    }
+    for (axis, nodes) in body.mirrored.iter().enumerate() {
+        nodes.iter().for_each(|node| inverse[*node as usize][axis] = 0.0);
     }
     inverse
 }

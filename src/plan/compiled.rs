@@ -9,11 +9,13 @@ use super::loads::Loads;
 use super::measure_plan::MeasurePlan;
 use super::report::PlanReport;
 use super::rigid::RigidPlan;
+use super::sector::Sector;
 use crate::mechanics::contact::ContactPair;
 use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::mirror::MirrorPlane;
 use crate::scene::document::FieldName;
 
 /// What stepping a scene requires. Nodes and elements are numbered consecutively over all bodies. A rigid body has two
@@ -82,6 +84,10 @@ pub struct Plan {
     pub measures: MeasurePlan,
     /// What was kept, what was omitted, and why.
     pub report: PlanReport,
+    /// What is computed instead, if the scene is symmetric.
+    pub sector: Option<Box<Sector>>,
+    /// The planes of symmetry that the bodies end at, on their upper sides, if this is the plan of a sector.
+    pub mirrors: Vec<MirrorPlane>,
 }
 
 impl Plan {

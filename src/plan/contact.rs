@@ -6,7 +6,7 @@ use super::contact_plan::ContactPlan;
 use super::distant::{BodyMotion, DistantPair, Other, cannot_meet};
 use crate::mechanics::contact::detection::slave_choice::{Slave, choose_slave, mean_face_size};
 use crate::mechanics::contact::pairs::{EveryTwo, Pairs};
-use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
+use crate::mechanics::contact::{ContactLaw, ContactPair, Master};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{
     ContactPairs, ContactSolver, Keep, PlaneDocument, Role, SceneDocument, SelfContact,
@@ -244,8 +244,7 @@ fn surface_of(plan: &mut ContactPlan, bodies: &[PlanBody], body: usize) -> usize
     if let Some(index) = plan.surface_body.iter().position(|b| *b == body) {
         return index;
     }
-    let Surface { nodes, faces } = &bodies[body].boundary;
-    plan.surfaces.push(Surface { nodes: nodes.clone(), faces: faces.clone() });
+    plan.surfaces.push(bodies[body].boundary.clone());
     plan.surface_body.push(body);
     plan.surfaces.len() - 1
 }

@@ -71,7 +71,7 @@ impl ContactPlan {
     /// one or two, or in a few where the surface has few faces.
     pub fn most_rigid_contacts(&self) -> usize {
         let of_pair = |pair: &ContactPair| {
-            let Surface { nodes, faces } = &self.surfaces[pair.slave];
+            let Surface { nodes, faces, .. } = &self.surfaces[pair.slave];
             nodes.len() + 2 * faces.len() + MOST_POINTS
         };
         self.pairs.rigid().0.iter().map(of_pair).sum()

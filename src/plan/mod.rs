@@ -22,6 +22,7 @@ mod report;
 mod reporting;
 mod requested;
 mod rigid;
+mod sector;
 mod stable_step;
 mod statics;
 mod stepping;
@@ -46,5 +47,6 @@ pub use report::{
 };
 pub use requested::CUTS;
 pub use rigid::RigidPlan;
+pub use sector::Sector;
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, UnderConstrained};

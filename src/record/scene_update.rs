@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_quadrilateral_is_two_triangles_and_a_triangle_one() {
-        let surface = Surface { nodes: vec![3, 5, 7, 9], faces: vec![[3, 5, 9, 7], [3, 5, 7, 7]] };
+        let surface = Surface::new(vec![3, 5, 7, 9], vec![[3, 5, 9, 7], [3, 5, 7, 7]]);
         assert_eq!(triangles(&surface), [0, 1, 3, 0, 3, 2, 0, 1, 2]);
     }
 }

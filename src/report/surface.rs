@@ -79,7 +79,7 @@ fn skin(cells: &Cells, eroded: &[u8], positions: &[[f32; 3]]) -> (Vec<[f32; 3]>,
     let intact: Cells =
         cells.iter().enumerate().filter(|(i, _)| is_intact(*i)).map(|(_, cell)| cell).collect();
     let faces = surface::boundary(&intact);
-    let surface = Surface { nodes: surface::boundary_nodes(&faces), faces };
+    let surface = Surface::new(surface::boundary_nodes(&faces), faces);
     let corners = surface.nodes.iter().map(|&node| positions[node as usize]).collect();
     (corners, triangles(&surface))
 }

@@ -128,7 +128,8 @@ impl<'a> Builder<'a> {
             shape => shape.shape()?,
         };
         let mass = rigid.mass(&shape)?;
-        let made = RigidSceneBody { inertia: rigid.inertia(&shape, mass), shape, mass, pose };
+        let held = [[false; 3]; 2];
+        let made = RigidSceneBody { inertia: rigid.inertia(&shape, mass), shape, mass, pose, held };
         // The checks of the document know all other shapes.
         let before = out.0.error_count();
         if rigid.shape.shape().is_none() {

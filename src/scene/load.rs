@@ -329,7 +329,7 @@ fn make_body(
     mesh.fields = ElementFields::default();
     let (axes, Laws { materials, law_of }) = (axes?, laws?);
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
-    let made = SceneBody { rigid: None, mesh, refined, materials, law_of, part_entry, axes };
+    let made = SceneBody { mesh, refined, materials, law_of, part_entry, axes, ..SceneBody::default() };
     elements::check(index, document, &made, out);
     Some((made, summary))
 }

@@ -15,6 +15,8 @@ pub struct RigidSceneBody {
     pub inertia: Vec3,
     /// Initial position and orientation.
     pub pose: Pose,
+    /// Axes along which it cannot move, and about which it cannot rotate.
+    pub held: [[bool; 3]; 2],
 }
 
 /// A body of a validated scene.
@@ -35,4 +37,6 @@ pub struct SceneBody {
     /// Material axes of every element (columns e1, e2, e3 in reference axes, oblique where arrays give two families); empty when no law of
     /// the body has fibres.
     pub axes: Vec<Mat3>,
+    /// Nodes on planes of symmetry normal to x, y and z, sorted, if the body is the part on their upper sides.
+    pub mirrored: [Vec<u32>; 3],
 }

@@ -85,6 +85,8 @@ impl SolverDocument {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Keep {
+    /// All of a symmetric scene is computed, not only the half, quarter or eighth that its mirror images complete.
+    MirrorImages,
     /// Inactive elements are evaluated too.
     InactiveElements,
     /// Pairs that cannot meet before the end are searched too.
@@ -102,7 +104,8 @@ pub enum Keep {
 
 impl Keep {
     /// All features, in the order of declaration.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
+        Self::MirrorImages,
         Self::InactiveElements,
         Self::DistantPairs,
         Self::IdleSelfContact,
@@ -114,6 +117,7 @@ impl Keep {
     /// Its name in documents and on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::MirrorImages => "mirror_images",
             Self::InactiveElements => "inactive_elements",
             Self::DistantPairs => "distant_pairs",
             Self::IdleSelfContact => "idle_self_contact",

@@ -146,7 +146,7 @@ impl FieldCopy {
 }
 
 /// The nodes needed between the look times: boundary nodes, and in bodies that erode all that may become such.
-fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
+pub(super) fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
     plan.bodies.iter().flat_map(|body| {
         let (all, boundary) =
             if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.boundary.nodes[..]) };

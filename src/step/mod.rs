@@ -18,6 +18,7 @@ mod integrator;
 mod interrupt;
 mod ledger;
 mod loads;
+mod mirrors;
 mod motion;
 mod phase;
 mod place;
@@ -26,6 +27,7 @@ mod run;
 mod state;
 mod step_work;
 mod stepper;
+mod unfold;
 
 pub use energy::{BodyEnergy, BranchEnergy, Energy, PairLedger};
 pub use failure::{ElementPlace, Failure, FailureCause};

@@ -5,9 +5,11 @@ use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, LOOKS, Outcome, Recorder, RecorderError};
 use super::integrator::{preloader, stepper};
 use super::interrupt::{Ask, Interrupt};
+use super::mirrors::Mirrors;
 use super::phase::Phase;
 use super::state::State;
 use super::stepper::Stepper;
+use super::unfold::run_sector;
 use crate::mechanics::force::Threads;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{DynamicRelaxation, Integrator, Plan};
@@ -28,12 +30,16 @@ pub struct RunOptions<'a> {
     pub interrupt: Ask<'a>,
 }
 
-/// Runs a plan to its end, or to a diagnosed failure. Recorders are started, fed and finished on every path.
+/// Runs a plan to its end, or to a diagnosed failure: of a symmetric scene the sector, of which recorders receive the whole. Recorders are
+/// started, fed and finished on every path.
 pub fn run(plan: &Plan, options: &RunOptions, recorders: &mut [&mut dyn Recorder]) -> (Outcome, State) {
-    run_from(plan, State::new(plan), options, recorders)
+    match &plan.sector {
+        Some(sector) => run_sector(plan, sector, options, recorders),
+        None => run_from(plan, State::new(plan), options, recorders),
+    }
 }
 
-/// As [`run`], starting from a state: a restart gives the same bits as an uninterrupted run.
+/// Runs all of a plan, starting from a state: a restart gives the same bits as an uninterrupted run.
 pub fn run_from(
     plan: &Plan,
     mut state: State,
@@ -109,6 +115,7 @@ fn drive(
         return interrupted(interrupt, plan, state);
     }
     let mut last_look = f64::NEG_INFINITY;
+    let mirrors = Mirrors::of(plan);
     loop {
         // Solve the step at t_n and check its energy balance.
         let interrupt = (options.interrupt)();
@@ -153,6 +160,9 @@ fn drive(
         }
         // A failed gate or an interruption ends the run after its frame is recorded.
         verdict?;
+        if is_look_time {
+            mirrors.check(state)?;
+        }
         if at_end {
             return Ok(Ending::Finished);
         }

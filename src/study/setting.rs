@@ -184,18 +184,26 @@ fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
 /// and shears otherwise than two, which is no sequence that converges.
 const FEWEST_ACROSS: f64 = 2.0;
 
-/// Numbers of elements times a factor; halves are rounded up. `None` when nothing would change. Gradings stay: their size fields
+/// Numbers of elements times a factor; halves are rounded up. An even number across the middle of a body stays even, so that the mesh of a
+/// symmetric scene stays symmetric. `None` when nothing would change. Gradings stay: their size fields
 /// are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
 fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
-    let changed = |elements: u32, fewest: f64| {
+    let across = generator.counts_across();
+    let changed = |(elements, is_across): (u32, &bool), fewest: f64| {
         let own = f64::from(elements);
-        (own * factor).round().max(own.min(fewest))
+        let unit = if *is_across && elements.is_multiple_of(2) { 2.0 } else { 1.0 };
+        ((own * factor / unit).round() * unit).max(own.min(fewest))
     };
     let counts: Vec<u32> = generator.counts_mut().into_iter().map(|count| *count).collect();
-    let does_change = |fewest: &f64| counts.iter().any(|count| !is_equal(changed(*count, *fewest), *count));
+    let does_change = |fewest: &f64| {
+        counts
+            .iter()
+            .zip(&across)
+            .any(|(count, across)| !is_equal(changed((*count, across), *fewest), *count))
+    };
     let fewest = [FEWEST_ACROSS, 1.0].into_iter().find(does_change)?;
-    for elements in generator.counts_mut() {
-        let count = changed(*elements, fewest);
+    for (elements, is_across) in generator.counts_mut().into_iter().zip(&across) {
+        let count = changed((*elements, is_across), fewest);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         // the bound is checked, and it is positive
         let count = (count <= f64::from(u32::MAX)).then_some(count as u32)?;

@@ -9,7 +9,7 @@ fn grid() -> (Surface, impl Fn(u32) -> Vec3) {
     let faces = (0..10)
         .flat_map(|j| (0..10).map(move |i| [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]))
         .collect();
-    (Surface { nodes: (0..121).collect(), faces }, |n| Vec3::new(f64::from(n % 11), f64::from(n / 11), 0.0))
+    (Surface::new((0..121).collect(), faces), |n| Vec3::new(f64::from(n % 11), f64::from(n / 11), 0.0))
 }
 
 #[test]
@@ -27,7 +27,7 @@ fn tributary_areas_of_a_grid_sum_to_its_area() {
 
 #[test]
 fn a_triangle_gives_a_third_to_each_corner() {
-    let surface = Surface { nodes: vec![0, 1, 2], faces: vec![[0, 1, 2, 2]] };
+    let surface = Surface::new(vec![0, 1, 2], vec![[0, 1, 2, 2]]);
     let position = |n: u32| [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)][n as usize];
     let mut geometry = PatchGeometry::of_slave(0, &surface, None);
     geometry.evaluation = 1;
@@ -113,7 +113,7 @@ fn one_node_has_no_extent() {
 #[test]
 fn the_sides_of_a_flat_end_are_no_part_of_it() {
     // The top of a cube and one of its sides, pressed at their common edge along the bisector.
-    let surface = Surface { nodes: (0..6).collect(), faces: vec![[0, 1, 2, 3], [1, 4, 5, 2]] };
+    let surface = Surface::new((0..6).collect(), vec![[0, 1, 2, 3], [1, 4, 5, 2]]);
     let position = |n: u32| {
         let [x, y, z] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, -1], [1, 1, -1]][n as usize];
         Vec3::new(f64::from(x), f64::from(y), f64::from(z))

@@ -20,12 +20,22 @@ use stencil::Stencil;
 pub const ALLOWED: f64 = 0.01;
 
 /// The boundary surface of one body. That of a rigid body is its centre, without faces.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
     /// Global numbers of the nodes on the surface, sorted.
     pub nodes: Vec<u32>,
     /// Corner nodes (global) of each face, counter-clockwise seen from outside; a triangle repeats its last node.
     pub faces: Vec<[u32; 4]>,
+    /// Nodes (global, sorted) on a plane of symmetry normal to x, y and z: there the surface ends, and its mirror image continues it
+    /// on the lower side.
+    pub mirrored: [Vec<u32>; 3],
+}
+
+impl Surface {
+    /// A surface that no mirror image continues.
+    pub fn new(nodes: Vec<u32>, faces: Vec<[u32; 4]>) -> Self {
+        Self { nodes, faces, ..Self::default() }
+    }
 }
 
 /// The obstacle of the slave nodes of a pair.

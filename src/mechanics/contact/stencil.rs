@@ -86,6 +86,14 @@ impl Stencil {
         Self::new(movers(false), movers(true))
     }
 
+    /// The same stencil with other numbers of its nodes, no two of them equal.
+    #[must_use]
+    pub fn renumbered(&self, new: impl Fn(u32) -> u32) -> Self {
+        let mut stencil = self.clone();
+        stencil.nodes[..usize::from(self.count)].iter_mut().for_each(|node| *node = new(*node));
+        stencil
+    }
+
     fn len_of_slave(&self) -> usize {
         usize::from(self.slaves)
     }

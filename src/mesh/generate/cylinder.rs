@@ -58,6 +58,11 @@ impl Cylinder {
         slice.saturating_mul(u64::from(self.elements_along))
     }
 
+    /// For each count, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        vec![true, false, true]
+    }
+
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         vec![&mut self.elements_around, &mut self.elements_through, &mut self.elements_along]

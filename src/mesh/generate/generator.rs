@@ -60,6 +60,11 @@ impl Generator {
         with_generator!(self, it => it.counts_mut())
     }
 
+    /// For each count, in their order, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        with_generator!(self, it => it.counts_across())
+    }
+
     /// Generates the mesh.
     ///
     /// # Errors

@@ -52,6 +52,11 @@ impl HollowBall {
         n.saturating_mul(n).saturating_mul(6).saturating_mul(u64::from(self.elements_through))
     }
 
+    /// For each count, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        vec![true, false]
+    }
+
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         vec![&mut self.elements_around, &mut self.elements_through]

@@ -98,6 +98,11 @@ impl LayeredBlock {
         self.elements.iter().fold(through, |product, count| product.saturating_mul(u64::from(*count)))
     }
 
+    /// For each count, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        self.elements.iter().map(|_| true).chain(self.layers.iter().map(|_| false)).collect()
+    }
+
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         let through = self.layers.iter_mut().map(|layer| &mut layer.elements);

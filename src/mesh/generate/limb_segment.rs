@@ -197,6 +197,11 @@ impl LimbSegment {
         layers.saturating_mul(u64::from(self.elements_around)).saturating_mul(u64::from(self.elements_along))
     }
 
+    /// For each count, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        vec![true, true, false, false, false]
+    }
+
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         vec![

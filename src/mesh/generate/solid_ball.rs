@@ -63,6 +63,11 @@ impl SolidBall {
         if self.is_quarter { whole / 4 } else { whole }
     }
 
+    /// For each count, whether even numbers keep elements from extending across the middle of the body.
+    pub fn counts_across(&self) -> Vec<bool> {
+        vec![true, false]
+    }
+
     /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         vec![&mut self.elements_around, &mut self.elements_through]

@@ -118,17 +118,17 @@ impl Start {
             let faces = body.mesh.hanging.boundary(boundary(&body.mesh.cells));
             let faces: Vec<[u32; 4]> = faces.iter().map(|f| f.map(|a| a + first)).collect();
             start.boxes.push(bounds(&start.x[first as usize..]));
-            start.surfaces.push(Surface { nodes: boundary_nodes(&faces), faces });
+            start.surfaces.push(Surface::new(boundary_nodes(&faces), faces));
         }
         start
     }
 
     /// A rigid body as in a plan: two nodes, one for its centre and one for its spin.
     fn add_rigid(&mut self, body: &RigidSceneBody) {
-        let RigidSceneBody { shape, mass, inertia, pose } = body.clone();
+        let RigidSceneBody { shape, mass, inertia, pose, .. } = body.clone();
         let centre = self.x.len() as u32;
         self.x.extend([pose.centre; 2]);
-        self.surfaces.push(Surface { nodes: vec![centre], faces: Vec::new() });
+        self.surfaces.push(Surface::new(vec![centre], Vec::new()));
         let radius = shape.outer_radius();
         self.boxes.push([pose.centre.add_scalar(-radius), pose.centre.add_scalar(radius)]);
         self.rigid.push(RigidBody { centre, spin: centre + 1, shape, mass, inertia });

@@ -6,6 +6,19 @@ use crate::tensor::Vec3;
 
 /// No face across the edge: it is on the border of an open surface.
 pub(super) const NONE: u32 = u32::MAX;
+/// The mirror image of the face is across the edge, in the plane of symmetry normal to x; then y and z.
+const MIRROR: [u32; 3] = [NONE - 1, NONE - 2, NONE - 3];
+
+/// What is across an edge of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::contact) enum Across {
+    /// Nothing: the border of an open surface.
+    Border,
+    /// The mirror image of the face itself, in the plane of symmetry normal to this axis.
+    Mirror(usize),
+    /// A face.
+    Face(u32),
+}
 
 /// A surface with the topology that detection needs. Constant over a run.
 #[derive(Clone, Debug)]
@@ -19,10 +32,14 @@ pub(in crate::contact) struct Boundary {
     /// The largest of `sizes` [m], and their mean.
     pub largest_size: f64,
     pub mean_size: f64,
-    /// Whether every edge has a face on either side, so that there is an inside.
+    /// Whether every edge has a face on either side, or its mirror image, so that there is an inside.
     pub is_closed: bool,
-    /// The face across each edge, or `NONE`.
-    pub neighbours: Vec<[u32; 4]>,
+    /// The face across each edge, `NONE`, or one of `MIRROR`.
+    neighbours: Vec<[u32; 4]>,
+    /// The axes normal to the planes of symmetry that the surface ends at.
+    pub mirrors: [bool; 3],
+    /// The axes normal to the planes of symmetry that node i of `nodes` is on; empty if there are none.
+    held: Vec<[bool; 3]>,
     /// Faces around node i of `nodes`: `around[starts[i]..starts[i + 1]]`, ascending.
     starts: Vec<u32>,
     around: Vec<u32>,
@@ -42,11 +59,15 @@ impl Boundary {
             places[(node - least) as usize] = i as u32;
         }
         let sizes: Vec<f64> = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
-        let neighbours = neighbours(&surface.faces);
+        let neighbours = neighbours(surface);
+        let mirrors = surface.mirrored.each_ref().map(|nodes| !nodes.is_empty());
+        let is_on = |node: &u32| surface.mirrored.each_ref().map(|on| on.binary_search(node).is_ok());
         let has_all = |(face, across): (&[u32; 4], &[u32; 4])| !across[..corner_count(face)].contains(&NONE);
         let mut boundary = Self {
             is_closed: surface.faces.iter().zip(&neighbours).all(has_all),
             neighbours,
+            mirrors,
+            held: if mirrors == [false; 3] { Vec::new() } else { nodes.iter().map(is_on).collect() },
             faces: surface.faces.clone(),
             largest_size: sizes.iter().copied().fold(0.0, f64::max),
             mean_size: sizes.iter().sum::<f64>() / sizes.len().max(1) as f64,
@@ -98,6 +119,25 @@ impl Boundary {
         around.copied().any(|beside| self.faces[beside as usize].contains(&node))
     }
 
+    /// What is across edge `k` of a face.
+    pub fn across(&self, face: u32, k: usize) -> Across {
+        match self.neighbours[face as usize][k] {
+            NONE => Across::Border,
+            other => match MIRROR.iter().position(|mirror| *mirror == other) {
+                Some(axis) => Across::Mirror(axis),
+                None => Across::Face(other),
+            },
+        }
+    }
+
+    /// A sum of normals at a node with those of the mirror images there, up to its length.
+    fn with_mirror_images(&self, node: u32, mut sum: Vec3) -> Vec3 {
+        if let Some(held) = self.place(node).and_then(|place| self.held.get(place)) {
+            (0..3).filter(|axis| held[*axis]).for_each(|axis| sum[axis] = 0.0);
+        }
+        sum
+    }
+
     /// Length of the shortest edge at a node, over the faces around it [m]; infinite without faces.
     pub fn shortest_edge_at(&self, node: u32, x: &[Vec3]) -> f64 {
         let of_face = |face: &u32| {
@@ -122,7 +162,7 @@ impl Boundary {
                 sum += (at(k + 1) - at(k)).cross(&(at(k + n - 1) - at(k)));
             }
         }
-        sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+        self.with_mirror_images(node, sum).try_normalize(0.0).unwrap_or_else(Vec3::zeros)
     }
 
     /// Pseudo-normal at a node: the normals of its faces weighted with their angles; its sign relative to an offset
@@ -141,15 +181,16 @@ impl Boundary {
                 }
             }
         }
-        sum
+        self.with_mirror_images(node, sum)
     }
 
     /// Whether a face around the node has an edge without neighbour there.
     pub fn on_border(&self, node: u32) -> bool {
         self.faces_around(node).iter().any(|&f| {
-            let (face, neighbours) = (&self.faces[f as usize], &self.neighbours[f as usize]);
+            let face = &self.faces[f as usize];
             let n = corner_count(face);
-            (0..n).any(|k| neighbours[k] == NONE && (face[k] == node || face[(k + 1) % n] == node))
+            let is_at = |k: usize| face[k] == node || face[(k + 1) % n] == node;
+            (0..n).any(|k| is_at(k) && self.across(f, k) == Across::Border)
         })
     }
 }
@@ -159,8 +200,8 @@ pub(super) fn corner_count(face: &[u32; 4]) -> usize {
     if face[2] == face[3] { 3 } else { 4 }
 }
 
-/// The face across each edge. Edges of more than two faces count as border.
-fn neighbours(faces: &[[u32; 4]]) -> Vec<[u32; 4]> {
+/// The face across each edge, or that its mirror image is. Edges of more than two faces count as border.
+fn neighbours(Surface { faces, mirrored, .. }: &Surface) -> Vec<[u32; 4]> {
     let mut edges = Vec::new();
     for (i, face) in faces.iter().enumerate() {
         let n = corner_count(face);
@@ -171,10 +212,18 @@ fn neighbours(faces: &[[u32; 4]]) -> Vec<[u32; 4]> {
     }
     edges.sort_unstable();
     let mut neighbours = vec![[NONE; 4]; faces.len()];
+    let mirror_of = |a: u32, b: u32| {
+        let has = |on: &Vec<u32>| [a, b].iter().all(|node| on.binary_search(node).is_ok());
+        mirrored.iter().position(has).map_or(NONE, |axis| MIRROR[axis])
+    };
     for run in edges.chunk_by(|e, f| (e.0, e.1) == (f.0, f.1)) {
-        if let [(_, _, i, k), (_, _, j, l)] = *run {
-            neighbours[i][k] = j as u32;
-            neighbours[j][l] = i as u32;
+        match *run {
+            [(_, _, i, k), (_, _, j, l)] => {
+                neighbours[i][k] = j as u32;
+                neighbours[j][l] = i as u32;
+            }
+            [(a, b, i, k)] => neighbours[i][k] = mirror_of(a, b),
+            _ => {}
         }
     }
     neighbours

@@ -13,7 +13,7 @@
 //! All others are held as nodes of the master are: they may enter by [`ALLOWED`] and no deeper, so that this
 //! constrains nothing where nodes hold already; what is deeper when it is found stays so ([`BULGE`]).
 
-use super::boundary::{Boundary, NONE, corner_count};
+use super::boundary::{Across, Boundary, corner_count};
 use super::closest_point::Patch;
 use super::detector::Motion;
 use super::frame::local_frame;
@@ -159,11 +159,11 @@ impl EdgeFinder {
 /// The edges between two faces of a surface.
 fn edges_of(boundary: &Boundary, x: &[Vec3]) -> Vec<Edge> {
     let mut edges = Vec::new();
-    for (i, (face, across)) in boundary.faces.iter().zip(&boundary.neighbours).enumerate() {
+    for (i, face) in boundary.faces.iter().enumerate() {
         let n = corner_count(face);
         for k in 0..n {
-            let other = across[k];
-            if other == NONE || (other as usize) < i {
+            let Across::Face(other) = boundary.across(i as u32, k) else { continue };
+            if (other as usize) < i {
                 continue;
             }
             let nodes = [face[k], face[(k + 1) % n]];

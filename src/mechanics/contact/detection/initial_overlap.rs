@@ -103,7 +103,7 @@ mod tests {
         }
         let faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
             .map(|f| f.map(|n| n + base));
-        Surface { nodes: (base..base + 8).collect(), faces: faces.to_vec() }
+        Surface::new((base..base + 8).collect(), faces.to_vec())
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Narrow phase: one slave node against the faces near it; distance, sign, and the choice of one face.
 
-use super::boundary::{Boundary, NONE};
+use super::boundary::{Across, Boundary};
 use super::closest_point::{Feature, Patch};
 use crate::tensor::Vec3;
 use std::cell::OnceCell;
@@ -77,9 +77,10 @@ pub(super) fn eval_proximity_within(
     // The pseudo-normal at an edge or corner determines the side there.
     let (pseudo_normal, border) = match closest.feature {
         Feature::Interior => return found(normal, along),
-        Feature::Edge(k) => match boundary.neighbours[face as usize][k] {
-            NONE => (normal, true),
-            other => (normal + normal_nearest(boundary, other, &closest.point, x), false),
+        Feature::Edge(k) => match boundary.across(face, k) {
+            Across::Border => (normal, true),
+            Across::Mirror(axis) => (normal - unit(axis) * normal[axis], false),
+            Across::Face(other) => (normal + normal_nearest(boundary, other, &closest.point, x), false),
         },
         Feature::Corner(k) => {
             let node = boundary.faces[face as usize][k];
@@ -99,6 +100,11 @@ pub(super) fn eval_proximity_within(
     let sign = if pseudo_normal.dot(&offset) >= 0.0 { 1.0 } else { -1.0 };
     let normal = offset * (sign / distance);
     Some(Proximity { face, weights: closest.weights, normal, gap: sign * distance, distance, beyond: true })
+}
+
+/// The unit vector along an axis.
+fn unit(axis: usize) -> Vec3 {
+    Vec3::from_fn(|i, _| if i == axis { 1.0 } else { 0.0 })
 }
 
 /// Normal of a face at its point closest to `p`.
@@ -238,7 +244,7 @@ mod tests {
         let at = |i: u32, j: u32| j * (n + 1) + i;
         let cells = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
         let faces = cells.map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
-        let surface = Surface { nodes: (0..x.len() as u32).collect(), faces };
+        let surface = Surface::new((0..x.len() as u32).collect(), faces);
         (Boundary::new(&surface, &x), x)
     }
 

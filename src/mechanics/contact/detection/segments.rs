@@ -2,7 +2,7 @@
 //!
 //! Everything is in the plane normal to the slave face, onto which both sides are projected (Puso & Laursen 2004).
 
-use super::boundary::{Boundary, NONE};
+use super::boundary::{Across, Boundary};
 use super::closest_point::Patch;
 use super::frame::local_frame;
 use crate::tensor::Vec3;
@@ -139,8 +139,9 @@ pub(super) fn for_each_segment_point(
         }
         // Continue across the edges.
         if overlaps || ring < RING {
-            for &across in &master.neighbours[face as usize][..patch.corner_count()] {
-                if across != NONE && seen[..count].iter().all(|(f, _)| *f != across) {
+            for k in 0..patch.corner_count() {
+                let Across::Face(across) = master.across(face, k) else { continue };
+                if seen[..count].iter().all(|(f, _)| *f != across) {
                     *seen.get_mut(count)? = (across, ring.saturating_add(1));
                     count += 1;
                 }

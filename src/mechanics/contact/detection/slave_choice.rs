@@ -98,7 +98,7 @@ mod tests {
                 faces.push(if up { face } else { [face[0], face[3], face[2], face[1]] });
             }
         }
-        Surface { nodes: (base..x.len() as u32).collect(), faces }
+        Surface::new((base..x.len() as u32).collect(), faces)
     }
 
     #[test]

@@ -36,7 +36,7 @@ fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Ve
             }
         }
     }
-    Surface { nodes, faces }
+    Surface::new(nodes, faces)
 }
 
 fn pair(slave: usize, master: usize) -> ContactPair {

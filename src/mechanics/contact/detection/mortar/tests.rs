@@ -24,7 +24,7 @@ fn sheet(n: u32, m: u32, turned: bool, x: &mut Vec<Vec3>, place: impl Fn(f64, f6
         let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
         if turned { [a, d, c, b] } else { [a, b, c, d] }
     });
-    Surface { nodes: (base..x.len() as u32).collect(), faces: faces.collect() }
+    Surface::new((base..x.len() as u32).collect(), faces.collect())
 }
 
 fn contacts(slave: Surface, master: Surface, x: &[Vec3], by: Discretisation) -> Vec<Contact> {

@@ -37,13 +37,13 @@ fn block(n: u32, m: u32, x: &mut Vec<Vec3>, place: impl Fn(Vec3) -> Vec3) -> Sur
     let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
-    Surface { nodes, faces }
+    Surface::new(nodes, faces)
 }
 
 /// A lone slave node without faces.
 fn node(x: &mut Vec<Vec3>, at: Vec3) -> Surface {
     x.push(at);
-    Surface { nodes: vec![x.len() as u32 - 1], faces: Vec::new() }
+    Surface::new(vec![x.len() as u32 - 1], Vec::new())
 }
 
 fn pair(slave: usize, master: Master) -> ContactPair {
@@ -87,7 +87,7 @@ fn node_falling_on_a_moving_warped_face_is_stopped_on_it() {
         Vec3::new(1.0, 1.0, -0.1),
         Vec3::new(0.0, 1.0, 0.1),
     ];
-    let face = Surface { nodes: vec![0, 1, 2, 3], faces: vec![[0, 1, 2, 3]] };
+    let face = Surface::new(vec![0, 1, 2, 3], vec![[0, 1, 2, 3]]);
     let slave = node(&mut x, Vec3::new(0.4, 0.7, 0.6));
     let mut x_end: Vec<Vec3> = x.iter().map(|p| p + Vec3::new(0.02, 0.01, 0.1)).collect();
     x_end[4] = Vec3::new(0.5, 0.6, -0.5);
@@ -139,7 +139,7 @@ fn gap_is_continuous_when_a_node_slides_over_the_edges_of_faces() {
         x.push(Vec3::new(i as f64, 1.0, z));
     }
     let faces: Vec<[u32; 4]> = (0..3).map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
-    let sheet = Surface { nodes: (0..8).collect(), faces };
+    let sheet = Surface::new((0..8).collect(), faces);
     let slave = node(&mut x, Vec3::zeros());
     for clearance in [0.0, 1e-9, 1e-3] {
         let mut last: Option<f64> = None;
@@ -355,7 +355,7 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
     let mut x = Vec::new();
     let target = block(4, 4, &mut x, |p| p);
     let count = x.len();
-    let mut bullets = Surface { nodes: Vec::new(), faces: Vec::new() };
+    let mut bullets = Surface::new(Vec::new(), Vec::new());
     for k in 0..60 {
         bullets.nodes.push((count + k) as u32);
         x.push(Vec3::zeros());
@@ -409,7 +409,7 @@ fn a_node_in_front_of_one_face_is_not_behind_the_edge_of_its_neighbour() {
     // Beyond the reach of the faces, nothing holds it.
     *x.last_mut().unwrap() = Vec3::new(1.055, 0.5, 1.0 - 0.057);
     let master = block(1, 1, &mut Vec::new(), |p| p);
-    let slave = Surface { nodes: vec![x.len() as u32 - 1], faces: Vec::new() };
+    let slave = Surface::new(vec![x.len() as u32 - 1], Vec::new());
     assert_eq!(detect(&[slave, master], &[pair(0, Master::Surface(1))], &x, &x), []);
 }
 
@@ -422,7 +422,7 @@ fn a_fold_of_two_faces_meets_itself_once_it_is_narrow() {
             .into_iter()
             .flat_map(|side: f64| [0.0, 1.0].map(|y| Vec3::new(side * sin, y, side.abs() * cos)))
             .collect();
-        let surface = Surface { nodes: (0..6).collect(), faces: vec![[0, 2, 3, 1], [2, 4, 5, 3]] };
+        let surface = Surface::new((0..6).collect(), vec![[0, 2, 3, 1], [2, 4, 5, 3]]);
         let flat: Vec<Vec3> =
             x.iter().enumerate().map(|(i, x)| Vec3::new((i / 2) as f64 - 1.0, x.y, 0.0)).collect();
         let pairs = [pair(0, Master::Surface(0))];

@@ -51,7 +51,7 @@ impl Pile {
     }
 
     fn contacts(&self) -> Vec<Contact> {
-        let surface = |body: &RigidBody| Surface { nodes: vec![body.centre], faces: Vec::new() };
+        let surface = |body: &RigidBody| Surface::new(vec![body.centre], Vec::new());
         let surfaces: Vec<Surface> = self.bodies.iter().map(surface).collect();
         let mut detector = RigidDetector::new(&surfaces, (&self.pairs, 0), &self.bodies, &self.x);
         let motion = Motion { x: &self.x, x_end: &self.x, poses: &self.poses, poses_end: &self.poses };
@@ -115,7 +115,7 @@ fn a_node_is_activated_at_any_speed_where_it_meets_the_shape() {
             &[(shape.clone(), Vec3::new(0.0, 0.0, 1.0), Rotation::from_euler_angles(0.2, 0.1, 0.0))],
             0.0,
         );
-        let surface = Surface { nodes: vec![2], faces: vec![[2; 4]] };
+        let surface = Surface::new(vec![2], vec![[2; 4]]);
         let pair = ContactPair { slave: 0, master: Master::Rigid(0), law: ContactLaw::Frictionless };
         for reach in [1e-3, 0.1, 10.0, 1e4] {
             // From outside, through the centre.

@@ -17,8 +17,8 @@ fn pressed(depth: f64, inverse_mass: [f64; 2]) -> (Vec<Vec3>, Vec<Vec3>, PairSur
     x.push(Vec3::new(0.5, 0.25, -depth));
     let mut masses = vec![Vec3::repeat(inverse_mass[0]); 4];
     masses.push(Vec3::repeat(inverse_mass[1]));
-    let master = Surface { nodes: vec![0, 1, 2, 3], faces: vec![[0, 1, 2, 3]] };
-    let slave = Surface { nodes: vec![4], faces: Vec::new() };
+    let master = Surface::new(vec![0, 1, 2, 3], vec![[0, 1, 2, 3]]);
+    let slave = Surface::new(vec![4], Vec::new());
     let pair = ContactPair { slave: 1, master: Master::Surface(0), law: ContactLaw::Frictionless };
     let (surfaces, pairs) = ([master, slave], [pair].into_iter().collect());
     let mut detector = NodeToFace::new(&surfaces, &pairs, &x);

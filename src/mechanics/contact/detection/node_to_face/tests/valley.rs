@@ -14,7 +14,7 @@ fn a_node_in_a_valley_is_held_by_both_sides_and_on_a_ridge_by_one() {
             Vec3::new(-1.0, 0.0, rise),
             Vec3::new(-1.0, 1.0, rise),
         ];
-        let valley = Surface { nodes: (0..6).collect(), faces: vec![[0, 2, 3, 1], [4, 0, 1, 5]] };
+        let valley = Surface::new((0..6).collect(), vec![[0, 2, 3, 1], [4, 0, 1, 5]]);
         for aside in [0.0, 0.005, -0.02] {
             let mut x = sheet.to_vec();
             let slave = node(&mut x, Vec3::new(aside, 0.4, 0.01 + (rise * aside).abs()));

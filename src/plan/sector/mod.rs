@@ -1,0 +1,150 @@
+//! The sector of a scene that its mirror images in the planes of symmetry complete: a half, a quarter or an eighth, which is computed
+//! instead of the whole.
+//!
+//! The nodes on a plane are held along its normal, and the surfaces that touch are continued there by their mirror images. Forces,
+//! energies and contacts of the whole are those of the sector and of its images.
+
+mod cut;
+mod symmetry;
+
+use super::compile::compile_whole;
+use super::compiled::Plan;
+use super::parts::CompileError;
+use super::report::Omitted;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::mirror::MirrorPlane;
+use crate::scene::Scene;
+use crate::scene::document::Keep;
+use cut::{Cut, sector_of};
+use symmetry::Symmetry;
+
+/// What is computed of a symmetric scene, and how the rest follows from it.
+///
+/// An *image* is a set of planes as bits, in which the sector is reflected one after the other: 0 is the sector itself.
+#[derive(Debug)]
+pub struct Sector {
+    /// Plan of the sector.
+    pub plan: Plan,
+    /// Planes of symmetry; the sector is on the upper side of each.
+    pub planes: Vec<MirrorPlane>,
+    /// For each node of the whole, the node of the sector that it mirrors, and the image that it belongs to.
+    pub source: Vec<(u32, u8)>,
+    /// For each node of the sector, its node of the whole in each image.
+    nodes: Vec<Vec<u32>>,
+    /// For each element of the sector, that of the whole that it is.
+    elements: Vec<u32>,
+}
+
+impl Sector {
+    /// The sector of a scene with this plan; `None` without symmetry.
+    ///
+    /// # Errors
+    /// As [`super::compile`].
+    fn of(scene: &Scene, whole: &Plan) -> Result<Option<Self>, CompileError> {
+        if scene.document.keeps(Keep::MirrorImages) || !is_elastic_contact(whole) {
+            return Ok(None);
+        }
+        let Some(symmetry) = Symmetry::of(scene) else { return Ok(None) };
+        let (sector, cuts) = sector_of(scene, &symmetry);
+        let plan = Plan { mirrors: symmetry.planes.clone(), ..compile_whole(&sector)? };
+        Ok(Self::new(whole, plan, symmetry.planes, &cuts))
+    }
+
+    /// `None` if the plan of the sector has other pairs than that of the whole.
+    fn new(whole: &Plan, plan: Plan, planes: Vec<MirrorPlane>, cuts: &[Cut]) -> Option<Self> {
+        let pairs = |plan: &Plan| plan.contact.as_ref().map(|contact| contact.pairs.clone());
+        if pairs(whole) != pairs(&plan) {
+            return None;
+        }
+        let images = 1_usize << planes.len();
+        let mut nodes = vec![vec![u32::MAX; images]; plan.node_count()];
+        let mut source = vec![(u32::MAX, 0); whole.node_count()];
+        let mut elements = vec![u32::MAX; plan.element_count()];
+        for ((of_whole, of_sector), cut) in whole.bodies.iter().zip(&plan.bodies).zip(cuts) {
+            for (node, of_node) in (of_sector.nodes.clone()).zip(&cut.nodes) {
+                for (image, local) in of_node.iter().enumerate() {
+                    let global = of_whole.nodes.start + local;
+                    nodes[node as usize][image] = global;
+                    // Of a node on a plane, the first image counts.
+                    let entry = &mut source[global as usize];
+                    if entry.0 == u32::MAX {
+                        *entry = (node, image as u8);
+                    }
+                }
+            }
+            for (element, local) in of_sector.elements.clone().zip(&cut.elements) {
+                elements[element as usize] = of_whole.elements.start + local;
+            }
+        }
+        let is_complete = source.iter().all(|(node, _)| *node != u32::MAX);
+        is_complete.then_some(Self { plan, planes, source, nodes, elements })
+    }
+
+    /// Number of images, the sector itself included.
+    pub fn image_count(&self) -> usize {
+        1 << self.planes.len()
+    }
+
+    /// Node of the whole that is a node of the sector in an image.
+    pub fn image_of_node(&self, node: u32, image: usize) -> u32 {
+        self.nodes[node as usize][image]
+    }
+
+    /// Element of the whole that is an element of the sector.
+    pub fn element_of_whole(&self, element: u32) -> u32 {
+        self.elements[element as usize]
+    }
+
+    /// A direction in an image.
+    pub fn reflected(&self, direction: Vec3, image: usize) -> Vec3 {
+        self.planes_of(image).fold(direction, |direction, plane| plane.reflected(direction))
+    }
+
+    /// A point in an image [m].
+    pub fn image_of_point(&self, point: Vec3, image: usize) -> Vec3 {
+        self.planes_of(image).fold(point, |point, plane| plane.image(point))
+    }
+
+    /// The planes that an image is reflected in.
+    pub fn planes_of(&self, image: usize) -> impl Iterator<Item = &MirrorPlane> {
+        self.planes.iter().enumerate().filter(move |(bit, _)| image & (1 << bit) != 0).map(|(_, plane)| plane)
+    }
+
+    /// The report on what is not computed.
+    fn report(&self) -> Omitted {
+        let names = self.planes.iter().map(|plane| format!("{} = {}", ["x", "y", "z"][plane.axis], plane.at));
+        let part = ["half", "quarter", "eighth"][self.planes.len() - 1];
+        Omitted {
+            what: "mirror images".into(),
+            why: format!(
+                "the scene is symmetric about {}: a {part} of it is computed, {} elements",
+                names.collect::<Vec<_>>().join(" and "),
+                self.plan.element_count()
+            ),
+            switch: Some(Keep::MirrorImages),
+        }
+    }
+}
+
+/// Whether no element remembers or may be eroded: histories and erosion of mirror images are not derived.
+fn is_elastic_contact(plan: &Plan) -> bool {
+    use crate::mechanics::contact::Discretisation;
+    let is_averaged = |contact: &super::ContactPlan| contact.discretisation == Discretisation::Mortar;
+    !plan.has_memory() && !plan.erodes() && !plan.contact.as_ref().is_some_and(is_averaged)
+}
+
+/// The plan of a whole scene with that of its sector, if it is symmetric.
+///
+/// # Errors
+/// As [`super::compile`].
+pub(super) fn with_sector(mut plan: Plan, scene: &Scene) -> Result<Plan, CompileError> {
+    if let Some(sector) = Sector::of(scene, &plan)? {
+        let (report, of_sector) = (&mut plan.report, &sector.plan.report);
+        report.omitted.insert(0, sector.report());
+        report.expected_steps = of_sector.expected_steps;
+        report.expected_run_time_s = of_sector.expected_run_time_s;
+        report.memory_bytes += of_sector.memory_bytes;
+        plan.sector = Some(Box::new(sector));
+    }
+    Ok(plan)
+}
