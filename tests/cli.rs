@@ -309,7 +309,7 @@ fn a_tissue_that_nothing_can_touch_is_reported_in_the_summary() {
 }
 
 #[test]
-fn study_omissions_tabulates_runs_that_agree_to_the_last_bit() {
+fn study_omissions_tabulates_runs_that_agree() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.json");
     std::fs::write(&scene, falling_block().to_string()).unwrap();
@@ -321,18 +321,21 @@ fn study_omissions_tabulates_runs_that_agree_to_the_last_bit() {
     assert_eq!(study["holds"], true);
     let restored: Vec<&Value> =
         study["rows"].as_array().unwrap().iter().map(|row| &row["restored"]).collect();
-    let [one, two, three] = ["idle_self_contact", "tangential_reactions", "unrequested_fields"];
-    let alone = [&json!([one]), &json!([two]), &json!([three])];
-    assert_eq!(restored, [&[&json!([])], &alone[..], &[&json!([one, two, three])]].concat());
+    let all = ["mirror_images", "idle_self_contact", "tangential_reactions", "unrequested_fields"];
+    let expected = [vec![json!([])], all.iter().map(|one| json!([one])).collect(), vec![json!(all)]].concat();
+    assert_eq!(restored, expected.iter().collect::<Vec<_>>());
     for row in study["rows"].as_array().unwrap() {
-        assert_eq!(row["difference"], json!({"kind": "bitwise"}));
+        // To the last bit, and up to the asymmetry of a scene that is computed in whole.
+        if row["theory"] == "bitwise" {
+            assert_eq!(row["difference"], json!({"kind": "bitwise"}));
+        }
         assert!(row["wall_s"].as_f64().unwrap() > 0.0 && row["recording_bytes"].as_u64().unwrap() > 0);
     }
 
     let output = run(&["study", "omissions", scene, "--repeat", "1"]);
     let table = text(&output.stdout);
     assert!(table.contains("+ inactive_elements") && table.contains("+ all of them"), "{table}");
-    assert!(table.contains("every run ends with the same bits"), "{table}");
+    assert!(table.contains("every run is as theory says"), "{table}");
 }
 
 #[test]

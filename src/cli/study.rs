@@ -7,7 +7,9 @@ use super::run::{announce, available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::scene::document::Keep;
 use crate::step::Interrupt;
-use crate::study::{Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, study_omissions};
+use crate::study::{
+    ASYMMETRY, Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, Theory, study_omissions,
+};
 use clap::{Args, Subcommand};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -130,9 +132,9 @@ fn write_study(study: &OmissionsStudy, out: &mut dyn Write) -> io::Result<()> {
     write_table(&header, &rows, out)?;
     writeln!(out)?;
     if study.holds {
-        writeln!(out, "every run ends with the same bits: omission changes nothing")
+        writeln!(out, "every run is as theory says: omission changes no result")
     } else {
-        writeln!(out, "NOT as theory says: omission must change no bit of a run that finishes")
+        writeln!(out, "NOT as theory says: omission must change no result of a run that finishes")
     }
 }
 
@@ -151,7 +153,10 @@ fn cells(row: &OmissionsRow) -> [String; 9] {
         bytes(row.memory_bytes),
         row.recording_bytes.map_or_else(none, bytes),
         difference,
-        "bitwise".into(),
+        match row.theory {
+            Theory::Bitwise => "bitwise".into(),
+            Theory::Symmetric => format!("within {:.0} %", 100.0 * ASYMMETRY),
+        },
         verdict,
     ]
 }

@@ -6,6 +6,7 @@ use super::frame_copy::nodes_to_keep;
 use super::run::{RunOptions, run_from};
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, Sector};
 
@@ -86,6 +87,8 @@ struct Unfolding<'a, 'r> {
     contacts: Vec<Contact>,
     reactions: Vec<Reaction>,
     energy: Energy,
+    /// History of all elements; empty if none remembers.
+    history: Vec<Vec<Row>>,
 }
 
 impl<'a, 'r> Unfolding<'a, 'r> {
@@ -105,12 +108,13 @@ impl<'a, 'r> Unfolding<'a, 'r> {
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
             energy: Energy::with_capacity(whole),
+            history: whole.room_for_history(),
         }
     }
 
-    /// Displacements, and at look times velocities.
+    /// Displacements, and at look times velocities and history.
     fn unfold_motion(&mut self, frame: &Frame) {
-        let Self { sector, signs, kept, u, v, v_after, .. } = self;
+        let Self { sector, signs, kept, u, v, v_after, history, .. } = self;
         if !frame.is_look_time {
             for &node in kept.iter() {
                 u[node as usize] = signs.at(sector, frame.u, node as usize);
@@ -120,6 +124,7 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         for (values, all) in [(frame.u, u), (frame.v, v), (frame.v_after, v_after)] {
             signs.unfold(sector, values, all);
         }
+        sector.unfold_history(frame.history, history);
     }
 
     /// Contacts of all images in the order of [`Contact::key`].
@@ -188,6 +193,7 @@ impl Recorder for Unfolding<'_, '_> {
             u: &self.u,
             v: &self.v[..at_look(&self.v)],
             v_after: &self.v_after[..at_look(&self.v_after)],
+            history: if frame.is_look_time { &self.history } else { &[] },
             contacts: &self.contacts,
             reactions: &self.reactions,
             energy: &self.energy,

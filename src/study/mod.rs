@@ -21,7 +21,9 @@ pub mod stability;
 mod variant;
 pub mod what_if;
 
-pub use omissions::{Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, study_omissions};
+pub use omissions::{
+    ASYMMETRY, Difference, OmissionsRequest, OmissionsRow, OmissionsStudy, Theory, study_omissions,
+};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use progress::{Phase, Progress};

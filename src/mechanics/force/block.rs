@@ -79,6 +79,11 @@ impl ElementBlock {
         Ok(block)
     }
 
+    /// Its slots that hold elements, with these.
+    pub fn numbered(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.elements.iter().copied().enumerate()
+    }
+
     /// Batches of [`BATCH`] elements, the last one padded.
     pub fn batch_count(&self) -> usize {
         self.elements.len().div_ceil(BATCH)
@@ -100,8 +105,15 @@ impl ElementBlock {
         if self.parameters.has_bulk_viscosity() { BULK_ROWS } else { 0 }
     }
 
+    /// Where the numbers that a point of the element in a slot remembers are in the history: chunk, first row, and lane.
+    pub fn place_of_history(&self, slot: usize, point: usize) -> (usize, usize, usize) {
+        let (batch, lane) = (slot / BATCH, slot % BATCH);
+        let first = batch % Chunk::BATCHES * self.history_rows() + self.bulk_rows();
+        (self.chunk_number(batch / Chunk::BATCHES), first + point * self.memory_rows(), lane)
+    }
+
     /// Points whose stress has a history.
-    pub(super) fn memory_points(&self) -> usize {
+    pub fn memory_points(&self) -> usize {
         if self.parameters.formulation == Formulation::Reduced { 1 } else { self.kind.point_count() }
     }
 

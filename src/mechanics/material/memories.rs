@@ -98,6 +98,14 @@ impl Memories {
     pub fn is_empty(&self) -> bool {
         self.history_len() == 0
     }
+    /// Number of symmetric tensors in reference axes that the numbers of a point begin with; all others are invariants.
+    pub fn tensor_count(&self) -> usize {
+        // Prony series come first, and remember a stress and one for each branch.
+        match self.branches().len() {
+            0 => 0,
+            branches => branches + 1,
+        }
+    }
     /// Terms of relaxation, whose energies are counted each on its own; none without relaxation.
     pub fn branches(&self) -> &[prony::Branch] {
         self.prony.branches()

@@ -10,8 +10,8 @@ use crate::scene::{RigidSceneBody, Scene, SceneBody};
 pub(super) struct Cut {
     /// For each node, that of the whole in each image.
     pub nodes: Vec<Vec<u32>>,
-    /// For each element, that of the whole.
-    pub elements: Vec<u32>,
+    /// For each element, that of the whole in each image.
+    pub elements: Vec<Vec<u32>>,
 }
 
 /// The sector of a scene, and where it comes from, body by body.
@@ -77,14 +77,20 @@ fn meshed_part(body: &SceneBody, planes: &[MirrorPlane], images: &[&MirrorImages
         mirrored[plane.axis] =
             numbered().filter(|(_, node)| is_on(number, **node)).map(|(new, _)| new).collect();
     }
-    let image_of = |node: u32, image: usize| {
-        let reflecting = images.iter().enumerate().filter(|(bit, _)| image & (1 << bit) != 0);
-        reflecting.fold(node, |node, (_, images)| images.nodes[node as usize])
+    // The number of a node or element in each image.
+    let numbers = |own: u32, of: &dyn Fn(&MirrorImages, u32) -> u32| -> Vec<u32> {
+        let is_reflected = |image: usize, bit: usize| image & (1 << bit) != 0;
+        let in_image = |image: usize| {
+            let planes = images.iter().enumerate().filter(|(bit, _)| is_reflected(image, *bit));
+            planes.fold(own, |number, (_, images)| of(images, number))
+        };
+        (0..1 << planes.len()).map(in_image).collect()
     };
-    let of_node = |node: &u32| (0..1_usize << planes.len()).map(|image| image_of(*node, image)).collect();
+    let of_node = |node: &u32| numbers(*node, &|images, node| images.nodes[node as usize]);
+    let of_element = |element: &usize| numbers(*element as u32, &|images, e| images.elements[e as usize]);
     let cut = Cut {
         nodes: kept.iter().map(of_node).collect(),
-        elements: elements.iter().map(|element| *element as u32).collect(),
+        elements: elements.iter().map(of_element).collect(),
     };
     let part = SceneBody {
         rigid: None,

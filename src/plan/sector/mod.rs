@@ -5,17 +5,23 @@
 //! energies and contacts of the whole are those of the sector and of its images.
 
 mod cut;
+mod history;
 mod symmetry;
 
 use super::compile::compile_whole;
 use super::compiled::Plan;
+use super::contact_plan::ContactPlan;
 use super::parts::CompileError;
 use super::report::Omitted;
+use crate::mechanics::contact::Discretisation;
+use crate::mechanics::lanes::Row;
+use crate::mechanics::material::Law;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::mirror::MirrorPlane;
 use crate::scene::Scene;
 use crate::scene::document::Keep;
 use cut::{Cut, sector_of};
+use history::{PointHistory, histories};
 use symmetry::Symmetry;
 
 /// What is computed of a symmetric scene, and how the rest follows from it.
@@ -31,8 +37,10 @@ pub struct Sector {
     pub source: Vec<(u32, u8)>,
     /// For each node of the sector, its node of the whole in each image.
     nodes: Vec<Vec<u32>>,
-    /// For each element of the sector, that of the whole that it is.
-    elements: Vec<u32>,
+    /// For each element of the sector, its element of the whole in each image.
+    elements: Vec<Vec<u32>>,
+    /// Where the history of the whole follows from; empty if nothing is remembered.
+    history: Vec<PointHistory>,
 }
 
 impl Sector {
@@ -41,7 +49,7 @@ impl Sector {
     /// # Errors
     /// As [`super::compile`].
     fn of(scene: &Scene, whole: &Plan) -> Result<Option<Self>, CompileError> {
-        if scene.document.keeps(Keep::MirrorImages) || !is_elastic_contact(whole) {
+        if scene.document.keeps(Keep::MirrorImages) || !has_images(whole) {
             return Ok(None);
         }
         let Some(symmetry) = Symmetry::of(scene) else { return Ok(None) };
@@ -59,7 +67,7 @@ impl Sector {
         let images = 1_usize << planes.len();
         let mut nodes = vec![vec![u32::MAX; images]; plan.node_count()];
         let mut source = vec![(u32::MAX, 0); whole.node_count()];
-        let mut elements = vec![u32::MAX; plan.element_count()];
+        let mut elements = vec![Vec::new(); plan.element_count()];
         for ((of_whole, of_sector), cut) in whole.bodies.iter().zip(&plan.bodies).zip(cuts) {
             for (node, of_node) in (of_sector.nodes.clone()).zip(&cut.nodes) {
                 for (image, local) in of_node.iter().enumerate() {
@@ -72,12 +80,17 @@ impl Sector {
                     }
                 }
             }
-            for (element, local) in of_sector.elements.clone().zip(&cut.elements) {
-                elements[element as usize] = of_whole.elements.start + local;
+            for (element, of_element) in of_sector.elements.clone().zip(&cut.elements) {
+                elements[element as usize] =
+                    of_element.iter().map(|local| of_whole.elements.start + local).collect();
             }
         }
         let is_complete = source.iter().all(|(node, _)| *node != u32::MAX);
-        is_complete.then_some(Self { plan, planes, source, nodes, elements })
+        let mut sector = Self { plan, planes, source, nodes, elements, history: Vec::new() };
+        if whole.has_memory() {
+            sector.history = histories(whole, &sector)?;
+        }
+        is_complete.then_some(sector)
     }
 
     /// Number of images, the sector itself included.
@@ -92,7 +105,15 @@ impl Sector {
 
     /// Element of the whole that is an element of the sector.
     pub fn element_of_whole(&self, element: u32) -> u32 {
-        self.elements[element as usize]
+        self.elements[element as usize][0]
+    }
+
+    /// The history of the whole, chunk by chunk, from that of the sector.
+    pub fn unfold_history(&self, of_sector: &[Vec<Row>], whole: &mut [Vec<Row>]) {
+        for point in &self.history {
+            let signs = self.reflected(Vec3::repeat(1.0), usize::from(point.image));
+            point.copy(&signs, of_sector, whole);
+        }
     }
 
     /// A direction in an image.
@@ -126,11 +147,12 @@ impl Sector {
     }
 }
 
-/// Whether no element remembers or may be eroded: histories and erosion of mirror images are not derived.
-fn is_elastic_contact(plan: &Plan) -> bool {
-    use crate::mechanics::contact::Discretisation;
-    let is_averaged = |contact: &super::ContactPlan| contact.discretisation == Discretisation::Mortar;
-    !plan.has_memory() && !plan.erodes() && !plan.contact.as_ref().is_some_and(is_averaged)
+/// Whether mirror images of all that a run computes can be derived: not of eroded elements, of internal variables of laws, and of averages over
+/// faces.
+fn has_images(plan: &Plan) -> bool {
+    let is_averaged = |contact: &ContactPlan| contact.discretisation == Discretisation::Mortar;
+    let has_variables = plan.blocks.iter().any(|block| block.parameters.material.history_len() > 0);
+    !plan.erodes() && !has_variables && !plan.contact.as_ref().is_some_and(is_averaged)
 }
 
 /// The plan of a whole scene with that of its sector, if it is symmetric.
