@@ -2,7 +2,7 @@
 //! apart. Those in the middles are recognised as hanging nodes; others cannot be computed with.
 
 use super::surface::{boundary, boundary_nodes};
-use super::{HangingNodes, Mesh};
+use super::{ELEMENTS_OF_A_TASK, HangingNodes, Mesh};
 use crate::mechanics::tensor::Vec3;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,7 +111,7 @@ fn on_faces(mesh: &Mesh, faces: &[[u32; 4]]) -> BTreeSet<u32> {
             .collect();
         found
     };
-    faces.par_iter().flat_map_iter(on_face).collect()
+    faces.par_iter().with_min_len(ELEMENTS_OF_A_TASK).flat_map_iter(on_face).collect()
 }
 
 /// Whether a point lies on a triangle, farther than a margin from its corners.

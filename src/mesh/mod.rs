@@ -44,6 +44,9 @@ use nalgebra::Rotation3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// Elements that are looked at as one task: smaller meshes need no other thread.
+pub(crate) const ELEMENTS_OF_A_TASK: usize = 1024;
+
 /// A mesh of cells in named parts, with named node sets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
@@ -85,13 +88,15 @@ impl Mesh {
 
     /// Volume of every element [m³], on all threads.
     pub fn element_volumes_m3(&self) -> Vec<f64> {
-        (0..self.cells.len()).into_par_iter().map(|element| self.element_volume_m3(element)).collect()
+        let elements = (0..self.cells.len()).into_par_iter().with_min_len(ELEMENTS_OF_A_TASK);
+        elements.map(|element| self.element_volume_m3(element)).collect()
     }
 
     /// Volume of one part [m³]; zero when the mesh has no such part.
     pub fn part_volume_m3(&self, name: &str) -> f64 {
         let Some(part) = self.parts.iter().position(|p| p == name) else { return 0.0 };
-        let of_part = (0..self.cells.len()).into_par_iter().filter(|&e| self.part_of[e] as usize == part);
+        let elements = (0..self.cells.len()).into_par_iter().with_min_len(ELEMENTS_OF_A_TASK);
+        let of_part = elements.filter(|&e| self.part_of[e] as usize == part);
         // In the order of the elements, whatever the threads.
         let volumes: Vec<f64> = of_part.map(|element| self.element_volume_m3(element)).collect();
         volumes.iter().sum()

@@ -1,12 +1,10 @@
 //! Quality of the elements of a mesh: scaled Jacobians, sizes, unused and coincident nodes.
 
-use super::Mesh;
 use super::cell::CellKind;
+use super::{ELEMENTS_OF_A_TASK, Mesh};
 use crate::mechanics::tensor::Vec3;
 use rayon::prelude::*;
 
-/// Elements that are looked at as one task.
-const ELEMENTS_OF_A_TASK: usize = 1024;
 /// Largest number of ids listed in [`Quality`]; the counts include all.
 pub const LISTED: usize = 100;
 

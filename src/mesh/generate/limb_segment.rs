@@ -6,7 +6,7 @@ use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::defaults::{is_zero_length, one};
-use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
+use crate::mesh::{CellKind, ELEMENTS_OF_A_TASK, Mesh, MeshError, ParameterProblem};
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -262,7 +262,8 @@ impl LimbSegment {
             }
         }
         let axes = |element| material_axes(&mesh.cells.get(element).points(&mesh.nodes));
-        mesh.axes = (0..mesh.cells.len()).into_par_iter().map(axes).collect();
+        let elements = (0..mesh.cells.len()).into_par_iter().with_min_len(ELEMENTS_OF_A_TASK);
+        mesh.axes = elements.map(axes).collect();
 
         let last = self.elements_along;
         let through = |k: u32| (0..=last).flat_map(move |j| (0..around).map(move |i| node(j, i, k)));

@@ -2,9 +2,9 @@
 
 use super::Findings;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::Mesh;
 use crate::mesh::quality::{Offenders, Quality, quality};
 use crate::mesh::surface::topology_problems;
+use crate::mesh::{ELEMENTS_OF_A_TASK, Mesh};
 use crate::scene::document::{BodyDocument, InitialDeformation, MeasuresDocument, Role};
 use crate::scene::problem::{Pointer, Problem, suggest};
 
@@ -119,7 +119,11 @@ pub fn check_sets(
 pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
     let here = Pointer::root().key("bodies").index(index).key("mesh");
     let before = out.0.error_count();
-    let (topology, quality) = rayon::join(|| topology_problems(&mesh.cells), || quality(mesh));
+    let (topology, quality) = if mesh.cells.len() <= ELEMENTS_OF_A_TASK {
+        (topology_problems(&mesh.cells), quality(mesh))
+    } else {
+        rayon::join(|| topology_problems(&mesh.cells), || quality(mesh))
+    };
     for problem in topology.iter().take(LISTED) {
         out.push(
             Problem::error("bad_topology", &here, problem.to_string())
