@@ -33,6 +33,10 @@ pub fn serve_one(input: impl Read + Send + 'static, output: impl Write + Send + 
     let Some((task, bytes)) = wire::read::<Task>(&mut input)? else { return Ok(()) };
     limits::prefer_for_killing();
     limits::apply(task.limits)?;
+    // Clients wait for everything else.
+    if matches!(task.work, Work::Run { .. }) {
+        limits::yield_to_requests()?;
+    }
     // The service has the deadline.
     let control = Arc::new(RunControl::new(Duration::MAX));
     let (sender, answers) = channel();

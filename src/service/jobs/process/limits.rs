@@ -45,5 +45,24 @@ pub(super) fn prefer_for_killing() {
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");
 }
 
+/// Lets the system prefer the service, which answers requests, to this process on its processors.
+///
+/// # Errors
+/// If the system refuses that.
+#[cfg(unix)]
+pub(super) fn yield_to_requests() -> std::io::Result<()> {
+    rustix::process::nice(NICE)?;
+    Ok(())
+}
+
+#[cfg(not(unix))]
+pub(super) fn yield_to_requests() -> std::io::Result<()> {
+    Ok(())
+}
+
+/// What a run adds to the niceness of the service.
+#[cfg(unix)]
+const NICE: i32 = 10;
+
 /// Whether the memory of a process can be limited on this system: elsewhere it does not count what is mapped.
 pub(super) const LIMITS_MEMORY: bool = cfg!(target_os = "linux");
