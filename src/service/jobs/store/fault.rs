@@ -22,12 +22,18 @@ const PASSING: [&str; 4] = ["08", "40", "53", "57"];
 
 impl From<sqlx::Error> for JobsError {
     fn from(error: sqlx::Error) -> Self {
-        let fault = match &error {
-            sqlx::Error::PoolTimedOut | sqlx::Error::Io(_) => StoreFault::Passing,
+        Self::Store { fault: StoreFault::of(&error), source: error.into() }
+    }
+}
+
+impl StoreFault {
+    /// How a database failed.
+    pub(super) fn of(error: &sqlx::Error) -> Self {
+        match error {
+            sqlx::Error::PoolTimedOut | sqlx::Error::Io(_) => Self::Passing,
             sqlx::Error::Database(error) => fault_of(error.as_ref()),
-            _ => StoreFault::Other,
-        };
-        Self::Store { fault, source: error.into() }
+            _ => Self::Other,
+        }
     }
 }
 

@@ -45,7 +45,7 @@ impl PostgresStore {
             .acquire_timeout(Duration::from_secs(10))
             .connect_with(options)
             .await?;
-        Self::migrated(pool, &migrations(), lease).await
+        Self::migrated(pool, (), &migrations(), lease).await
     }
 
     /// A transaction that takes an id has to be written to the log of the database.
@@ -69,6 +69,10 @@ impl PostgresStore {
     #[allow(clippy::unused_self, clippy::unused_async)] // as of SQLite
     async fn forget_erased(&self) -> Result<(), JobsError> {
         Ok(())
+    }
+
+    async fn shut(&self) {
+        self.pool.close().await;
     }
 
     #[allow(clippy::unnecessary_wraps)] // that of SQLite is not shared

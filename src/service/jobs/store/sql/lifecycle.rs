@@ -109,8 +109,9 @@ impl SqlStore {
         .bind(end.recording.as_ref().map(|r| r.complete))
         .execute(&mut *transaction)
         .await?;
-        // An attempt that is over changes nothing.
+        // An attempt that is over changes nothing. That it is has to be durable.
         if result.rows_affected() == 0 {
+            transaction.commit().await?;
             return Ok(false);
         }
         add_event(&mut transaction, seq, &Event::ended(&end.ending)).await?;
@@ -133,6 +134,7 @@ impl SqlStore {
         .execute(&mut *transaction)
         .await?;
         if result.rows_affected() == 0 {
+            transaction.commit().await?;
             return Ok(false);
         }
         add_event(&mut transaction, seq, &Event::requeued(why)).await?;
@@ -238,7 +240,12 @@ impl SqlStore {
     }
 
     pub(super) async fn erase(&self, seq: i64) -> Result<(), JobsError> {
-        sqlx::query("DELETE FROM jobs WHERE seq = $1 AND deleted = 1").bind(seq).execute(&self.pool).await?;
+        let mut transaction = self.begin().await?;
+        sqlx::query("DELETE FROM jobs WHERE seq = $1 AND deleted = 1")
+            .bind(seq)
+            .execute(&mut *transaction)
+            .await?;
+        transaction.commit().await?;
         self.forget_erased().await
     }
 

@@ -18,6 +18,7 @@ impl SqlStore {
         bytes: u64,
         report: &MeshReport,
     ) -> Result<bool, JobsError> {
+        let mut transaction = self.begin().await?;
         let result = sqlx::query(
             "INSERT INTO meshes (id, owner, format, bytes, report) VALUES ($1, $2, $3, $4, $5) ON CONFLICT DO NOTHING",
         )
@@ -26,8 +27,9 @@ impl SqlStore {
         .bind(format.extension())
         .bind(bytes.cast_signed())
         .bind(serde_json::to_string(report)?)
-        .execute(&self.pool)
+        .execute(&mut *transaction)
         .await?;
+        transaction.commit().await?;
         Ok(result.rows_affected() > 0)
     }
 

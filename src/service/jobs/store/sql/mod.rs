@@ -36,11 +36,12 @@ impl SqlStore {
     /// The store in a database, whose tables are migrated to this version.
     pub(super) async fn migrated(
         pool: Pool<Db>,
+        turn: Turn,
         migrations: &Migrator,
         lease: Duration,
     ) -> Result<Self, JobsError> {
         migrations.run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
-        Ok(Self { pool, turn: Turn::default(), worker: JobId::new_v4().to_string(), lease })
+        Ok(Self { pool, turn, worker: JobId::new_v4().to_string(), lease })
     }
 }
 
@@ -148,7 +149,7 @@ impl JobStore for SqlStore {
         Box::pin(self.try_write())
     }
     fn close(&self) -> BoxFuture<'_, ()> {
-        Box::pin(self.pool.close())
+        Box::pin(self.shut())
     }
     fn shared(&self) -> Option<&dyn SharedStore> {
         self.as_shared()

@@ -6,11 +6,13 @@ use crate::service::jobs::{JobId, JobsError};
 
 impl SqlStore {
     pub(super) async fn add_result(&self, seq: i64, key: &str) -> Result<(), JobsError> {
+        let mut transaction = self.begin().await?;
         sqlx::query("INSERT INTO results (job, key) VALUES ($1, $2) ON CONFLICT DO NOTHING")
             .bind(seq)
             .bind(key)
-            .execute(&self.pool)
+            .execute(&mut *transaction)
             .await?;
+        transaction.commit().await?;
         Ok(())
     }
 

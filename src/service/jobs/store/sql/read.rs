@@ -168,7 +168,7 @@ fn readable(row: &Row) -> Option<Job> {
 }
 
 /// Converts a row of the view `job_rows`.
-fn job_of_row(row: &Row) -> Result<Job, JobsError> {
+pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
     let id = job_id(row.try_get("id")?)?;
     let state: String = row.try_get("state")?;
     let phase: String = row.try_get("phase")?;

@@ -1,8 +1,8 @@
 //! Submission of a job, at most once per key.
 
-use super::read::job_id;
+use super::read::{job_id, job_of_row};
 use super::{SqlStore, add_event};
-use crate::service::jobs::store::{Event, NewJob, Submitted};
+use crate::service::jobs::store::{Event, Job, NewJob, Submitted};
 use crate::service::jobs::{JobId, JobsError};
 
 impl SqlStore {
@@ -47,9 +47,9 @@ impl SqlStore {
         .bind(new.memory_bytes.cast_signed())
         .fetch_optional(&mut *transaction)
         .await?;
-        // Two requests with one key may both have found no job: the second one finds it here.
+        // Two requests with one key may both have found no job: the second one finds it here, when it is durable.
         let Some((seq,)) = inserted else {
-            drop(transaction);
+            transaction.commit().await?;
             let key = new.idempotency_key.as_deref().unwrap_or_default();
             let earlier = self.replay(&new.owner, key, &new.body_sha256).await?;
             return Ok(earlier.ok_or(sqlx::Error::RowNotFound)?);
@@ -74,8 +74,12 @@ impl SqlStore {
             }
         }
         add_event(&mut transaction, seq, &Event::queued(&new.name)).await?;
+        let row = sqlx::query("SELECT * FROM job_rows WHERE seq = $1")
+            .bind(seq)
+            .fetch_one(&mut *transaction)
+            .await?;
+        let job = Job { queue_position: Some(waiting.cast_unsigned() + 1), ..job_of_row(&row)? };
         transaction.commit().await?;
-        let row = self.job(&new.owner, id).await?.ok_or(sqlx::Error::RowNotFound)?;
-        Ok(Submitted::Created(Box::new(row)))
+        Ok(Submitted::Created(Box::new(job)))
     }
 }

@@ -8,52 +8,23 @@ mod dialect;
 mod sql;
 #[cfg(test)]
 mod tests;
+mod writer;
 
 pub use sql::SqlStore as SqliteStore;
 
 use super::SharedStore;
 use crate::service::jobs::JobsError;
+use sqlx::Sqlite;
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection as _, Sqlite, SqliteConnection, Transaction};
-use std::future::ready;
-use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
-use tokio::sync::{Mutex, MutexGuard};
+use writer::Writer;
 
 type Db = Sqlite;
 type Row = sqlx::sqlite::SqliteRow;
-/// Whose turn it is to write. SQLite has one writer at a time, and lets the others sleep for longer and longer.
-type Turn = Mutex<()>;
-
-/// A transaction that writes, when it has its turn.
-struct Write<'a> {
-    // Before the turn: it ends first.
-    transaction: Transaction<'a, Sqlite>,
-    _turn: MutexGuard<'a, ()>,
-}
-
-impl Write<'_> {
-    /// Makes the changes durable.
-    async fn commit(self) -> Result<(), sqlx::Error> {
-        self.transaction.commit().await
-    }
-}
-
-impl Deref for Write<'_> {
-    type Target = SqliteConnection;
-
-    fn deref(&self) -> &SqliteConnection {
-        &self.transaction
-    }
-}
-
-impl DerefMut for Write<'_> {
-    fn deref_mut(&mut self) -> &mut SqliteConnection {
-        &mut self.transaction
-    }
-}
+type Turn = Writer;
+type Write<'a> = writer::Write;
 
 impl SqliteStore {
     /// Opens the store in a file, which is created if necessary, and migrates its tables to this version.
@@ -74,26 +45,22 @@ impl SqliteStore {
         let pool = SqlitePoolOptions::new()
             .max_connections(8)
             .acquire_timeout(Duration::from_secs(10))
-            // SQLite itself ends a transaction that fails on a full disk, while the pool would count it as open for
-            // ever.
-            .before_acquire(|connection, _| Box::pin(ready(Ok(!connection.is_in_transaction()))))
             .connect_with(options)
             .await?;
         // The data folder is that of one process, which has its jobs until it ends.
-        Self::migrated(pool, &migrations(), Duration::MAX).await
+        let writer = Writer::beside(&pool).await?;
+        Self::migrated(pool, writer, &migrations(), Duration::MAX).await
     }
 
     async fn try_write(&self) -> Result<(), JobsError> {
         let mut transaction = self.begin().await?;
         // A field of the file header that is otherwise unused.
         sqlx::query("PRAGMA user_version = 0").execute(&mut *transaction).await?;
-        Ok(transaction.commit().await?)
+        transaction.commit().await
     }
 
-    /// A transaction with the write lock from its start: one that reads first and writes later could be refused midway.
     async fn begin(&self) -> Result<Write<'_>, JobsError> {
-        let turn = self.turn.lock().await;
-        Ok(Write { transaction: self.pool.begin_with("BEGIN IMMEDIATE").await?, _turn: turn })
+        self.turn.begin().await
     }
 
     /// Faults of the file.
@@ -103,11 +70,16 @@ impl SqliteStore {
         Ok(found.into_iter().map(|(text,)| text).filter(|text| text != "ok").collect())
     }
 
-    /// Empties the write-ahead log, in which erased rows would still be found. While a statement reads the store, a part of it
-    /// stays until the next time.
+    /// Erased rows would still be found in the write-ahead log.
     async fn forget_erased(&self) -> Result<(), JobsError> {
-        sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_optional(&self.pool).await?;
-        Ok(())
+        self.turn.checkpoint().await
+    }
+
+    async fn shut(&self) {
+        if let Err(error) = self.turn.checkpoint().await {
+            tracing::warn!(%error, "the log of the job store is emptied at the next start");
+        }
+        self.pool.close().await;
     }
 
     #[allow(clippy::unused_self)] // that of PostgreSQL is shared

@@ -3,7 +3,8 @@
 use super::super::tests::{check, new, submitted};
 use super::*;
 use crate::service::jobs::store::{JobStore as _, NewJob, Submitted};
-use crate::service::jobs::{JobId, JobKind, Phase};
+use crate::service::jobs::{JobId, JobKind, JobState, Phase};
+use futures::future::join_all;
 use sqlx::SqlitePool;
 use std::cell::Cell;
 
@@ -65,37 +66,82 @@ async fn jobs_of_before_there_were_kinds_are_known_by_their_documents() {
 #[tokio::test]
 async fn synchronous_is_full_and_the_journal_is_written_ahead() {
     let (_dir, store) = store().await;
-    let mut connection = store.pool.acquire().await.unwrap();
-    let (synchronous,): (i64,) =
-        sqlx::query_as("PRAGMA synchronous").fetch_one(&mut *connection).await.unwrap();
-    let (journal,): (String,) =
-        sqlx::query_as("PRAGMA journal_mode").fetch_one(&mut *connection).await.unwrap();
+    let mut change = store.begin().await.unwrap();
+    let (synchronous,): (i64,) = sqlx::query_as("PRAGMA synchronous").fetch_one(&mut *change).await.unwrap();
+    let (journal,): (String,) = sqlx::query_as("PRAGMA journal_mode").fetch_one(&mut *change).await.unwrap();
     assert_eq!((synchronous, journal.as_str()), (2, "wal"));
+}
+
+#[tokio::test]
+async fn changes_that_wait_share_a_transaction_and_each_has_its_own_outcome() {
+    let (_dir, store) = store().await;
+    let first = store.begin().await.unwrap();
+    let another = new("another");
+    let waiting = join_all((0..12).map(|_| store.submit(&another, 10)));
+    let release = async {
+        // Until all wait.
+        for _ in 0..100 {
+            tokio::task::yield_now().await;
+        }
+        drop(first);
+    };
+    let (answers, ()) = futures::join!(waiting, release);
+    let positions: Vec<_> = answers
+        .into_iter()
+        .filter_map(|answer| match answer {
+            Ok(Submitted::Created(job)) => job.queue_position,
+            other => {
+                assert!(matches!(other, Err(JobsError::QueueFull { waiting: 10 })), "{other:?}");
+                None
+            }
+        })
+        .collect();
+    assert_eq!(positions, (1..=10).collect::<Vec<_>>());
+    assert_eq!(store.turn.ended().await, 2, "the first one, and that of all others");
+    assert_eq!(store.counts().await.unwrap()[0], (JobState::Queued, 10), "seen by readers");
+}
+
+#[tokio::test]
+async fn a_change_that_is_given_up_is_undone_alone() {
+    let (_dir, store) = store().await;
+    let job = submitted(&store, "a").await;
+    let mut given_up = store.begin().await.unwrap();
+    let submission = new("b");
+    let next = async {
+        sqlx::query("DELETE FROM jobs").execute(&mut *given_up).await.unwrap();
+        drop(given_up);
+    };
+    let (submitted, ()) = futures::join!(store.submit(&submission, 10), next);
+    assert!(matches!(submitted.unwrap(), Submitted::Created(_)));
+    assert!(store.job("anna", job.id).await.unwrap().is_some());
+}
+
+#[tokio::test]
+async fn a_lost_connection_is_that_of_its_changes_and_is_opened_again() {
+    let (_dir, store) = store().await;
+    let mut change = store.begin().await.unwrap();
+    // As SQLite does by itself when a disk fails.
+    sqlx::query("ROLLBACK").execute(&mut *change).await.unwrap();
+    let error = change.commit().await.unwrap_err();
+    assert!(matches!(error, JobsError::Store { .. }), "{error}");
+    let job = submitted(&store, "a").await;
+    assert!(store.job("anna", job.id).await.unwrap().is_some());
+    store.close().await;
+    assert!(store.submit(&new("b"), 10).await.is_err());
 }
 
 #[tokio::test]
 async fn a_full_disk_is_reported_and_forgotten_when_there_is_room() {
     let (_dir, store) = store().await;
     submitted(&store, "a").await;
-    // Every connection of the pool is limited to the present number of pages: the next write finds the disk full, and
-    // SQLite itself ends the transaction.
-    set_everywhere(&store, "PRAGMA max_page_count = 1").await;
+    // The next write finds the disk full, and SQLite itself ends the transaction.
+    store.turn.set("PRAGMA max_page_count = 1").await;
     let large = NewJob { document: vec![b' '; 1 << 20], ..new("large") };
     let error = store.submit(&large, 10).await.unwrap_err();
     assert!(error.is_storage_full(), "{error}");
-    // On the connections concerned, or on new ones in their place.
-    set_everywhere(&store, "PRAGMA max_page_count = 1000000").await;
+    // On the connection concerned, or on a new one in its place.
+    store.turn.set("PRAGMA max_page_count = 1000000").await;
     assert!(matches!(store.submit(&large, 10).await.unwrap(), Submitted::Created(_)));
     store.try_write().await.unwrap();
     assert_eq!(store.claim(None).await.unwrap().unwrap().seq, 1);
-}
-
-/// Sets a pragma on all connections of the pool.
-async fn set_everywhere(store: &SqliteStore, pragma: &'static str) {
-    let mut all = Vec::new();
-    for _ in 0..8 {
-        let mut connection = store.pool.acquire().await.unwrap();
-        sqlx::query(pragma).execute(&mut *connection).await.unwrap();
-        all.push(connection);
-    }
 }
