@@ -44,6 +44,9 @@ fn write(diagnosis: &Diagnosis, address: &StoreAddress, out: &mut dyn Write) -> 
             address.data.display()
         )?;
     }
+    if let Some(fault) = &diagnosis.blobs {
+        writeln!(out, "object store: {fault}")?;
+    }
     for seq in &diagnosis.unreadable {
         writeln!(out, "job number {seq}: its row cannot be read; the service goes on without it")?;
     }

@@ -3,9 +3,10 @@
 use super::ServiceError;
 use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
-use super::jobs::store::{KnownBlobs, PROBE_PATIENCE, StoreAddress};
-use super::jobs::{JobId, JobsError};
-use crate::blobs::{BlobError, BlobStore};
+use super::jobs::store::{Identity, KnownBlobs, PROBE_PATIENCE, StoreAddress};
+use super::jobs::{JobId, JobsError, ownership};
+use super::opening::on_a_thread;
+use crate::blobs::BlobStore;
 use crate::report::RecordedRun;
 use std::path::Path;
 use std::time::Duration;
@@ -24,6 +25,8 @@ pub struct LostJob {
 pub struct Diagnosis {
     /// Faults of the job store, as text.
     pub store: Vec<String>,
+    /// Why the blobs are not those of the job store; nothing else is known of them then.
+    pub blobs: Option<String>,
     /// Sequence numbers of jobs that cannot be read.
     pub unreadable: Vec<i64>,
     /// Jobs whose recordings are lost; scene and summary are in the store.
@@ -37,8 +40,9 @@ pub struct Diagnosis {
 impl Diagnosis {
     /// Whether nothing is damaged or lost.
     pub fn is_sound(&self) -> bool {
-        let Self { store, unreadable, without_recording, without_job, without_file } = self;
+        let Self { store, blobs, unreadable, without_recording, without_job, without_file } = self;
         store.is_empty()
+            && blobs.is_none()
             && unreadable.is_empty()
             && without_recording.is_empty()
             && without_job.is_empty()
@@ -64,31 +68,46 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
     } else {
         Err(format!("{address} is missing"))
     };
-    let known = match store {
+    let (known, identity) = match store {
         Ok(store) => {
             (diagnosis.store, diagnosis.unreadable) = store.faults().await?;
             let known = store.blobs().await?;
+            let identity = match store.shared() {
+                Some(shared) => Some(shared.identity().await?),
+                None => None,
+            };
             store.close().await;
-            known
+            (known, identity)
         }
         Err(reason) => {
             diagnosis.store.push(reason);
-            KnownBlobs::default()
+            (KnownBlobs::default(), None)
         }
     };
     // Reads files, or asks a store in this runtime: not for its threads.
     let is_distant = address.blobs.is_some();
-    let examined =
-        tokio::task::spawn_blocking(move || match compare(blobs.as_ref(), &known, &mut diagnosis) {
-            Ok(()) => Ok(diagnosis),
-            Err(error) if is_distant => Err(JobsError::of_blob_store(blobs.as_ref(), error)),
-            Err(error) => Err(error.into()),
-        });
-    Ok(examined.await.unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error)).into()))?)
+    let examined = on_a_thread(move || match compare(blobs.as_ref(), (&known, identity), &mut diagnosis) {
+        Ok(()) => Ok(diagnosis),
+        Err(JobsError::Blob(error)) if is_distant => Err(JobsError::of_blob_store(blobs.as_ref(), error)),
+        Err(error) => Err(error),
+    });
+    Ok(examined.await?)
 }
 
 /// Compares the blobs with what is known of them.
-fn compare(blobs: &dyn BlobStore, known: &KnownBlobs, diagnosis: &mut Diagnosis) -> Result<(), BlobError> {
+fn compare(
+    blobs: &dyn BlobStore,
+    (known, identity): (&KnownBlobs, Option<Identity>),
+    diagnosis: &mut Diagnosis,
+) -> Result<(), JobsError> {
+    match identity.map_or(Ok(true), |own| ownership::check(blobs, &own)) {
+        Ok(_) => {}
+        Err(error @ (JobsError::ForeignBlobs { .. } | JobsError::UnmarkedBlobs { .. })) => {
+            diagnosis.blobs = Some(error.to_string());
+            return Ok(());
+        }
+        Err(error) => return Err(error),
+    }
     let found = Found::among(blobs, known, Duration::ZERO)?;
     diagnosis.without_recording = found.without_recording;
     diagnosis.without_file = found.without_file;

@@ -7,10 +7,10 @@ use super::jobs::engine::Engine;
 use super::jobs::pulse::{self, Pulse};
 use super::jobs::queue::{Queue, Storage};
 use super::jobs::recovery::{recover, remove_leftovers};
-use super::jobs::store::{PATIENCE, PROBE_PATIENCE, StoreAddress};
-use super::jobs::{JobsError, sharing};
+use super::jobs::store::{Identity, JobStore, PATIENCE, PROBE_PATIENCE, StoreAddress};
+use super::jobs::{JobsError, ownership, sharing};
 use super::metrics::Metrics;
-use crate::blobs::BlobError;
+use crate::blobs::{BlobError, BlobStore};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
@@ -49,9 +49,16 @@ pub(super) async fn open_queue(
     metrics: &Arc<Metrics>,
 ) -> Result<Arc<Queue>, JobsError> {
     let folder = DataFolder::open(&config.store.data)?;
-    let pulse = check_blobs(&config.store).await?;
+    let tried = check_blobs(&config.store).await?;
     let blobs = config.store.open_blobs(PATIENCE)?;
-    let storage = Storage { jobs: Box::pin(config.store.open()).await?, blobs, pulse: pulse.clone(), folder };
+    let jobs = Box::pin(config.store.open()).await?;
+    let pulse = match tried {
+        Some(tried) => {
+            Some(Arc::new(Pulse::of(Arc::clone(&tried), claim_blobs(tried, jobs.as_ref()).await?)))
+        }
+        None => None,
+    };
+    let storage = Storage { jobs, blobs, pulse: pulse.clone(), folder };
     let queue = Queue::new(storage, Arc::clone(config), engine, Arc::clone(metrics));
     recover(&queue).await?;
     // What the process before this one was asked to delete.
@@ -64,14 +71,33 @@ pub(super) async fn open_queue(
     Ok(queue)
 }
 
-/// Checks the store of blobs, if it is on other machines, and gives its pulse.
-async fn check_blobs(address: &StoreAddress) -> Result<Option<Arc<Pulse>>, JobsError> {
+/// Checks the store of blobs, if it is on other machines, and gives it without patience.
+async fn check_blobs(address: &StoreAddress) -> Result<Option<Arc<dyn BlobStore>>, JobsError> {
     if address.blobs.is_none() {
         return Ok(None);
     }
     let blobs = address.open_blobs(PROBE_PATIENCE)?;
     let checked = Arc::clone(&blobs);
-    let checking = tokio::task::spawn_blocking(move || pulse::check(checked.as_ref()));
-    checking.await.unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error)).into()))?;
-    Ok(Some(Arc::new(Pulse::of(blobs))))
+    on_a_thread(move || pulse::check(checked.as_ref())).await?;
+    Ok(Some(blobs))
+}
+
+/// Makes sure that a store of blobs is that of a database.
+async fn claim_blobs(blobs: Arc<dyn BlobStore>, jobs: &dyn JobStore) -> Result<Option<Identity>, JobsError> {
+    let Some(shared) = jobs.shared() else { return Ok(None) };
+    let own = shared.identity().await?;
+    let claimed = own.clone();
+    on_a_thread(move || ownership::claim(blobs.as_ref(), &claimed)).await?;
+    if !own.has_blobs {
+        shared.note_blobs().await?;
+    }
+    Ok(Some(Identity { has_blobs: true, ..own }))
+}
+
+/// Does work that may wait for blobs.
+pub(super) async fn on_a_thread<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, JobsError> + Send + 'static,
+) -> Result<T, JobsError> {
+    let working = tokio::task::spawn_blocking(work);
+    working.await.unwrap_or_else(|error| Err(BlobError::from(std::io::Error::other(error)).into()))
 }

@@ -11,6 +11,8 @@ pub const MESHES: &str = "meshes";
 pub const SNAPSHOTS: &str = "snapshots";
 /// Small blobs that are written and deleted again, to see whether the store answers.
 pub const PROBES: &str = "probes";
+/// The identity of the database whose blobs these are, where several machines share them.
+pub const DATABASE: &str = "database";
 /// Results of what-if runs, by content.
 pub const RESULTS: &str = "results";
 

@@ -19,6 +19,7 @@ use std::io::Write as _;
 mod blob_contract;
 #[path = "../../src/service/jobs/store/tests.rs"]
 mod job_contract;
+mod ownership;
 mod postgres;
 mod s3;
 

@@ -15,7 +15,7 @@ use std::time::Duration;
 const LONG: Duration = Duration::from_secs(60);
 
 /// Address of a new schema; `None`, said aloud, if there is no database for tests.
-async fn schema() -> Option<String> {
+pub async fn schema() -> Option<String> {
     let url = crate::address("CONTUSE_TEST_POSTGRES")?;
     let name = format!("test_{}", JobId::new_v4().simple());
     let pool = sqlx::PgPool::connect(&url).await.unwrap();

@@ -1,6 +1,7 @@
 //! Errors of jobs and their storage.
 
 use crate::blobs::{BlobError, BlobStore};
+use crate::service::shelves::DATABASE;
 use std::error::Error;
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -57,6 +58,30 @@ pub enum JobsError {
         source: BlobError,
         /// What helps.
         remedy: &'static str,
+    },
+    /// The blobs are those of another database.
+    #[error(
+        "--blobs (CONTUSE_BLOBS): {address} belongs to another database, {found:?}, and not to that of --database, {own:?}; \
+         correct one of the addresses, or give each database a bucket or prefix of its own"
+    )]
+    ForeignBlobs {
+        /// Address of the store.
+        address: String,
+        /// Identity that was found there.
+        found: String,
+        /// Identity of the database.
+        own: String,
+    },
+    /// The database has blobs, but not here.
+    #[error(
+        "--blobs (CONTUSE_BLOBS): {address} is not the store that this database has used, as it has no object `{DATABASE}`; \
+         correct the address, or, if the store was lost or copied without that object, write there the text {own}"
+    )]
+    UnmarkedBlobs {
+        /// Address of the store.
+        address: String,
+        /// Identity of the database.
+        own: String,
     },
     /// The object store did not answer when it was last asked.
     #[error("the object store does not answer")]

@@ -8,7 +8,7 @@
 //! - [`snapshots`]: views of a recording while it is written.
 //! - [`sharing`]: jobs of several processes: leases, and changes by others.
 //! - [`control`]: stopping a running job, and why.
-//! - [`pulse`]: whether the object store answers.
+//! - [`pulse`]: whether the object store answers; [`ownership`]: whose blobs it has.
 //! - [`process`]: runs in processes of their own.
 
 mod allowance;
@@ -20,6 +20,7 @@ mod error;
 pub mod failures;
 pub mod found;
 mod kind;
+pub mod ownership;
 pub mod process;
 pub mod pulse;
 pub mod queue;

@@ -1,6 +1,7 @@
 //! Whether an object store keeps what it is given: asked now and then with a small object, so that no request waits for it.
 
-use super::{JobId, JobsError};
+use super::store::Identity;
+use super::{JobId, JobsError, ownership};
 use crate::blobs::{BlobError, BlobStore, Draft};
 use crate::service::shelves::PROBES;
 use std::io::{self, ErrorKind};
@@ -21,13 +22,15 @@ const CONTENT: &[u8] = b"contuse";
 pub struct Pulse {
     /// The store, without patience.
     blobs: Arc<dyn BlobStore>,
+    /// The database whose blobs it has to have.
+    owner: Option<Identity>,
     answers: watch::Sender<bool>,
 }
 
 impl Pulse {
     /// The pulse of a store, which has answered.
-    pub fn of(blobs: Arc<dyn BlobStore>) -> Self {
-        Self { blobs, answers: watch::channel(true).0 }
+    pub fn of(blobs: Arc<dyn BlobStore>, owner: Option<Identity>) -> Self {
+        Self { blobs, owner, answers: watch::channel(true).0 }
     }
 
     /// Whether the store answered when it was last asked.
@@ -35,14 +38,28 @@ impl Pulse {
         *self.answers.borrow()
     }
 
+    /// Waits until the store is found not to answer.
+    pub async fn lost(&self) {
+        // The sender is here.
+        let _ = self.answers.subscribe().wait_for(|is_felt| !is_felt).await;
+    }
+
+    /// Waits until the store answers.
+    pub async fn felt(&self) {
+        let _ = self.answers.subscribe().wait_for(|is_felt| *is_felt).await;
+    }
+
     /// Asks the store now. Blocks on it.
     pub fn ask(&self) -> bool {
-        let answer = probe(self.blobs.as_ref());
+        let blobs = self.blobs.as_ref();
+        let answer = probe(blobs)
+            .map_err(JobsError::from)
+            .and_then(|()| self.owner.as_ref().map_or(Ok(true), |owner| ownership::check(blobs, owner)));
         let is_felt = answer.is_ok();
         if self.answers.send_replace(is_felt) != is_felt {
             match answer {
-                Ok(()) => tracing::info!("the object store answers again"),
-                Err(error) => tracing::error!(%error, "the object store does not answer"),
+                Ok(_) => tracing::info!("the object store answers again"),
+                Err(error) => tracing::error!(%error, "the object store cannot be used"),
             }
         }
         is_felt
@@ -86,16 +103,16 @@ pub fn check(blobs: &dyn BlobStore) -> Result<(), JobsError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::blobs::{Blob, BlobEntry, FolderBlobs, Unnamed};
     use std::sync::atomic::{AtomicBool, Ordering};
 
     /// A folder behind a network that may fail.
     #[derive(Debug)]
-    struct Distant {
+    pub struct Distant {
         folder: FolderBlobs,
-        is_down: AtomicBool,
+        pub is_down: AtomicBool,
     }
 
     impl Distant {
@@ -120,7 +137,7 @@ mod tests {
         }
     }
 
-    fn distant(dir: &std::path::Path) -> Arc<Distant> {
+    pub fn distant(dir: &std::path::Path) -> Arc<Distant> {
         Arc::new(Distant { folder: FolderBlobs::open(dir).unwrap(), is_down: AtomicBool::new(false) })
     }
 
@@ -128,7 +145,7 @@ mod tests {
     fn a_question_leaves_nothing_and_the_answer_is_kept() {
         let dir = tempfile::tempdir().unwrap();
         let blobs = distant(dir.path());
-        let pulse = Pulse::of(Arc::clone(&blobs) as Arc<dyn BlobStore>);
+        let pulse = Pulse::of(Arc::clone(&blobs) as Arc<dyn BlobStore>, None);
         assert!(pulse.ask() && blobs.list(PROBES).unwrap().is_empty());
         blobs.is_down.store(true, Ordering::SeqCst);
         assert!(pulse.is_felt(), "not asked yet");

@@ -14,15 +14,15 @@ mod postgres;
 mod records;
 mod sqlite;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 pub use chosen::{PATIENCE, PROBE_PATIENCE, StoreAddress};
 pub use job::{Job, JobLinks, NOTICE};
 #[cfg(feature = "cluster")]
 pub use postgres::PostgresStore;
 pub use records::{
-    CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, KnownBlobs, MeshDeletion,
-    NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
+    CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, Identity, JobEnd, KnownBlobs,
+    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 
 use super::{JobId, JobKind, JobState, JobsError, Progress};
@@ -155,6 +155,12 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
 /// A store of several processes.
 pub trait SharedStore: Send + Sync {
+    /// What tells its blobs from those of other databases.
+    fn identity(&self) -> Answer<'_, Identity>;
+
+    /// Notes that a store of blobs has its identity.
+    fn note_blobs(&self) -> Answer<'_, ()>;
+
     /// How long a process has a job without renewing that.
     fn lease(&self) -> Duration;
 

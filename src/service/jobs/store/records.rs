@@ -278,6 +278,15 @@ impl Event<'static> {
     }
 }
 
+/// What tells the blobs of a store from those of others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Unique name, which stays with the store and its backups.
+    pub id: String,
+    /// Whether a store of blobs has been given this name.
+    pub has_blobs: bool,
+}
+
 /// What another process changed in a store that is shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {

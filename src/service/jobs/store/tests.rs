@@ -41,7 +41,7 @@ pub(super) fn new(name: &str) -> NewJob {
     }
 }
 
-pub(super) async fn submitted(store: &dyn JobStore, name: &str) -> Job {
+pub async fn submitted(store: &dyn JobStore, name: &str) -> Job {
     match store.submit(&new(name), 10).await.unwrap() {
         Submitted::Created(row) => *row,
         other => panic!("{other:?}"),

@@ -13,7 +13,7 @@ mod sql;
 
 pub use sql::SqlStore as PostgresStore;
 
-use super::{Answer, Change, OwnerRequest, SharedStore};
+use super::{Answer, Change, Identity, OwnerRequest, SharedStore};
 use crate::service::jobs::JobsError;
 use futures::stream::{self, BoxStream, StreamExt as _};
 use sqlx::migrate::Migrator;
@@ -100,6 +100,21 @@ impl PostgresStore {
 }
 
 impl SharedStore for PostgresStore {
+    fn identity(&self) -> Answer<'_, Identity> {
+        Box::pin(async {
+            let (id, has_blobs) =
+                sqlx::query_as("SELECT id, has_blobs FROM identity").fetch_one(&self.pool).await?;
+            Ok(Identity { id, has_blobs })
+        })
+    }
+
+    fn note_blobs(&self) -> Answer<'_, ()> {
+        Box::pin(async {
+            sqlx::query("UPDATE identity SET has_blobs = TRUE").execute(&self.pool).await?;
+            Ok(())
+        })
+    }
+
     fn lease(&self) -> Duration {
         self.lease
     }
@@ -152,5 +167,8 @@ impl Change {
 
 /// The files of `migrations/` in order.
 fn migrations() -> Migrator {
-    super::migrator(&[("jobs", include_str!("migrations/0001_jobs.sql"))])
+    super::migrator(&[
+        ("jobs", include_str!("migrations/0001_jobs.sql")),
+        ("identity", include_str!("migrations/0002_identity.sql")),
+    ])
 }
