@@ -36,6 +36,7 @@ use audit::Audit;
 use config::ServiceConfig;
 use fair_queue::QueueLimits;
 use http::{App, Attempts, Slots, ValidationSlots};
+use jobs::JobsError;
 use jobs::deletion::Purged;
 use jobs::engine::Engine;
 use jobs::queue::Queue;
@@ -64,9 +65,15 @@ const ARCHIVES_AT_ONCE: usize = 4;
 async fn keep_for_days(queue: Arc<Queue>, days: u32) {
     let mut closing = queue.closing();
     loop {
+        tokio::select! {
+            () = queue.blobs_answer() => {}
+            _ = closing.wait_for(|closing| *closing) => return,
+        }
         match queue.purge(days).await {
             Ok(Purged { jobs: 0, meshes: 0 }) => {}
             Ok(Purged { jobs, meshes }) => tracing::info!(jobs, meshes, days, "purged what is too old"),
+            // Goes on when it does.
+            Err(JobsError::BlobStoreSilent) => continue,
             Err(error) => tracing::error!(%error, "could not purge what is too old"),
         }
         tokio::select! {

@@ -5,8 +5,8 @@ use super::extract::{JobPath, Owner};
 use super::problem::{Problem, ProblemBody};
 use crate::report::{ReadError, RecordedRun, csv, fhir, html};
 use crate::service::fair_queue::Lane;
-use crate::service::jobs::JobId;
 use crate::service::jobs::store::Job;
+use crate::service::jobs::{JobId, JobsError};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -33,6 +33,9 @@ pub(super) enum NoRecording {
     /// Its recording was removed from the disk, or damaged
     #[response(status = 410, content_type = "application/problem+json")]
     Gone(ProblemBody),
+    /// The storage does not answer
+    #[response(status = 503, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
+    Silent(ProblemBody),
 }
 
 /// Get the report of a job: one self-contained page with pictures, for reading or printing.
@@ -113,13 +116,16 @@ pub async fn table(
 async fn recorded(app: &Arc<App>, owner: &str, id: JobId, what: &str) -> Result<(RecordedRun, Job), Problem> {
     let row = recorded_row(app, owner, id, what).await?;
     let (blobs, name) = (Arc::clone(&app.queue.blobs), row.recording_name());
-    let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
+    let read = move || {
+        let blob = blobs.open(&name)?;
+        Ok::<_, JobsError>(blob.map(|blob| RecordedRun::of(blob, Path::new(&name))))
+    };
     let lane = match &row.recording {
         Some(recording) if recording.bytes <= SMALL_RECORDING => Lane::Small,
         _ => Lane::Large,
     };
-    let read = app.validation_slots.call(owner, lane, read).await?;
-    match read {
+    match app.queue.unless_silent(app.validation_slots.call(owner, lane, read)).await?? {
+        Err(error) if error.is_passing() => Err(error.into()),
         Ok(Some(Ok(run))) => Ok((run, row)),
         // From a run that lost its worker, or from another engine.
         Ok(Some(Err(ReadError::NoSummary { .. } | ReadError::Numbers { .. }))) => {

@@ -51,7 +51,7 @@ pub async fn archive(
         let blob = blob.clone();
         move |queue| Ok(queue.blobs.open(&blob)?)
     });
-    let opened = opened.await?.ok_or_else(Problem::recording_lost)?;
+    let opened = app.queue.unless_silent(opened).await??.ok_or_else(Problem::recording_lost)?;
     let (sender, mut receiver) = channel(PIECES_AHEAD);
     let disposition = format!("attachment; filename=\"{name}-{id}.tar\"");
     let work = move || write(opened, Path::new(&blob), &name, &sender);

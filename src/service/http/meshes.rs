@@ -254,7 +254,7 @@ pub(super) async fn reading<T: Send + 'static>(
         }
         Ok(Some(content))
     };
-    let opened = app.queue.with_files(open).await?;
+    let opened = app.queue.unless_silent(app.queue.with_files(open)).await??;
     let mut content = opened.ok_or_else(Problem::no_such_mesh)?;
     let engine = Arc::clone(&app.queue.engine);
     let bytes: u64 = meshes.iter().map(|mesh| mesh.bytes).sum();
@@ -263,7 +263,8 @@ pub(super) async fn reading<T: Send + 'static>(
     let read = move |is_wanted: &dyn Fn() -> bool| {
         answer(&*engine, MeshFile { content: &mut content, bytes, format, is_wanted })
     };
-    Ok(Json(app.validation_slots.call_while_wanted(owner, lane, read).await??))
+    let read = app.validation_slots.call_while_wanted(owner, lane, read);
+    Ok(Json(app.queue.unless_silent(read).await???))
 }
 
 /// Page of a list of meshes.

@@ -61,6 +61,8 @@ pub struct RecordingParameters {
         (status = 410, description = "The snapshot is not kept any more, or the recording was removed from the disk", body = ProblemBody, content_type = "application/problem+json"),
         (status = 412, description = "The file differs from the client's", body = ProblemBody, content_type = "application/problem+json"),
         (status = 416, description = "No byte of the range exists", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "The storage does not answer", body = ProblemBody, content_type = "application/problem+json", headers(
+            ("Retry-After" = u64, description = "Seconds"))),
     )
 )]
 pub async fn download(
@@ -214,8 +216,7 @@ async fn body(
 ) -> Result<Body, Problem> {
     let name = file.blob.clone();
     let open = move |queue: &Queue| at(queue.blobs.open(&name)?, first);
-    let opened = app.queue.with_files(open).await?;
-    match opened {
+    match app.queue.unless_silent(app.queue.with_files(open)).await?? {
         Some(opened) if opened.bytes != file.digest.bytes => Err(lost(file)),
         Some(_) if *method == Method::HEAD => Ok(Body::empty()),
         Some(opened) => {

@@ -9,7 +9,7 @@ use crate::record::RecordError;
 use crate::report::ReadError;
 use crate::report::surface::{Surfaces, surfaces_at, write_ply, write_stl};
 use crate::service::fair_queue::Lane;
-use crate::service::jobs::JobId;
+use crate::service::jobs::{JobId, JobsError};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -76,7 +76,7 @@ async fn surfaces(
     let row = recorded_row(app, owner, id, "surfaces").await?;
     let (blobs, blob, time_s) = (Arc::clone(&app.queue.blobs), row.recording_name(), parameters.time_s);
     let work = move || {
-        let Some(recording) = blobs.open(&blob).map_err(|error| Problem::internal(&error))? else {
+        let Some(recording) = blobs.open(&blob).map_err(JobsError::from)? else {
             return Err(Problem::recording_lost());
         };
         let found = surfaces_at(recording, Path::new(&blob), time_s).map_err(|error| problem(&error))?;
@@ -85,7 +85,7 @@ async fn surfaces(
         Ok(file)
     };
     // All fields are read to find one time.
-    let file = app.validation_slots.call(owner, Lane::Large, work).await??;
+    let file = app.queue.unless_silent(app.validation_slots.call(owner, Lane::Large, work)).await???;
     let disposition = format!("attachment; filename=\"{}-{id}.{extension}\"", file_name(&row.name));
     let headers = [(header::CONTENT_TYPE, media_type.to_owned()), (header::CONTENT_DISPOSITION, disposition)];
     Ok((headers, file).into_response())

@@ -57,7 +57,12 @@ impl Queue {
     /// Erases a hidden job with all that it has left. Waits for that a moment; the rest is done in the background.
     pub(super) async fn erase(self: &Arc<Self>, seq: i64, id: JobId, attempts: u32) {
         self.start_to_erase(seq, id, attempts);
-        self.removals.wait(&id.to_string(), REMOVAL_PATIENCE).await;
+        self.wait_for_removal(&id.to_string()).await;
+    }
+
+    /// Waits a moment for a removal, unless the store of blobs does not answer.
+    async fn wait_for_removal(&self, name: &str) {
+        let _ = self.unless_silent(self.removals.wait(name, REMOVAL_PATIENCE)).await;
     }
 
     /// Erases a hidden job with all that it has left in the background, or by the next process. Within a runtime.
@@ -107,14 +112,14 @@ impl Queue {
                 queue.with_files(move |queue| Ok(queue.blobs.delete(&name)?)).await
             }
         });
-        self.removals.wait(&name, REMOVAL_PATIENCE).await;
+        self.wait_for_removal(&name).await;
     }
 
     /// Deletes the jobs that ended, and the meshes that were uploaded, more than some days ago; gives their numbers. A mesh that a
     /// job waits for or runs on stays.
     ///
     /// # Errors
-    /// If the store or the files fail.
+    /// If the store or the files fail, or the object store does not answer.
     pub async fn purge(self: &Arc<Self>, older_than_days: u32) -> Result<Purged, JobsError> {
         let mut purged = Purged::default();
         loop {
@@ -123,13 +128,67 @@ impl Queue {
                 break;
             }
             for (owner, id) in jobs {
+                // Otherwise removals would pile up.
+                self.check_pulse()?;
                 purged.jobs += u64::from(self.delete(&owner, id).await?);
             }
         }
         for (owner, id) in self.store.expired_meshes(older_than_days).await? {
+            self.check_pulse()?;
             let deletion = self.delete_mesh(&owner, &id).await?;
             purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. }));
         }
         Ok(purged)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blobs::BlobStore;
+    use crate::service::config::ServiceConfig;
+    use crate::service::jobs::data_folder::DataFolder;
+    use crate::service::jobs::pulse::{Pulse, tests::distant};
+    use crate::service::jobs::queue::Storage;
+    use crate::service::jobs::simulator::Simulator;
+    use crate::service::jobs::store::{StoreAddress, tests::submitted};
+    use std::sync::atomic::Ordering;
+    use std::time::Instant;
+
+    #[tokio::test]
+    async fn no_one_waits_for_an_object_store_that_does_not_answer() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = DataFolder::open(dir.path()).unwrap();
+        let blobs = distant(dir.path());
+        let pulse = Arc::new(Pulse::of(Arc::clone(&blobs) as Arc<dyn BlobStore>, None));
+        let jobs = StoreAddress::in_folder(dir.path()).open().await.unwrap();
+        let (first, second) = (submitted(&*jobs, "a").await, submitted(&*jobs, "b").await);
+        jobs.cancel("anna", second.id).await.unwrap();
+        let config = Arc::new(ServiceConfig::default());
+        let engine = Arc::new(Simulator::new(&config.runs));
+        let storage =
+            Storage { jobs, blobs: Arc::clone(&blobs) as _, pulse: Some(Arc::clone(&pulse)), folder };
+        let queue = Queue::new(storage, config, engine, Arc::default());
+
+        // A download that waits is answered when the outage is noticed, and later ones at once.
+        blobs.is_down.store(true, Ordering::SeqCst);
+        let noticed = async { assert!(!pulse.ask()) };
+        let (download, ()) = futures::join!(queue.unless_silent(std::future::pending::<()>()), noticed);
+        assert!(matches!(download, Err(JobsError::BlobStoreSilent)));
+        // So is a deletion, which is recorded, while what is old waits.
+        let begun = Instant::now();
+        assert!(queue.delete("anna", first.id).await.unwrap());
+        assert!(matches!(queue.purge(0).await, Err(JobsError::BlobStoreSilent)));
+        assert!(begun.elapsed() < REMOVAL_PATIENCE);
+        assert!(queue.store.job("anna", first.id).await.unwrap().is_none());
+        assert!(queue.store.job("anna", second.id).await.unwrap().is_some());
+
+        blobs.is_down.store(false, Ordering::SeqCst);
+        assert!(pulse.ask());
+        queue.blobs_answer().await;
+        assert_eq!(queue.unless_silent(std::future::ready(7)).await.unwrap(), 7);
+        assert_eq!(queue.purge(0).await.unwrap(), Purged { jobs: 1, meshes: 0 });
+        queue.removals.wait_for_all().await;
+        assert_eq!(queue.store.blobs().await.unwrap().names.len(), 0, "nothing is left of either");
     }
 }

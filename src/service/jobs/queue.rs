@@ -134,10 +134,35 @@ impl Queue {
     /// Checks that a job can begin: the disk has room, and the object store answered when it was last asked.
     fn check_room(&self) -> Result<(), JobsError> {
         self.check_space()?;
+        self.check_pulse()
+    }
+
+    /// Checks that the object store answered when it was last asked.
+    pub(super) fn check_pulse(&self) -> Result<(), JobsError> {
         if self.pulse.as_ref().is_none_or(|pulse| pulse.is_felt()) {
             Ok(())
         } else {
             Err(JobsError::BlobStoreSilent)
+        }
+    }
+
+    /// Waits for work on blobs, unless the object store does not answer: the work is given up with its client, or goes on unheard.
+    ///
+    /// # Errors
+    /// `BlobStoreSilent`
+    pub async fn unless_silent<T>(&self, work: impl Future<Output = T>) -> Result<T, JobsError> {
+        let Some(pulse) = &self.pulse else { return Ok(work.await) };
+        tokio::select! {
+            biased;
+            () = pulse.lost() => Err(JobsError::BlobStoreSilent),
+            done = work => Ok(done),
+        }
+    }
+
+    /// Waits until the object store answers.
+    pub async fn blobs_answer(&self) {
+        if let Some(pulse) = &self.pulse {
+            pulse.felt().await;
         }
     }
 
@@ -265,7 +290,8 @@ impl Queue {
     ) -> Result<(String, bool), JobsError> {
         let _no_removal = self.mesh_files.read().await;
         let name = mesh_name(&draft.digest().sha256, format);
-        let BlobDigest { bytes, sha256: id } = self.with_files(move |_| Ok(draft.keep(&name)?)).await?;
+        let kept = self.with_files(move |_| Ok(draft.keep(&name)?));
+        let BlobDigest { bytes, sha256: id } = self.unless_silent(kept).await??;
         let is_new = self.store.add_mesh(owner, &id, format, bytes, report).await?;
         Ok((id, is_new))
     }
