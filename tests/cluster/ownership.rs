@@ -36,7 +36,7 @@ async fn a_bucket_is_that_of_one_database_and_a_database_has_one_bucket() {
     assert!(open(&first, &there).await.unwrap_err().contains("belongs to another database"));
     let empty = open(&first, &nowhere).await.unwrap_err();
     assert!(empty.contains("has no object `database`") && empty.contains(&nowhere), "{empty}");
-    // As it is told by `contuse doctor`, which writes nothing.
+    // As `contuse doctor` reports, which writes nothing.
     for (blobs, refusal) in
         [(&here, None), (&there, Some("belongs to another")), (&nowhere, Some("no object"))]
     {

@@ -155,7 +155,7 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
 /// A store of several processes.
 pub trait SharedStore: Send + Sync {
-    /// What tells its blobs from those of other databases.
+    /// What distinguishes its blobs from those of other databases.
     fn identity(&self) -> Answer<'_, Identity>;
 
     /// Notes that a store of blobs has its identity.

@@ -278,7 +278,7 @@ impl Event<'static> {
     }
 }
 
-/// What tells the blobs of a store from those of others.
+/// What distinguishes the blobs of a store from those of others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Unique name, which stays with the store and its backups.

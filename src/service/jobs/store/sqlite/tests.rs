@@ -135,12 +135,12 @@ async fn a_full_disk_is_reported_and_forgotten_when_there_is_room() {
     let (_dir, store) = store().await;
     submitted(&store, "a").await;
     // The next write finds the disk full, and SQLite itself ends the transaction.
-    store.turn.set("PRAGMA max_page_count = 1").await;
+    store.turn.set("PRAGMA max_page_count = 1").await.unwrap();
     let large = NewJob { document: vec![b' '; 1 << 20], ..new("large") };
     let error = store.submit(&large, 10).await.unwrap_err();
     assert!(error.is_storage_full(), "{error}");
     // On the connection concerned, or on a new one in its place.
-    store.turn.set("PRAGMA max_page_count = 1000000").await;
+    store.turn.set("PRAGMA max_page_count = 1000000").await.unwrap();
     assert!(matches!(store.submit(&large, 10).await.unwrap(), Submitted::Created(_)));
     store.try_write().await.unwrap();
     assert_eq!(store.claim(None).await.unwrap().unwrap().seq, 1);

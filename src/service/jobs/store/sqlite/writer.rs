@@ -71,8 +71,8 @@ impl Writer {
 
     /// Does something with the connection when it is its turn.
     #[cfg(test)]
-    pub async fn set(&self, pragma: &'static str) {
-        self.0.lock().await.say(pragma).await.unwrap();
+    pub async fn set(&self, pragma: &'static str) -> Result<(), sqlx::Error> {
+        self.0.lock().await.say(pragma).await
     }
 
     /// Number of transactions that have ended.

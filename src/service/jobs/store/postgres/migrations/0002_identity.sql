@@ -1,4 +1,4 @@
--- What tells the blobs of this database from those of others, and whether a store of blobs has it.
+-- What distinguishes the blobs of this database from those of others, and whether a store of blobs has it.
 CREATE TABLE identity (
     id         TEXT    NOT NULL,
     has_blobs  BOOLEAN NOT NULL
