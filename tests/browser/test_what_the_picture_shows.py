@@ -56,6 +56,30 @@ def test_time_goes_between_frames(page, jobs):
     expect(page.locator(".time-output")).to_have_text(re.compile("^30.00"))
 
 
+def test_an_instant_is_read_before_those_in_between(page, jobs):
+    """Requests for the recording are answered one by one: the last instant is there long before the others are."""
+    held = []
+    page.route("**/recording", lambda route: held.append(route))
+    page.goto("/")
+    page.goto(f"/#/job/{jobs['near']['id']}")
+    slider, shown = page.get_by_label("Simulated time", exact=True), page.locator(".time-output")
+    answered, asked_at, shown_at = 0, None, None
+    while not page.locator(".plots .u-over").first.is_visible():
+        if asked_at is None and slider.is_visible():
+            assert not shown.inner_text().startswith("100")
+            slider.press("End")
+            asked_at = answered
+        if asked_at is not None and shown_at is None and "reading" not in shown.inner_text():
+            shown_at = answered
+        if held:
+            held.pop(0).continue_()
+            answered += 1
+        page.wait_for_timeout(50)
+    page.unroute("**/recording")
+    assert answered - shown_at > shown_at - asked_at > 0
+    expect(shown).to_have_text(re.compile("^100"))
+
+
 def point_at(page, x, y):
     box = page.locator(".mesh-view").bounding_box()
     page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])

@@ -36,14 +36,14 @@ export class RunPanel {
     this.#thresholds = summary ? significantThresholds(summary) : [];
   }
 
-  /** Draws the first frames, while the others are on their way. */
+  /** Draws a frame that is there, while the others are on their way. */
   begin() {
     if (this.#stage || !this.#recording.frames.length) return;
-    this.#stage = new Stage(this.#name, this.#recording, this.#thresholds, { onFrame: () => this.#showFrame(), onSettings: () => this.#settingsChanged() });
+    this.#stage = new Stage(this.#name, this.#recording, this.#worst() ?? 0, this.#thresholds, { onFrame: () => this.#showFrame(), onSettings: () => this.#settingsChanged() });
     this.stage.replaceChildren(this.#stage.element);
   }
 
-  /** Takes the frames that have come since. */
+  /** Shows what has come since. */
   grow() {
     this.#stage?.grow();
   }

@@ -5,7 +5,7 @@ import { withUnit } from "../format.js";
 import { FIELDS, Legend } from "../mesh/colours.js";
 import { MeshView } from "../mesh/mesh_view.js";
 import { Skin } from "../mesh/skin.js";
-import { frameAt } from "../recording/between.js";
+import { frameAt, placeOf } from "../recording/between.js";
 import { TimeBar } from "./time_bar.js";
 import { ViewSettings, cameraButtons } from "./view_settings.js";
 
@@ -24,8 +24,11 @@ export class Stage {
   settings;
   time;
 
-  /** `thresholds` of stress [Pa]; `onFrame(frame)` after another one is shown, `onSettings()` after another field is. */
-  constructor(name, recording, thresholds, { onFrame = () => {}, onSettings = () => {} } = {}) {
+  /**
+   * Begins at the instant `at` [s], or the nearest of which there is a frame. `thresholds` of stress [Pa]; `onFrame(frame)` after another
+   * one is shown, `onSettings()` after another field is.
+   */
+  constructor(name, recording, at, thresholds, { onFrame = () => {}, onSettings = () => {} } = {}) {
     this.#name = name;
     this.#recording = recording;
     this.onFrame = onFrame;
@@ -34,7 +37,8 @@ export class Stage {
     this.#view = new MeshView(`Mesh of ${name}, coloured`);
     this.#setBodies();
     this.#view.probe = (at) => this.#words(at);
-    this.time = new TimeBar(recording.frames.map((f) => f.time), recording.endTime, () => this.#showFrame());
+    const { times, frames } = recording;
+    this.time = new TimeBar(times, recording.endTime, () => this.#showFrame(), times.indexOf(frames[recording.frameNear(at)].time));
     const picture = button("PNG", async () => saveFile(`${name}.png`, await this.#view.picture()), { "aria-label": "Picture of the mesh as PNG" });
     this.#view.corner.append(...cameraButtons((isWhole) => this.#look(isWhole)), picture);
     this.element = html(
@@ -50,15 +54,15 @@ export class Stage {
     this.#settingsChanged();
   }
 
-  /** Takes the frames that have come since. */
+  /** Shows the frame that is waited for, if it has come. */
   grow() {
-    this.time.setTimes(this.#recording.frames.map((f) => f.time));
+    if (this.time.isWaiting) this.#showFrame();
   }
 
-  /** Takes the whole recording, and goes to the instant `worst` [s], or to the end where that is not known. */
+  /** Takes the whole recording; where nobody has moved the slider, goes to the instant `worst` [s], or to the end if that is not known. */
   finish(worst) {
     const { stride, frames } = this.#recording;
-    this.grow();
+    this.time.setTimes(this.#recording.times);
     this.settings.refresh();
     // A body that was not in the first frame makes the picture anew.
     if (this.#recording.drawn.size !== this.#count) this.#setBodies();
@@ -66,6 +70,7 @@ export class Stage {
     this.#settingsChanged();
     this.#note.hidden = stride === 1;
     this.#note.textContent = `The recording is long: one field time in ${stride} is shown.`;
+    if (this.time.isMoved) return;
     this.time.go(worst == null ? frames.length - 1 : this.#recording.frameNear(worst));
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.time.play();
   }
@@ -96,7 +101,10 @@ export class Stage {
 
   #showFrame() {
     const { settings } = this;
-    const frame = frameAt(this.#recording, this.time.place, (name) => settings.stretchOf(name));
+    const { time } = this.time;
+    this.time.isWaiting = !this.#recording.has(time);
+    if (this.time.isWaiting) return;
+    const frame = frameAt(this.#recording, placeOf(this.#recording, time), (name) => settings.stretchOf(name));
     this.#view.show(frame, (name, state) => settings.valuesOf(name, state), settings.cut);
     this.onFrame(frame);
   }

@@ -15,23 +15,30 @@ export class TimeBar {
   #output = html("output", { class: "time-output" });
   #play = button("▶ Play", () => this.toggle(), { class: "primary play", "aria-pressed": "false" });
   #timer = null;
+  #isWaiting = false;
   /** The place between frames: 2.25 is a quarter of the way from the third to the fourth. */
   place = 0;
 
-  /** `times` [s] of the frames; `onChange(place)`. */
-  constructor(times, end, onChange) {
+  /** Whether the reader has chosen a time. */
+  isMoved = false;
+
+  /** `times` [s] of the frames, of which the one at `place` is shown; `onChange(place)`. */
+  constructor(times, end, onChange, place = 0) {
     this.#unit = timeUnit(end);
     this.#onChange = onChange;
     this.#slider = html("input", {
       type: "range", min: 0, step: "any", value: 0, "aria-label": "Simulated time",
-      oninput: () => (this.stop(), this.go(Number(this.#slider.value))), onkeydown: (event) => this.#key(event),
+      oninput: () => this.#choose(Number(this.#slider.value)), onkeydown: (event) => this.#key(event),
     });
     this.setTimes(times);
+    this.place = place;
+    this.#reportTime();
     this.element = html("div", { class: "time-bar" }, this.#play, this.#slider, this.#output);
   }
 
-  /** Takes the times of frames that have come; the shown time stays. */
+  /** Takes the times of the frames that there are; the shown time stays. */
   setTimes(times) {
+    if (times.length === this.#times?.length) return;
     const shown = this.#times?.[this.index];
     this.#times = times;
     this.#slider.max = Math.max(times.length - 1, 0);
@@ -58,20 +65,37 @@ export class TimeBar {
     this.#onChange(this.place);
   }
 
+  /** A time that the reader chooses. */
+  #choose(place) {
+    this.isMoved = true;
+    this.stop();
+    this.go(place);
+  }
+
+  /** Whether the picture of the time that is said is still on its way. */
+  get isWaiting() {
+    return this.#isWaiting;
+  }
+
+  set isWaiting(isWaiting) {
+    if (isWaiting === this.#isWaiting) return;
+    this.#isWaiting = isWaiting;
+    this.#reportTime();
+  }
+
   /** Says the time, in words and by the slider. */
   #reportTime() {
     this.#slider.value = this.place;
     const { factor, name } = this.#unit;
-    const words = withUnit(this.time * factor, name);
+    const words = withUnit(this.time * factor, name) + (this.isWaiting ? " · reading" : "");
     this.#output.textContent = words;
     this.#slider.setAttribute("aria-valuetext", words);
   }
 
   /** Goes to a time [s], to the nearest that there is. */
   goToTime(time) {
-    this.stop();
     const away = this.#times.map((t) => Math.abs(t - time));
-    this.go(away.indexOf(Math.min(...away)));
+    this.#choose(away.indexOf(Math.min(...away)));
   }
 
   #key(event) {
@@ -80,11 +104,11 @@ export class TimeBar {
     const goal = { ArrowLeft: before, ArrowDown: before, ArrowRight: after, ArrowUp: after, PageDown: before + 1 - PAGE, PageUp: after - 1 + PAGE, Home: 0, End: last }[event.key];
     if (goal == null) return;
     event.preventDefault();
-    this.stop();
-    this.go(goal);
+    this.#choose(goal);
   }
 
   toggle() {
+    this.isMoved = true;
     if (this.#timer) this.stop();
     else this.play();
   }

@@ -1,25 +1,24 @@
-// A recording, read through its index: first the frame that is shown first, then everything from the beginning to the end.
+// A recording, read through its index: first the frame that is shown first, then everything from the beginning to the end, and before
+// the rest of it what is asked for.
 
 import { McapIndexedReader } from "../vendor/mcap/McapIndexedReader.js";
 import { boneOf } from "../mesh/bone.js";
-import { Cells } from "../mesh/cells.js";
 import { decompress } from "../vendor/fzstd/index.mjs";
 import { HttpRange } from "./http_range.js";
+import { cellsOf, contactsOf, norms, unpacked } from "./messages.js";
 import { decoderOf } from "./protobuf.js";
 import { Series } from "./series.js";
 
-/** Frames that are kept in memory may take so much [bytes]; of longer recordings every second one is shown, or fewer. */
+/** Frames in memory may take so much [bytes]; of longer recordings every second one is read, or fewer. */
 const FRAME_BUDGET = 512 << 20;
-
-const ARRAYS = { f32: Float32Array, f64: Float64Array, u32: Uint32Array, u8: Uint8Array };
-
-/** A `PackedArray` as a typed array of its own: views would keep whole chunks in memory. */
-function unpacked(packed) {
-  return new ARRAYS[packed.dtype](packed.data.slice().buffer);
-}
+/** While it reads, the page answers after so long [ms]. */
+const PAUSE_AFTER = 30;
 
 /** Log times of the messages of one step follow each other by nanoseconds, fewer than this. */
 const NANOSECONDS_OF_STEP = 100_000n;
+
+/** A time [s] as messages carry it [ns]: 0 before the start. */
+const nanoseconds = (time) => BigInt(Math.round(Math.max(time, 0) * 1e9));
 
 /** Decompresses a chunk. fzstd compares its output buffer with 1, for which JavaScript would write all of it out as text. */
 function unzstd(data, size) {
@@ -28,11 +27,6 @@ function unzstd(data, size) {
 
 /** What is said of recordings whose positions are elsewhere. */
 const TOO_OLD = "An earlier version of Contuse made this recording: its fields have no displacements. Run its scene again to see them.";
-
-/** The elements of a reference mesh: hexahedra alone, or cells with their types. */
-function cellsOf(message) {
-  return message.cell_types ? new Cells(unpacked(message.cell_nodes), unpacked(message.cell_types)) : new Cells(unpacked(message.hexes));
-}
 
 /** Waits until the browser has shown what was drawn; a hidden page shows nothing. */
 function pictureShown() {
@@ -51,7 +45,7 @@ export class Recording {
   /** States at the field times: `time` [s], `bodies` by name ({positions, fields, eroded} or {pose}), `contacts` by pair. */
   frames = [];
   series = new Series();
-  /** Every how many field times a frame is kept. */
+  /** Every how many field times there is a frame. */
   stride = 1;
 
   /** The scene document, and what of it stands still without a mesh of its own, by name. */
@@ -75,17 +69,20 @@ export class Recording {
     const bone = boneOf(recording.scene);
     if (bone) recording.scenery.set(bone.name, bone);
     recording.#channels = recording.#channelsOf(reader);
+    recording.#times = new Map(recording.#fieldTimes().map((time) => [nanoseconds(time), time]));
     for await (const message of recording.#messages(["reference"])) recording.#take(message);
     return recording;
   }
 
   /**
    * Reads all of it. Of its frames the one nearest to the time `first` [s] is fetched before the others: as soon as it is there
-   * `onFirst()` is called, then, while the others come, `onProgress(fraction)`.
+   * `onFirst()` is called, then, while the others come, `onProgress(fraction)`. Frames that `has` is asked for come next.
    */
   async read({ first = 0, onProgress = () => {}, onFirst = () => {} } = {}) {
-    await this.#readFirst(first);
+    const [nearest] = this.times.sort((a, b) => Math.abs(a - first) - Math.abs(b - first));
+    if (nearest != null) await this.#readAlone(nearest);
     if (this.frames.length) {
+      this.#fitIntoMemory();
       await onFirst();
       await pictureShown();
     }
@@ -127,14 +124,39 @@ export class Recording {
     return this.#reader.readMessages({ topics: wanted.map(([, { topic }]) => topic), startTime, endTime });
   }
 
-  /** Reads the fields, contacts and poses of the frame nearest to a time. */
-  async #readFirst(time) {
-    const times = JSON.parse(this.run.field_times_s ?? "[]").filter((t) => t <= Number(this.ending.time_s ?? Infinity));
-    const [nearest] = times.sort((a, b) => Math.abs(a - time) - Math.abs(b - time));
-    if (nearest == null) return;
-    const startTime = BigInt(Math.max(0, Math.floor(nearest * Number(this.run.time_factor) * 1e9) - 1));
+  /** The times of the frames, read or not [s]. */
+  get times() {
+    return [...this.#times.values()];
+  }
+
+  /** Whether the frames around a time [s] are there; those that are not are read next. */
+  has(time) {
+    const { times } = this;
+    const around = times.filter((t, i) => t === time || (t < time && times[i + 1] > time) || (t > time && times[i - 1] < time));
+    this.#wanted = around.filter((t) => !this.frames.some((frame) => frame.time === t && frame.isWhole));
+    return !this.#wanted.length;
+  }
+
+  /** The field times up to where the recording goes, and where the run ended [s]; none if nothing is recorded in space. */
+  #fieldTimes() {
+    if (![...this.#channels.values()].some(({ kind }) => kind === "stress" || kind === "mesh")) return [];
+    const last = this.#reader.chunkIndexes.reduce((most, { messageEndTime }) => (messageEndTime > most ? messageEndTime : most), 0n);
+    const end = this.ending.time_s == null ? [] : [Number(this.ending.time_s)];
+    const times = JSON.parse(this.run.field_times_s).filter((time) => this.#logTime(time) <= last && !(time >= end[0]));
+    return [...times, ...end];
+  }
+
+  /** A log time just before the messages of a simulated time [s]. */
+  #logTime(time) {
+    return BigInt(Math.max(0, Math.floor(time * Number(this.run.time_factor) * 1e9) - 1));
+  }
+
+  /** Reads the fields, contacts and poses of one field time. */
+  async #readAlone(time) {
+    const startTime = this.#logTime(time);
     const range = { startTime, endTime: startTime + NANOSECONDS_OF_STEP };
     for await (const message of this.#messages(["contact", "pose", "mesh", "stress"], range)) this.#take(message, { isAlone: true });
+    this.#endFrame(nanoseconds(time));
   }
 
   async #readAll(onProgress) {
@@ -142,22 +164,29 @@ export class Recording {
     const count = [...this.#channels.keys()].reduce((sum, id) => sum + Number(counts.get(id) ?? 0n), 0);
     const kinds = new Set([...this.#channels.values()].map(({ kind }) => kind));
     kinds.delete("reference");
-    let seen = 0;
+    let [seen, at, paused] = [0, null, performance.now()];
     for await (const message of this.#messages([...kinds])) {
+      if (message.publishTime !== at) this.#endFrame(at);
+      at = message.publishTime;
       this.#take(message);
-      if (++seen % 200 === 0) {
+      seen += 1;
+      if (performance.now() - paused > PAUSE_AFTER) {
+        for (const time of this.#wanted.splice(0)) await this.#readAlone(time);
         onProgress(count ? Math.min(seen / count, 1) : 0);
-        // The page goes on answering.
         await new Promise((resolve) => setTimeout(resolve));
+        paused = performance.now();
       }
     }
-    this.frames = this.frames.filter((frame, i) => i % this.stride === 0 || i === this.frames.length - 1);
+    this.#endFrame(at);
+    this.#times = new Map(this.frames.map((frame) => [frame.at, frame.time]));
     onProgress(1);
   }
 
   /** Takes in one message; one that `isAlone` is no part of the curves. */
   #take({ channelId, data, publishTime: at }, { isAlone = false } = {}) {
     const { kind, name, decode } = this.#channels.get(channelId);
+    const isOfFrame = kind === "stress" || kind === "mesh";
+    if (isOfFrame && (!this.#times.has(at) || this.#frameAt(at).isWhole)) return;
     const message = decode(data);
     if (kind === "energy") this.series.takeEnergy(message);
     else if (kind === "contact") {
@@ -173,13 +202,15 @@ export class Recording {
   #source;
   #reader;
   #channels;
+  /** Simulated times of the frames [s], by those of their messages [ns]. */
+  #times;
+  #wanted = [];
   /** Names of bodies by their part of the topic. */
   #names = new Map();
   #latestContacts = null;
   #latestPoses = new Map();
   /** Elements that are gone (1) or not (0), by part of the topic; the same array as long as none are added. */
   #eroded = new Map();
-  #bytesOfFrames = 0;
 
   #takeReference(topicName, message) {
     const V = xyz(message.flight_velocity_m_per_s);
@@ -198,22 +229,29 @@ export class Recording {
   }
 
   /** The frame of this moment, made when it is the first message of it; frames are in the order of time. */
-  #frameAt(at, time) {
+  #frameAt(at) {
     const next = this.frames.findLastIndex((frame) => frame.at < at) + 1;
     if (this.frames[next]?.at === at) return this.frames[next];
-    const frame = { at, time, bodies: new Map(), contacts: null };
+    const frame = { at, time: this.#times.get(at), bodies: new Map(), contacts: null, isWhole: false };
     if (this.#latestContacts?.at === at) frame.contacts = contactsOf(this.#latestContacts.message);
     this.frames.splice(next, 0, frame);
-    this.#keepWithinBudget();
     return frame;
   }
 
-  /** Lets the fields of frames between the kept ones go. */
-  #keepWithinBudget() {
-    if (this.#bytesOfFrames < FRAME_BUDGET) return;
-    this.stride *= 2;
-    this.frames = this.frames.filter((_, i) => i % 2 === 0);
-    this.#bytesOfFrames /= 2;
+  /** All of the frame of this moment, if there is one, has been taken in. */
+  #endFrame(at) {
+    const frame = this.frames.find((one) => one.at === at);
+    if (frame) frame.isWhole = true;
+  }
+
+  /** Leaves frames out, if all would be too large; each is as large as the first that was read. */
+  #fitIntoMemory() {
+    const [{ at, bodies }] = this.frames;
+    const sizes = [...bodies.values()].flatMap(({ positions, fields }) => [positions, ...Object.values(fields ?? {})]);
+    const size = sizes.reduce((sum, array) => sum + (array?.byteLength ?? 0), 0);
+    this.stride = Math.max(1, Math.ceil((size * this.#times.size) / FRAME_BUDGET));
+    const last = this.#times.size - 1;
+    this.#times = new Map([...this.#times].filter(([key], i) => i % this.stride === 0 || i === last || key === at));
   }
 
   #takeFields(topicName, { nodal, element, time_s }, at) {
@@ -223,8 +261,7 @@ export class Recording {
     if (!u) throw new Error(TOO_OLD);
     const positions = u.map((value, i) => X[i] + V[i % 3] * Math.max(time_s, 0) + value);
     const fields = Object.fromEntries(nodal.map((array) => [array.name, array.components === 3 ? norms(arrays.get(array.name)) : arrays.get(array.name)]));
-    this.#frameAt(at, time_s).bodies.set(name, { positions, fields, eroded: this.#erodedOf(topicName, element) });
-    this.#bytesOfFrames += (positions.length / 3) * 4 * (3 + nodal.length);
+    this.#frameAt(at).bodies.set(name, { positions, fields, eroded: this.#erodedOf(topicName, element) });
   }
 
   #erodedOf(topicName, element) {
@@ -244,7 +281,7 @@ export class Recording {
       this.bodies.set(entity.id, { name: entity.id, role, surface: { points, triangles: Uint32Array.from(mesh.indices) } });
     }
     const { position, orientation: q } = mesh.pose;
-    this.#frameAt(at, Number(at) * 1e-9).bodies.set(entity.id, {
+    this.#frameAt(at).bodies.set(entity.id, {
       pose: { position: xyz(position), orientation: [q.x, q.y, q.z, q.w] },
     });
   }
@@ -273,21 +310,4 @@ export class Recording {
     });
     return best;
   }
-}
-
-/** Norms of vectors. */
-function norms(vectors) {
-  return Float32Array.from({ length: vectors.length / 3 }, (_, i) => Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
-}
-
-/** Contacts of a message by pair, as arrays by name. */
-function contactsOf(message) {
-  return message.pairs.map((pair) => ({
-    pair: pair.pair,
-    slave: pair.slave_body,
-    area: pair.patch_area_m2,
-    axes: [pair.patch_long_axis_m, pair.patch_short_axis_m],
-    force: pair.force_norm_n,
-    ...Object.fromEntries(pair.contacts.map((array) => [array.name, unpacked(array)])),
-  }));
 }

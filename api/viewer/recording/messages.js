@@ -1,0 +1,32 @@
+// What messages of a recording carry, as arrays.
+
+import { Cells } from "../mesh/cells.js";
+
+const ARRAYS = { f32: Float32Array, f64: Float64Array, u32: Uint32Array, u8: Uint8Array };
+
+/** A `PackedArray` as a typed array of its own: views would keep whole chunks in memory. */
+export function unpacked(packed) {
+  return new ARRAYS[packed.dtype](packed.data.slice().buffer);
+}
+
+/** The elements of a reference mesh: hexahedra alone, or cells with their types. */
+export function cellsOf(message) {
+  return message.cell_types ? new Cells(unpacked(message.cell_nodes), unpacked(message.cell_types)) : new Cells(unpacked(message.hexes));
+}
+
+/** Norms of vectors. */
+export function norms(vectors) {
+  return Float32Array.from({ length: vectors.length / 3 }, (_, i) => Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
+}
+
+/** Contacts of a message by pair, as arrays by name. */
+export function contactsOf(message) {
+  return message.pairs.map((pair) => ({
+    pair: pair.pair,
+    slave: pair.slave_body,
+    area: pair.patch_area_m2,
+    axes: [pair.patch_long_axis_m, pair.patch_short_axis_m],
+    force: pair.force_norm_n,
+    ...Object.fromEntries(pair.contacts.map((array) => [array.name, unpacked(array)])),
+  }));
+}
