@@ -5,7 +5,7 @@ import { html } from "../dom.js";
 import { BodyMesh } from "./body_mesh.js";
 import { Cameras } from "./camera.js";
 import { lookupTable } from "./colours.js";
-import { MOST_LEVELS, NO_CUT, sharedUniforms } from "./materials.js";
+import { NO_CUT, fourLevels, sharedUniforms } from "./materials.js";
 import { Overlay } from "./overlay.js";
 
 const BACKGROUND = 0xf4f6f8;
@@ -99,7 +99,7 @@ export class MeshView {
     this.#shared.map.value.needsUpdate = true;
     this.#shared.range.value.fromArray(range);
     this.#shared.isLog.value = isLog ? 1 : 0;
-    this.#shared.levels.value = Array.from({ length: MOST_LEVELS }, (_, i) => levels[i] ?? 0);
+    this.#shared.levels.value = fourLevels(levels);
     this.draw();
   }
 
