@@ -19,7 +19,7 @@ import { stateBadge } from "./list_page.js";
 import { ProgressPanel } from "./progress.js";
 import { studyResults } from "./study_results.js";
 
-/** The picture and the plots, which are much to load: meanwhile numbers are shown and the recording is opened. */
+/** The picture, which is much to load: meanwhile numbers are shown and the recording is opened. */
 const loadPanel = () => import("../picture/run_panel.js");
 
 const FINAL = ["succeeded", "failed", "cancelled"];
@@ -105,7 +105,7 @@ class JobPage {
     this.#panel = new RunPanel(this.job.name, recording, recording.latestSummary);
     this.#look.replaceChildren(html("p", { class: "quiet" }, "A look at the recording so far; the job goes on."), this.#panel.stage, this.#panel.element);
     this.#body.append(this.#look);
-    this.#panel.finish();
+    await this.#panel.finish();
   }
 
   #look = html("div");
@@ -190,7 +190,7 @@ class JobPage {
     this.#panel ??= new RunPanel(job.name, recording, summary);
     picture.replaceChildren(this.#panel.stage);
     rest.replaceChildren(this.#panel.element, this.#downloads(recording));
-    this.#panel.finish();
+    await this.#panel.finish();
     return recording;
   }
 

@@ -4,9 +4,12 @@
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// The modules that the page of a result begins with, and those that it loads when its numbers are there: larger, and less urgent.
-const ENTRIES: [(&[&str], &str); 2] =
-    [(&["app.js", "pages/job_page.js"], ""), (&["picture/run_panel.js"], " fetchpriority=\"low\"")];
+/// The modules that the page of a result begins with, and those that it loads when its numbers are there, larger and less urgent: the
+/// picture, then the plots.
+const ENTRIES: [(&[&str], &str); 2] = [
+    (&["app.js", "pages/job_page.js"], ""),
+    (&["picture/run_panel.js", "plots/plots_of_run.js"], " fetchpriority=\"low\""),
+];
 
 /// The page with the links; `source` gives the text of a module by its path in the folder of the viewer.
 pub fn with_preloads(page: &str, source: impl Fn(&str) -> Option<String>) -> String {
