@@ -214,7 +214,7 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Impact) -> Draw
     let label = |text: String, at: (f64, f64)| Text::new(text, at, (FONT, 16).into_font());
     chart.draw_series([
         label(format!("{scale} mm"), (left, low + 0.12 * half_y)),
-        label(format!("{long:.1} mm × {short:.1} mm, {surface:.0} mm²"), (left, 0.94 * half_y)),
+        label(format!("{surface:.0} mm², spread over {long:.1} mm × {short:.1} mm"), (left, 0.94 * half_y)),
         label("ellipse of the same second moments, at the peak force".into(), (left, 0.80 * half_y)),
     ])?;
     Ok(())

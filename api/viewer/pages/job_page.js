@@ -224,11 +224,11 @@ class JobPage {
   }
 }
 
-/** The bone {depth_mm} below the place of the impact; of no known depth where held surfaces may stand for it; null where nothing does. */
+/** The bone {depth_mm} below the place of the impact; of no known depth where it is a held surface by its name; null where nothing is. */
 function boneIn(recording) {
   const [bone, line] = [recording.scenery.get("bone"), impactLine(recording)];
   const tissue = recording.scene?.bodies?.find(({ name }) => name === recording.tissue?.name);
-  if (!bone) return tissue?.fixed?.length ? { depth_mm: null } : null;
+  if (!bone) return tissue?.fixed?.some(({ set }) => /bone/i.test(set)) ? { depth_mm: null } : null;
   if (!line) return null;
   const away = Array.from({ length: bone.X.length / 3 }, (_, i) => Math.hypot(...line.centre.map((c, k) => bone.X[3 * i + k] - c)));
   return { depth_mm: 1e3 * Math.min(...away) };

@@ -67,7 +67,7 @@ function sentence(part, tissue) {
 
 /** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the surface, if it is drawn. */
 function onBone(tissue, { depth_mm }) {
-  if (depth_mm == null) return "not a separate solid in this model; fixed surfaces may represent it.";
+  if (depth_mm == null) return "a fixed surface in this model, not a solid of its own.";
   const words = `rigid in this model, ${number(depth_mm, 2)} mm deep`;
   const lowest = tissue.significant_stress[0];
   const to = Math.max(0, ...(lowest?.layers ?? []).map((layer) => layer.depth_mm?.[1] ?? 0));
