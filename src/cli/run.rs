@@ -239,6 +239,10 @@ fn progress_bar(args: &RunArgs) -> ProgressBar {
 
 #[allow(clippy::cast_sign_loss)] // a fraction is never negative
 fn show(bar: &ProgressBar, progress: &Progress) {
+    // Runs for the error bars, which come first, say nothing about the pace of the run itself.
+    if progress.progress <= 0.0 {
+        bar.reset_eta();
+    }
     bar.set_position((progress.progress * BAR_LENGTH as f64) as u64);
     bar.set_message(match progress.phase {
         Phase::Waiting | Phase::Loading => LOADING.to_owned(),

@@ -147,9 +147,12 @@ class SubmitPage {
     const name = this.#document?.name ? `${this.#document.name}: ` : "";
     const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, ${bytes(plan.memory_bytes)}`;
     this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
-    const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–"]);
+    // Generated meshes have no badly shaped elements.
+    const hasShapes = answer.bodies.some((body) => body.min_scaled_jacobian);
+    const shapeOf = (body) => (body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–");
+    const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), ...(hasShapes ? [shapeOf(body)] : [])]);
     this.#preview.replaceChildren(
-      table("Bodies", ["body", "elements", "mass [g]", "smallest scaled Jacobian"], bodies),
+      table("Bodies", ["body", "elements", "mass [g]", ...(hasShapes ? ["smallest scaled Jacobian"] : [])], bodies),
       html("details", {}, html("summary", {}, "What the scene does not need"), html("p", { class: "quiet" }, plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }

@@ -34,7 +34,7 @@ class WhatIfPage {
   #isSampled = false;
   #proposal = new WhatIfProposal();
   #ask = button("What if?", () => this.#addCase(), { class: "primary" });
-  #state = html("p", { class: "quiet", "aria-live": "polite" });
+  #state = html("p", { class: "quiet", "aria-live": "polite" }, "Each case is a row, when it is computed.");
   #answers = html("div");
 
   /** `threshold` [Pa] is what depths of stress are above; null until it is known. */

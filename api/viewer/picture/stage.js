@@ -59,7 +59,7 @@ export class Stage {
     if (this.time.isWaiting) this.#showFrame();
   }
 
-  /** Takes the whole recording; where nobody has moved the slider, goes to the instant `worst` [s], or to the end if that is not known. */
+  /** Takes the whole recording; where the slider has not been moved, goes to the instant `worst` [s], or to the end if that is not known. */
   finish(worst) {
     const { stride, frames } = this.#recording;
     this.time.setTimes(this.#recording.times);

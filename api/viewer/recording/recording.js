@@ -244,7 +244,7 @@ export class Recording {
     if (frame) frame.isWhole = true;
   }
 
-  /** Leaves frames out, if all would be too large; each is as large as the first that was read. */
+  /** Omits frames, if all would be too large; each is as large as the first that was read. */
   #fitIntoMemory() {
     const [{ at, bodies }] = this.frames;
     const sizes = [...bodies.values()].flatMap(({ positions, fields }) => [positions, ...Object.values(fields ?? {})]);

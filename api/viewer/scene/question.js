@@ -10,11 +10,11 @@ const FIELD_TIMES = 24;
 
 /** What can be asked: {key on the wire, words, unit, factor, of(threshold in words)}. */
 export const NUMBERS = [
-  { id: "muscle", key: "stress_depth_mm", layer: "muscle", words: (t) => `At which speed does the muscle see stress above ${t} kPa?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the muscle`, unit: "mm" },
-  { id: "fat", key: "stress_depth_mm", layer: "fat", words: (t) => `At which speed does the fat see stress above ${t} kPa?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the fat`, unit: "mm" },
+  { id: "muscle", key: "stress_depth_mm", layer: "muscle", words: (t) => `At which speed ${t} kPa in the muscle?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the muscle`, unit: "mm" },
+  { id: "fat", key: "stress_depth_mm", layer: "fat", words: (t) => `At which speed ${t} kPa in the fat?`, axis: (t) => `depth of stress above ${t} kPa, below the top of the fat`, unit: "mm" },
   { id: "depth", key: "stress_depth_mm", words: (t) => `How deep does stress above ${t} kPa go?`, axis: (t) => `depth of stress above ${t} kPa, below the skin`, unit: "mm" },
   { id: "force", key: "peak_force_n", words: () => "How large is the force?", axis: () => "peak force", unit: "N" },
-  { id: "energy", key: "energy_given_j", words: () => "How much energy does the impact give to the tissue?", axis: () => "energy given to the tissue", unit: "J" },
+  { id: "energy", key: "energy_given_j", words: () => "How much energy goes into the tissue?", axis: () => "energy given to the tissue", unit: "J" },
 ];
 
 /** Thickness of the fat of a person [m], to a tenth of a millimetre. */

@@ -334,12 +334,15 @@ struct Reporter<'a> {
     worker: &'a Worker,
     job: &'a ClaimedJob,
     started: Instant,
+    /// When the run that the progress is of began: those for its error bars come before it.
+    run_began: Instant,
     last: Option<(Instant, Phase)>,
 }
 
 impl<'a> Reporter<'a> {
     fn new(worker: &'a Worker, job: &'a ClaimedJob) -> Self {
-        Self { worker, job, started: Instant::now(), last: None }
+        let now = Instant::now();
+        Self { worker, job, started: now, run_began: now, last: None }
     }
 
     fn report(&mut self, mut progress: Progress) {
@@ -350,7 +353,10 @@ impl<'a> Reporter<'a> {
             return;
         }
         self.last = Some((Instant::now(), progress.phase));
-        progress.eta_s = eta_s(elapsed, progress.progress);
+        if progress.progress <= 0.0 {
+            self.run_began = Instant::now();
+        }
+        progress.eta_s = eta_s(self.run_began.elapsed(), progress.progress);
         let queue = &self.worker.queue;
         let written = self.worker.runtime.block_on(queue.store.record_progress(
             self.job.seq,
