@@ -142,6 +142,30 @@ fn what_a_quarter_remembers() {
 }
 
 #[test]
+fn a_quarter_in_implicit_steps() {
+    let mut scene = ball_on_block([0.0, 0.0, -30.0]);
+    scene["integrator"] = json!({"kind": "implicit", "step_s": 2e-6});
+    assert_same(&scene, 4, NEAR);
+}
+
+#[test]
+fn half_of_two_flat_blocks_in_implicit_steps() {
+    let block = |name: &str, low: f64, velocity: [f64; 3], fixed: Value| {
+        json!({"name": name, "velocity_m_per_s": velocity, "fixed": fixed,
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, low], "max_m": [0.008, 0.008, low + 0.004], "elements": [4, 4, 2]}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1000, "material": {"law": "neo_hookean", "c10_pa": 2e5, "bulk_modulus_pa": 1e7}}]})
+    };
+    let bodies = [
+        block("lower", 0.0, [0.0; 3], json!([{"set": "z_min"}])),
+        block("upper", 0.004, [0.1, 0.0, -1.0], json!([])),
+    ];
+    let scene = json!({"name": "flat", "end_time_s": 5e-5, "bodies": bodies, "contact": {"friction": 0.3},
+        "integrator": {"kind": "implicit", "step_s": 1e-5}, "record": {"fields": [], "field_times_s": []}});
+    // As far as Newton's iteration and the contact solver converge.
+    assert_same(&scene, 2, [1e-4, 1e-4, 1e-5, 1e-3]);
+}
+
+#[test]
 fn half_of_an_oblique_impact() {
     assert_same(&ball_on_block([12.0, 0.0, -30.0]), 2, NEAR);
 }
@@ -220,6 +244,5 @@ fn what_differs_on_both_sides_is_computed_in_whole() {
     assert_eq!(with(&|scene| scene["bodies"][0]["placement"] = json!({"translation_m": [1e-4, 0, 0]})), 1);
     // What the images do not derive.
     assert_eq!(with(&|scene| scene["bodies"][1]["parts"][0]["erosion"] = json!({"stretch": 3.0})), 0);
-    assert_eq!(with(&|scene| scene["integrator"] = json!({"kind": "implicit", "step_s": 1e-6})), 0);
     assert_eq!(with(&|scene| scene["contact"]["discretisation"] = json!("mortar")), 0);
 }

@@ -45,7 +45,7 @@ fn is_comparable(document: &SceneDocument) -> bool {
     let is_plain = |body: &BodyDocument| {
         body.initial_deformation.is_none() && body.prescribed.is_empty() && body.face_loads.is_empty()
     };
-    matches!(document.integrator, IntegratorDocument::Explicit { .. })
+    matches!(document.integrator, IntegratorDocument::Explicit { .. } | IntegratorDocument::Implicit { .. })
         && document.preload.is_none()
         && document.dynamic_relaxation.is_none()
         && document.solver.contact.is_none()
