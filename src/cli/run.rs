@@ -6,7 +6,7 @@ use super::{CliError, Exit};
 use crate::measure::summary::Shown;
 use crate::measure::{Sink, Summary, render_table};
 use crate::record::{ContactProblemRecorder, RecordingInfo, partial_path};
-use crate::scene::document::{ErrorBarsDocument, SceneDocument};
+use crate::scene::document::{ErrorBarsDocument, Keep, SceneDocument};
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
 use crate::study::error::Row;
@@ -83,6 +83,10 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     bar.reset_eta();
     loaded.scene.restore(&args.keep.keep);
+    if args.save_contact_problems.is_some() {
+        // They are those of the whole.
+        loaded.scene.restore(&[Keep::MirrorImages]);
+    }
     ask(args, &mut loaded.scene.document);
     let paths = match &args.output[..] {
         [] => vec![default_output(&loaded.scene.document.name)],

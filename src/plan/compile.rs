@@ -32,12 +32,12 @@ use std::sync::Arc;
 /// # Errors
 /// Inverted elements and massless nodes, which validation reports earlier and in full; invalid followers.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
+    let _span = tracing::debug_span!("compile").entered();
     with_sector(compile_whole(scene)?, scene)
 }
 
 /// As [`compile`], without looking for symmetry.
 pub(super) fn compile_whole(scene: &Scene) -> Result<Plan, CompileError> {
-    let _span = tracing::debug_span!("compile").entered();
     let document = &scene.document;
     let mut parts = Parts::default();
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {
@@ -134,7 +134,6 @@ fn complete(
         distant_pairs,
         name: document.name.clone(),
         sector: None,
-        mirrors: Vec::new(),
         measures: measures(scene, &parts.bodies),
         bodies: parts.bodies,
         X: parts.X,

@@ -15,7 +15,6 @@ use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::mirror::MirrorPlane;
 use crate::scene::document::FieldName;
 
 /// What stepping a scene requires. Nodes and elements are numbered consecutively over all bodies. A rigid body has two
@@ -86,8 +85,6 @@ pub struct Plan {
     pub report: PlanReport,
     /// What is computed instead, if the scene is symmetric.
     pub sector: Option<Box<Sector>>,
-    /// The planes of symmetry that the bodies end at, on their upper sides, if this is the plan of a sector.
-    pub mirrors: Vec<MirrorPlane>,
 }
 
 impl Plan {
@@ -201,7 +198,10 @@ impl Plan {
             let driven = of_axis.filter(|(_, p)| p.axis == axis && is_of(self.body_of_node(p.node)));
             let driven: Vec<usize> = driven.map(|(index, _)| index).collect();
             let nodes = self.bodies.iter().enumerate().filter(|(b, _)| is_of(*b));
-            let nodes = nodes.flat_map(|(_, body)| body.nodes.start as usize..body.nodes.end as usize);
+            // Of a rigid body the centre, not the spin.
+            let end =
+                |body: &PlanBody| if body.rigid.is_some() { body.nodes.start + 1 } else { body.nodes.end };
+            let nodes = nodes.flat_map(|(_, body)| body.nodes.start as usize..end(body) as usize);
             // Driven nodes are held nodes with a prescribed velocity.
             let without_mass = nodes.filter(|node| self.holds(*node, axis)).count();
             match (on_plane || without_mass > driven.len(), driven.is_empty()) {

@@ -38,8 +38,6 @@ pub enum FailureCause {
     FibreOverstretched,
     /// A number became infinite or not a number.
     NotFinite,
-    /// A body of a symmetric scene, of which a part is computed, meets its own mirror image.
-    MirrorImagesMeet,
     /// The wall-clock budget ran out.
     Deadline,
     /// The run took more steps, or recorded more, than its estimate allows.
@@ -185,9 +183,6 @@ impl FailureCause {
             }
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."
-            }
-            Self::MirrorImagesMeet => {
-                "Compute all of the scene: `solver.keep` with \"mirror_images\", or `--keep mirror_images`."
             }
             // Limits of time, memory and storage.
             Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",

@@ -166,6 +166,10 @@ pub trait Recorder {
     /// # Errors
     /// If the recorder cannot be written; the run then ends as failed.
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError>;
+    /// Whether it reads displacements and velocities of all nodes in every frame, and not at the look times alone.
+    fn reads_all_nodes(&self) -> bool {
+        false
+    }
     /// Called after the last step, however the run ended.
     ///
     /// # Errors

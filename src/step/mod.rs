@@ -18,7 +18,6 @@ mod integrator;
 mod interrupt;
 mod ledger;
 mod loads;
-mod mirrors;
 mod motion;
 mod phase;
 mod place;

@@ -5,11 +5,10 @@ use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, LOOKS, Outcome, Recorder, RecorderError};
 use super::integrator::{preloader, stepper};
 use super::interrupt::{Ask, Interrupt};
-use super::mirrors::Mirrors;
 use super::phase::Phase;
 use super::state::State;
 use super::stepper::Stepper;
-use super::unfold::run_sector;
+use super::unfold::Unfolding;
 use crate::mechanics::force::Threads;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{DynamicRelaxation, Integrator, Plan};
@@ -33,10 +32,10 @@ pub struct RunOptions<'a> {
 /// Runs a plan to its end, or to a diagnosed failure: of a symmetric scene the sector, of which recorders receive the whole. Recorders are
 /// started, fed and finished on every path.
 pub fn run(plan: &Plan, options: &RunOptions, recorders: &mut [&mut dyn Recorder]) -> (Outcome, State) {
-    match &plan.sector {
-        Some(sector) => run_sector(plan, sector, options, recorders),
-        None => run_from(plan, State::new(plan), options, recorders),
-    }
+    let Some(sector) = &plan.sector else { return run_from(plan, State::new(plan), options, recorders) };
+    let mut unfolding = Unfolding::new(plan, sector, recorders);
+    let (outcome, state) = run_from(&sector.plan, State::new(&sector.plan), options, &mut [&mut unfolding]);
+    unfolding.end(outcome, &state)
 }
 
 /// Runs all of a plan, starting from a state: a restart gives the same bits as an uninterrupted run.
@@ -115,7 +114,6 @@ fn drive(
         return interrupted(interrupt, plan, state);
     }
     let mut last_look = f64::NEG_INFINITY;
-    let mirrors = Mirrors::of(plan);
     loop {
         // Solve the step at t_n and check its energy balance.
         let interrupt = (options.interrupt)();
@@ -160,9 +158,6 @@ fn drive(
         }
         // A failed gate or an interruption ends the run after its frame is recorded.
         verdict?;
-        if is_look_time {
-            mirrors.check(state)?;
-        }
         if at_end {
             return Ok(Ending::Finished);
         }

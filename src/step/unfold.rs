@@ -1,40 +1,13 @@
-//! Runs of the sector of a symmetric scene, whose recorders receive frames of the whole.
+//! Frames of a symmetric scene from those of the sector that is computed.
 
 use super::energy::{BodyEnergy, BranchEnergy, Energy, PairLedger};
 use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
 use super::frame_copy::nodes_to_keep;
-use super::run::{RunOptions, run_from};
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, Sector};
-
-/// Runs the sector of a plan, and returns the outcome and the motion of the whole: its state restarts no run.
-pub(super) fn run_sector(
-    whole: &Plan,
-    sector: &Sector,
-    options: &RunOptions,
-    recorders: &mut [&mut dyn Recorder],
-) -> (Outcome, State) {
-    let mut unfolding = Unfolding::new(whole, sector, recorders);
-    let (outcome, state) = run_from(&sector.plan, State::new(&sector.plan), options, &mut [&mut unfolding]);
-    let unfolded = |values: &[Vec3]| {
-        let mut all = vec![Vec3::zeros(); whole.node_count()];
-        unfolding.signs.unfold(sector, values, &mut all);
-        all
-    };
-    let of_whole = State {
-        time: state.time,
-        step: state.step,
-        u: unfolded(&state.u),
-        v: unfolded(&state.v),
-        orientations: state.orientations.clone(),
-        last_step: state.last_step,
-        ..State::new(whole)
-    };
-    (with_element_of(whole, sector, outcome), of_whole)
-}
 
 /// An outcome that names the failed element by its number in the whole.
 fn with_element_of(whole: &Plan, sector: &Sector, mut outcome: Outcome) -> Outcome {
@@ -53,7 +26,11 @@ struct Signs(Vec<Vec3>);
 
 impl Signs {
     fn of(sector: &Sector) -> Self {
-        Self((0..sector.image_count()).map(|image| sector.reflected(Vec3::repeat(1.0), image)).collect())
+        Self(
+            (0..sector.images.count())
+                .map(|image| sector.images.reflected(Vec3::repeat(1.0), image))
+                .collect(),
+        )
     }
     /// The vector of a node of the whole.
     fn at(&self, sector: &Sector, values: &[Vec3], node: usize) -> Vec3 {
@@ -72,11 +49,13 @@ impl Signs {
 }
 
 /// Passes the frames of a sector on as frames of the whole.
-struct Unfolding<'a, 'r> {
+pub(super) struct Unfolding<'a, 'r> {
     whole: &'a Plan,
     sector: &'a Sector,
     recorders: &'a mut [&'r mut dyn Recorder],
     signs: Signs,
+    /// Whether a recorder reads the motion of all nodes in every frame.
+    reads_all: bool,
     /// Nodes whose displacement every frame has.
     kept: Vec<u32>,
     u: Vec<Vec3>,
@@ -92,14 +71,16 @@ struct Unfolding<'a, 'r> {
 }
 
 impl<'a, 'r> Unfolding<'a, 'r> {
-    fn new(whole: &'a Plan, sector: &'a Sector, recorders: &'a mut [&'r mut dyn Recorder]) -> Self {
+    pub fn new(whole: &'a Plan, sector: &'a Sector, recorders: &'a mut [&'r mut dyn Recorder]) -> Self {
         let nodes = vec![Vec3::zeros(); whole.node_count()];
-        let most = sector.plan.most_contacts() * sector.image_count();
+        let reads_all = recorders.iter().any(|recorder| recorder.reads_all_nodes());
+        let most = sector.plan.most_contacts() * sector.images.count();
         Self {
             whole,
             sector,
             recorders,
             signs: Signs::of(sector),
+            reads_all,
             kept: nodes_to_keep(whole).collect(),
             u: nodes.clone(),
             v: nodes.clone(),
@@ -112,10 +93,29 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         }
     }
 
+    /// Outcome and motion of the whole, given those of the sector; the state restarts no run.
+    pub fn end(&self, outcome: Outcome, of_sector: &State) -> (Outcome, State) {
+        let unfolded = |values: &[Vec3]| {
+            let mut all = vec![Vec3::zeros(); self.whole.node_count()];
+            self.signs.unfold(self.sector, values, &mut all);
+            all
+        };
+        let state = State {
+            time: of_sector.time,
+            step: of_sector.step,
+            u: unfolded(&of_sector.u),
+            v: unfolded(&of_sector.v),
+            orientations: of_sector.orientations.clone(),
+            last_step: of_sector.last_step,
+            ..State::new(self.whole)
+        };
+        (with_element_of(self.whole, self.sector, outcome), state)
+    }
+
     /// Displacements, and at look times velocities and history.
     fn unfold_motion(&mut self, frame: &Frame) {
-        let Self { sector, signs, kept, u, v, v_after, history, .. } = self;
-        if !frame.is_look_time {
+        let Self { sector, signs, kept, u, v, v_after, history, reads_all, .. } = self;
+        if !(frame.is_look_time || *reads_all) {
             for &node in kept.iter() {
                 u[node as usize] = signs.at(sector, frame.u, node as usize);
             }
@@ -124,7 +124,9 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         for (values, all) in [(frame.u, u), (frame.v, v), (frame.v_after, v_after)] {
             signs.unfold(sector, values, all);
         }
-        sector.unfold_history(frame.history, history);
+        if frame.is_look_time {
+            sector.unfold_history(frame.history, history);
+        }
     }
 
     /// Contacts of all images in the order of [`Contact::key`].
@@ -132,7 +134,7 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         let Self { sector, order, contacts, reactions, .. } = self;
         order.clear();
         for (number, contact) in (0_u32..).zip(frame.contacts) {
-            for image in 0..sector.image_count() {
+            for image in 0..sector.images.count() {
                 let slave = sector.image_of_node(contact.slave, image);
                 order.push(((contact.pair, slave), number, image as u8));
             }
@@ -150,7 +152,7 @@ impl<'a, 'r> Unfolding<'a, 'r> {
     /// Energies and momenta of all images together.
     fn unfold_energy(&mut self, frame: &Frame) {
         let Self { sector, signs, energy, .. } = self;
-        let count = sector.image_count() as f64;
+        let count = sector.images.count() as f64;
         energy.copy_from(frame.energy);
         energy.bodies.iter_mut().for_each(|body| *body = body_energy(body, signs, count));
         energy.branches.iter_mut().for_each(|branch| *branch = branch_energy(branch, count));
@@ -168,7 +170,7 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         let [own, about_origin] =
             [energy.momentum_kg_m_per_s, energy.angular_momentum_kg_m2_per_s].map(Vec3::from);
         let mut centre = Vec3::zeros();
-        sector.planes.iter().for_each(|plane| centre[plane.axis] = plane.at);
+        sector.images.0.iter().for_each(|plane| centre[plane.axis] = plane.at);
         let about_centre = about_origin - centre.cross(&own);
         let axial = |signs: &Vec3| (signs * signs.product()).component_mul(&about_centre);
         let momentum = signs.sum(own);
@@ -187,7 +189,8 @@ impl Recorder for Unfolding<'_, '_> {
         self.unfold_motion(frame);
         self.unfold_contacts(frame);
         self.unfold_energy(frame);
-        let at_look = |values: &'_ [Vec3]| if frame.is_look_time { values.len() } else { 0 };
+        let has_motion = frame.is_look_time || self.reads_all;
+        let at_look = |values: &'_ [Vec3]| if has_motion { values.len() } else { 0 };
         let of_whole = Frame {
             plan: self.whole,
             u: &self.u,
@@ -220,10 +223,10 @@ fn image_of(sector: &Sector, contact: &Contact, image: usize) -> Contact {
         slave: sector.image_of_node(contact.slave, image),
         face: u32::MAX,
         stencil: contact.stencil.renumbered(|node| sector.image_of_node(node, image)),
-        frame: contact.frame.map(|direction| sector.reflected(direction, image)),
+        frame: contact.frame.map(|direction| sector.images.reflected(direction, image)),
         gap: contact.gap,
-        point: sector.image_of_point(contact.point, image),
-        drift: sector.reflected(contact.drift, image),
+        point: sector.images.image_of_point(contact.point, image),
+        drift: sector.images.reflected(contact.drift, image),
         law: contact.law,
     }
 }

@@ -184,15 +184,19 @@ fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
 /// and shears otherwise than two, which is no sequence that converges.
 const FEWEST_ACROSS: f64 = 2.0;
 
-/// Numbers of elements times a factor; halves are rounded up. An even number across the middle of a body stays even, so that the mesh of a
+/// Largest change of a number of elements that makes it even, relative to the exact one [-].
+const EVEN: f64 = 0.125;
+
+/// Numbers of elements times a factor; halves are rounded up. An even number across the middle of a body stays even where there is one nearby, so that the mesh of a
 /// symmetric scene stays symmetric. `None` when nothing would change. Gradings stay: their size fields
 /// are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
 fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
     let across = generator.counts_across();
     let changed = |(elements, is_across): (u32, &bool), fewest: f64| {
         let own = f64::from(elements);
-        let unit = if *is_across && elements.is_multiple_of(2) { 2.0 } else { 1.0 };
-        ((own * factor / unit).round() * unit).max(own.min(fewest))
+        let (exact, even) = (own * factor, 2.0 * (0.5 * own * factor).round());
+        let stays_even = *is_across && elements.is_multiple_of(2) && (even - exact).abs() <= EVEN * exact;
+        (if stays_even { even } else { exact.round() }).max(own.min(fewest))
     };
     let counts: Vec<u32> = generator.counts_mut().into_iter().map(|count| *count).collect();
     let does_change = |fewest: &f64| {

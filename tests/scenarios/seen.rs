@@ -84,6 +84,10 @@ impl Seen {
 }
 
 impl Recorder for Seen {
+    fn reads_all_nodes(&self) -> bool {
+        true
+    }
+
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         let plan = frame.plan;
         let mut force = vec![Vec3::zeros(); frame.energy.pairs.len()];

@@ -78,7 +78,7 @@ fn assert_same(document: &Value, images: usize, near: [f64; 4]) {
     let (of_sector, of_whole) = (plan(document), plan(&keeping));
     assert!(of_whole.sector.is_none());
     let sector = of_sector.sector.as_ref().expect("the scene is symmetric");
-    assert_eq!(sector.image_count(), images);
+    assert_eq!(sector.images.count(), images);
     assert_eq!(of_sector.element_count(), images * sector.plan.element_count());
     let (got, _, state) = run_plan(&of_sector);
     let (expected, _, whole) = run_plan(&of_whole);
@@ -96,7 +96,7 @@ fn assert_same(document: &Value, images: usize, near: [f64; 4]) {
     let mut most = [0.0_f64; 4];
     for (a, b) in got.iter().zip(&expected) {
         assert!((a.time - b.time).abs() <= 1e-12);
-        for plane in &sector.planes {
+        for plane in &sector.images.0 {
             assert!(a.force[plane.axis].abs() <= 1e-12 * force);
         }
         most[0] = most[0].max((a.force - b.force).norm() / force);
@@ -108,7 +108,7 @@ fn assert_same(document: &Value, images: usize, near: [f64; 4]) {
     let asymmetry = (0..whole.u.len()).map(|node| {
         let (source, image) = sector.source[node];
         let own = whole.u[sector.image_of_node(source, 0) as usize];
-        (whole.u[node] - sector.reflected(own, image as usize)).norm() / moved
+        (whole.u[node] - sector.images.reflected(own, image as usize)).norm() / moved
     });
     let asymmetry = asymmetry.fold(0.0, f64::max);
     let apart = state.u.iter().zip(&whole.u).map(|(a, b)| (a - b).norm() / moved).fold(0.0, f64::max);
@@ -223,7 +223,7 @@ fn rigid_on_limb(shape: Value) -> Value {
 #[test]
 fn what_differs_on_both_sides_is_computed_in_whole() {
     let symmetric = ball_on_block([0.0, 0.0, -30.0]);
-    let planes = |scene: &Value| plan(scene).sector.map_or(0, |sector| sector.planes.len());
+    let planes = |scene: &Value| plan(scene).sector.map_or(0, |sector| sector.images.0.len());
     assert_eq!(planes(&symmetric), 2);
     let with = |change: &dyn Fn(&mut Value)| {
         let mut scene = symmetric.clone();

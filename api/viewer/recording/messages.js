@@ -1,6 +1,7 @@
 // What messages of a recording carry, as arrays.
 
 import { Cells } from "../mesh/cells.js";
+import { decompress } from "../vendor/fzstd/index.mjs";
 
 const ARRAYS = { f32: Float32Array, f64: Float64Array, u32: Uint32Array, u8: Uint8Array };
 
@@ -29,4 +30,17 @@ export function contactsOf(message) {
     force: pair.force_norm_n,
     ...Object.fromEntries(pair.contacts.map((array) => [array.name, unpacked(array)])),
   }));
+}
+
+export const xyz = (vector) => (vector ? [vector.x, vector.y, vector.z] : [0, 0, 0]);
+
+/** Points and triangles of a rigid body's surface, in its axes. */
+export const surfaceOf = ({ points, indices }) => ({ points: Float32Array.from(points.flatMap(xyz)), triangles: Uint32Array.from(indices) });
+
+/** Position, and orientation as a quaternion, of a rigid body. */
+export const poseOf = ({ pose: { position, orientation: q } }) => ({ position: xyz(position), orientation: [q.x, q.y, q.z, q.w] });
+
+/** Decompresses a chunk. fzstd compares its output buffer with 1, for which JavaScript would write all of it out as text. */
+export function unzstd(data, size) {
+  return decompress(data, Object.assign(new Uint8Array(Number(size)), { valueOf: () => NaN }));
 }

@@ -3,9 +3,8 @@
 
 import { McapIndexedReader } from "../vendor/mcap/McapIndexedReader.js";
 import { boneOf } from "../mesh/bone.js";
-import { decompress } from "../vendor/fzstd/index.mjs";
 import { HttpRange } from "./http_range.js";
-import { cellsOf, contactsOf, norms, unpacked } from "./messages.js";
+import { cellsOf, contactsOf, norms, poseOf, surfaceOf, unpacked, unzstd, xyz } from "./messages.js";
 import { decoderOf } from "./protobuf.js";
 import { Series } from "./series.js";
 
@@ -20,11 +19,6 @@ const NANOSECONDS_OF_STEP = 100_000n;
 /** A time [s] as messages carry it [ns]: 0 before the start. */
 const nanoseconds = (time) => BigInt(Math.round(Math.max(time, 0) * 1e9));
 
-/** Decompresses a chunk. fzstd compares its output buffer with 1, for which JavaScript would write all of it out as text. */
-function unzstd(data, size) {
-  return decompress(data, Object.assign(new Uint8Array(Number(size)), { valueOf: () => NaN }));
-}
-
 /** What is said of recordings whose positions are elsewhere. */
 const TOO_OLD = "An earlier version of Contuse made this recording: its fields have no displacements. Run its scene again to see them.";
 
@@ -33,8 +27,6 @@ function pictureShown() {
   if (document.hidden) return Promise.resolve();
   return new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 }
-
-const xyz = (vector) => (vector ? [vector.x, vector.y, vector.z] : [0, 0, 0]);
 
 export class Recording {
   /** Metadata of the run and of its end, by name of the record. */
@@ -47,7 +39,6 @@ export class Recording {
   series = new Series();
   /** Every how many field times there is a frame. */
   stride = 1;
-
   /** The scene document, and what of it stands still without a mesh of its own, by name. */
   scene = null;
   scenery = new Map();
@@ -276,14 +267,10 @@ export class Recording {
     const [entity] = update.entities;
     const [mesh] = entity.triangles;
     if (!this.bodies.has(entity.id)) {
-      const points = Float32Array.from(mesh.points.flatMap((p) => [p.x, p.y, p.z]));
       const role = this.#latestPoses.get(topicName)?.message.role ?? "other";
-      this.bodies.set(entity.id, { name: entity.id, role, surface: { points, triangles: Uint32Array.from(mesh.indices) } });
+      this.bodies.set(entity.id, { name: entity.id, role, surface: surfaceOf(mesh) });
     }
-    const { position, orientation: q } = mesh.pose;
-    this.#frameAt(at).bodies.set(entity.id, {
-      pose: { position: xyz(position), orientation: [q.x, q.y, q.z, q.w] },
-    });
+    this.#frameAt(at).bodies.set(entity.id, { pose: poseOf(mesh) });
   }
 
   /** All bodies that can be drawn, with those that stand still. */

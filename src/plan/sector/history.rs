@@ -1,6 +1,6 @@
 //! The history of the points of the whole from that of the points that they mirror.
 
-use super::Sector;
+use super::images::Images;
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
@@ -36,13 +36,18 @@ impl PointHistory {
 }
 
 /// The points of all elements that remember; `None` if one has no counterpart.
-pub(super) fn histories(whole: &Plan, sector: &Sector) -> Option<Vec<PointHistory>> {
-    let (of_whole, of_sector) = (slots(whole), slots(&sector.plan));
+pub(super) fn histories(
+    whole: &Plan,
+    sector: &Plan,
+    elements: &[Vec<u32>],
+    images: &Images,
+) -> Option<Vec<PointHistory>> {
+    let (of_whole, of_sector) = (slots(whole), slots(sector));
     let mut points = Vec::new();
-    for (element, images) in sector.elements.iter().enumerate() {
+    for (element, in_images) in elements.iter().enumerate() {
         let (source, slot) = of_sector[element];
         let remembers = source.parameters.has_memory();
-        for (image, mirrored) in images.iter().enumerate().filter(|_| remembers) {
+        for (image, mirrored) in in_images.iter().enumerate().filter(|_| remembers) {
             let (block, place) = of_whole[*mirrored as usize];
             if block.parameters != source.parameters {
                 return None;
@@ -51,7 +56,10 @@ pub(super) fn histories(whole: &Plan, sector: &Sector) -> Option<Vec<PointHistor
                 let of_source = if block.memory_points() == 1 {
                     0
                 } else {
-                    mirrored_point((whole, block, place, point), (sector, source, slot), image)?
+                    {
+                        let x = block.point_position(place, point, &whole.X);
+                        nearest_point(source, slot, &sector.X, &images.image_of_point(x, image))?
+                    }
                 };
                 points.push(PointHistory {
                     to: block.place_of_history(place, point),
@@ -74,16 +82,8 @@ fn slots(plan: &Plan) -> Vec<(&ElementBlock, usize)> {
     all.into_iter().map(|(_, place)| place).collect()
 }
 
-/// The point of an element of the sector that a point of its image mirrors.
-fn mirrored_point(
-    (whole, block, place, point): (&Plan, &ElementBlock, usize, usize),
-    (sector, source, slot): (&Sector, &ElementBlock, usize),
-    image: usize,
-) -> Option<usize> {
-    let at = block.point_position(place, point, &whole.X);
-    let distance = |candidate: usize| {
-        let x = source.point_position(slot, candidate, &sector.plan.X);
-        (sector.image_of_point(x, image) - at).norm_squared()
-    };
-    (0..source.memory_points()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+/// The point of an element nearest to a place [m], at reference positions `X` [m].
+fn nearest_point(block: &ElementBlock, slot: usize, X: &[Vec3], place: &Vec3) -> Option<usize> {
+    let distance = |point: usize| (block.point_position(slot, point, X) - place).norm_squared();
+    (0..block.memory_points()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
 }

@@ -6,6 +6,7 @@
 
 mod cut;
 mod history;
+mod images;
 mod symmetry;
 
 use super::compile::compile_whole;
@@ -22,17 +23,16 @@ use crate::scene::Scene;
 use crate::scene::document::Keep;
 use cut::{Cut, sector_of};
 use history::{PointHistory, histories};
+pub use images::Images;
 use symmetry::Symmetry;
 
 /// What is computed of a symmetric scene, and how the rest follows from it.
-///
-/// An *image* is a set of planes as bits, in which the sector is reflected one after the other: 0 is the sector itself.
 #[derive(Debug)]
 pub struct Sector {
     /// Plan of the sector.
     pub plan: Plan,
-    /// Planes of symmetry; the sector is on the upper side of each.
-    pub planes: Vec<MirrorPlane>,
+    /// Its images in the planes of symmetry, on the upper side of each of which it is.
+    pub images: Images,
     /// For each node of the whole, the node of the sector that it mirrors, and the image that it belongs to.
     pub source: Vec<(u32, u8)>,
     /// For each node of the sector, its node of the whole in each image.
@@ -54,7 +54,7 @@ impl Sector {
         }
         let Some(symmetry) = Symmetry::of(scene) else { return Ok(None) };
         let (sector, cuts) = sector_of(scene, &symmetry);
-        let plan = Plan { mirrors: symmetry.planes.clone(), ..compile_whole(&sector)? };
+        let plan = compile_whole(&sector)?;
         Ok(Self::new(whole, plan, symmetry.planes, &cuts))
     }
 
@@ -64,8 +64,8 @@ impl Sector {
         if pairs(whole) != pairs(&plan) {
             return None;
         }
-        let images = 1_usize << planes.len();
-        let mut nodes = vec![vec![u32::MAX; images]; plan.node_count()];
+        let images = Images(planes);
+        let mut nodes = vec![vec![u32::MAX; images.count()]; plan.node_count()];
         let mut source = vec![(u32::MAX, 0); whole.node_count()];
         let mut elements = vec![Vec::new(); plan.element_count()];
         for ((of_whole, of_sector), cut) in whole.bodies.iter().zip(&plan.bodies).zip(cuts) {
@@ -86,16 +86,9 @@ impl Sector {
             }
         }
         let is_complete = source.iter().all(|(node, _)| *node != u32::MAX);
-        let mut sector = Self { plan, planes, source, nodes, elements, history: Vec::new() };
-        if whole.has_memory() {
-            sector.history = histories(whole, &sector)?;
-        }
-        is_complete.then_some(sector)
-    }
-
-    /// Number of images, the sector itself included.
-    pub fn image_count(&self) -> usize {
-        1 << self.planes.len()
+        let remembers = whole.has_memory();
+        let history = if remembers { histories(whole, &plan, &elements, &images)? } else { Vec::new() };
+        is_complete.then_some(Self { plan, images, source, nodes, elements, history })
     }
 
     /// Node of the whole that is a node of the sector in an image.
@@ -111,30 +104,16 @@ impl Sector {
     /// The history of the whole, chunk by chunk, from that of the sector.
     pub fn unfold_history(&self, of_sector: &[Vec<Row>], whole: &mut [Vec<Row>]) {
         for point in &self.history {
-            let signs = self.reflected(Vec3::repeat(1.0), usize::from(point.image));
+            let signs = self.images.reflected(Vec3::repeat(1.0), usize::from(point.image));
             point.copy(&signs, of_sector, whole);
         }
     }
 
-    /// A direction in an image.
-    pub fn reflected(&self, direction: Vec3, image: usize) -> Vec3 {
-        self.planes_of(image).fold(direction, |direction, plane| plane.reflected(direction))
-    }
-
-    /// A point in an image [m].
-    pub fn image_of_point(&self, point: Vec3, image: usize) -> Vec3 {
-        self.planes_of(image).fold(point, |point, plane| plane.image(point))
-    }
-
-    /// The planes that an image is reflected in.
-    pub fn planes_of(&self, image: usize) -> impl Iterator<Item = &MirrorPlane> {
-        self.planes.iter().enumerate().filter(move |(bit, _)| image & (1 << bit) != 0).map(|(_, plane)| plane)
-    }
-
     /// The report on what is not computed.
     fn report(&self) -> Omitted {
-        let names = self.planes.iter().map(|plane| format!("{} = {}", ["x", "y", "z"][plane.axis], plane.at));
-        let part = ["half", "quarter", "eighth"][self.planes.len() - 1];
+        let names =
+            self.images.0.iter().map(|plane| format!("{} = {}", ["x", "y", "z"][plane.axis], plane.at));
+        let part = ["half", "quarter", "eighth"][self.images.0.len() - 1];
         Omitted {
             what: "mirror images".into(),
             why: format!(

@@ -48,7 +48,6 @@ fn is_comparable(document: &SceneDocument) -> bool {
     matches!(document.integrator, IntegratorDocument::Explicit { .. } | IntegratorDocument::Implicit { .. })
         && document.preload.is_none()
         && document.dynamic_relaxation.is_none()
-        && document.solver.contact.is_none()
         && document.bodies.iter().all(is_plain)
 }
 

@@ -54,8 +54,10 @@ fn everything_that_is_omitted_can_be_restored_and_changes_no_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (study, reported) = studied(&scene(), Some(&folder.path().join("study.mcap")));
     let kinds: Vec<Vec<Keep>> = study.rows.iter().map(|row| row.restored.clone()).collect();
-    let alone = Keep::ALL.map(|keep| vec![keep]);
-    let expected = [&[Vec::new()], &alone[..], &[Keep::ALL.to_vec()]].concat();
+    // The scene is not symmetric.
+    let others = &Keep::ALL[1..];
+    let alone: Vec<Vec<Keep>> = others.iter().map(|keep| vec![*keep]).collect();
+    let expected = [&[Vec::new()], &alone[..], &[others.to_vec()]].concat();
     assert_eq!(kinds, expected);
     assert_eq!(reported, [expected.clone(), expected].concat(), "in turns");
     for row in &study.rows {
@@ -74,7 +76,7 @@ fn everything_that_is_omitted_can_be_restored_and_changes_no_bit() {
 #[test]
 fn what_the_scene_keeps_itself_is_not_studied() {
     let mut scene = scene();
-    scene.restore(&Keep::ALL[1..]);
+    scene.restore(&Keep::ALL[2..]);
     let (study, _) = studied(&scene, None);
     let kinds: Vec<&[Keep]> = study.rows.iter().map(|row| &row.restored[..]).collect();
     assert_eq!(kinds, [&[][..], &[Keep::InactiveElements][..]]);

@@ -36,8 +36,8 @@ pub(in crate::contact) struct Boundary {
     pub is_closed: bool,
     /// The face across each edge, `NONE`, or one of `MIRROR`.
     neighbours: Vec<[u32; 4]>,
-    /// The axes normal to the planes of symmetry that the surface ends at.
-    pub mirrors: [bool; 3],
+    /// A node on the plane of symmetry normal to each axis, if the surface ends at one.
+    pub mirrors: [Option<u32>; 3],
     /// The axes normal to the planes of symmetry that node i of `nodes` is on; empty if there are none.
     held: Vec<[bool; 3]>,
     /// Faces around node i of `nodes`: `around[starts[i]..starts[i + 1]]`, ascending.
@@ -60,14 +60,14 @@ impl Boundary {
         }
         let sizes: Vec<f64> = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
         let neighbours = neighbours(surface);
-        let mirrors = surface.mirrored.each_ref().map(|nodes| !nodes.is_empty());
+        let mirrors = surface.mirrored.each_ref().map(|nodes| nodes.first().copied());
         let is_on = |node: &u32| surface.mirrored.each_ref().map(|on| on.binary_search(node).is_ok());
         let has_all = |(face, across): (&[u32; 4], &[u32; 4])| !across[..corner_count(face)].contains(&NONE);
         let mut boundary = Self {
             is_closed: surface.faces.iter().zip(&neighbours).all(has_all),
             neighbours,
             mirrors,
-            held: if mirrors == [false; 3] { Vec::new() } else { nodes.iter().map(is_on).collect() },
+            held: if mirrors == [None; 3] { Vec::new() } else { nodes.iter().map(is_on).collect() },
             faces: surface.faces.clone(),
             largest_size: sizes.iter().copied().fold(0.0, f64::max),
             mean_size: sizes.iter().sum::<f64>() / sizes.len().max(1) as f64,
@@ -117,6 +117,11 @@ impl Boundary {
     pub fn is_beside(&self, node: u32, face: u32) -> bool {
         let around = self.faces[face as usize].iter().flat_map(|&corner| self.faces_around(corner));
         around.copied().any(|beside| self.faces[beside as usize].contains(&node))
+    }
+
+    /// Its nodes that are not on the plane of symmetry normal to an axis.
+    pub fn nodes_off(&self, axis: usize) -> impl Iterator<Item = u32> {
+        self.nodes.iter().zip(&self.held).filter(move |(_, held)| !held[axis]).map(|(node, _)| *node)
     }
 
     /// What is across edge `k` of a face.

@@ -16,6 +16,7 @@ mod frame;
 pub mod guard;
 pub mod initial_overlap;
 pub mod known;
+mod mirror_image;
 mod mortar;
 pub mod narrow_phase;
 pub mod node_to_face;

@@ -26,6 +26,7 @@ pub use super::broad_phase::reach;
 use super::broad_phase::{FaceTree, SweptBox, swept_box};
 use super::detector::{DetectionError, Detector, Motion};
 use super::finder::Finder;
+use super::mirror_image::meet_images;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::pair::{Moved, PairState, slack};
 use super::part::{LEAST, Part, divide, parts_for};
@@ -172,8 +173,16 @@ impl NodeToFace {
             let finder = Finder { pair, boundaries, trees, snapshot, motion, master_moved, holds_valleys };
             let threads = if count > LEAST { &*threads } else { &Threads::ONE };
             threads.for_each(&mut parts, |part| finder.find(part));
+            let first = contacts.len();
             for part in &mut parts {
                 contacts.append(&mut part.contacts);
+            }
+            if pair.own.is_some() {
+                let found = contacts.len();
+                meet_images(&boundaries[pair.slave], pair.number, &motion, contacts);
+                if contacts.len() > found {
+                    contacts[first..].sort_unstable_by_key(Contact::key);
+                }
             }
             *(if pair.own.is_some() { &mut pair.parts } else { &mut *of_others }) = parts;
         }

@@ -37,11 +37,11 @@ pub(super) fn winding_number(
 ) -> i32 {
     // Off the planes of symmetry, where the surface ends.
     let beside = BESIDE * boundary.mean_size;
-    let inwards = boundary.mirrors.map(|is_mirror| if is_mirror { beside } else { 0.0 });
+    let inwards = boundary.mirrors.map(|mirror| mirror.map_or(0.0, |_| beside));
     let point = &(point + Vec3::from(inwards));
     let axis = towards.iamax();
     // Any ray does; one that meets no plane of symmetry meets no mirror image.
-    let sign = if towards[axis] < 0.0 && !boundary.mirrors[axis] { -1.0 } else { 1.0 };
+    let sign = if towards[axis] < 0.0 && boundary.mirrors[axis].is_none() { -1.0 } else { 1.0 };
     // Seen against the ray, right-handed: across, up, along.
     let (mut across, mut up) = ((axis + 1) % 3, (axis + 2) % 3);
     if sign < 0.0 {

@@ -6,6 +6,7 @@ use crate::contact::stencil::weighted;
 use crate::contact::{ContactLaw, ContactPair, Surface};
 
 mod many_bodies;
+mod mirror_image;
 mod self_contact;
 mod valley;
 
@@ -163,40 +164,6 @@ fn gap_is_continuous_when_a_node_slides_over_the_edges_of_faces() {
             last = Some(gap);
         }
     }
-}
-
-#[test]
-fn the_mirror_image_continues_a_surface_that_ends_at_a_plane_of_symmetry() {
-    // A roof with its ridge in the plane x = 0, in whole and as its half.
-    let mut x: Vec<Vec3> = Vec::new();
-    for (across, up) in [(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0)] {
-        x.extend([0.0, 2.0].map(|y| Vec3::new(across, y, up)));
-    }
-    let whole = Surface::new((0..6).collect(), vec![[0, 2, 3, 1], [2, 4, 5, 3]]);
-    let mirrored = [vec![2, 3], Vec::new(), Vec::new()];
-    let half = Surface { mirrored, ..Surface::new((2..6).collect(), vec![[2, 4, 5, 3]]) };
-    let slave = node(&mut x, Vec3::zeros());
-    let at = x.len() - 1;
-    // Over the ridge, over the half, and beyond both.
-    for p in [
-        Vec3::new(0.0, 1.0, 1.02),
-        Vec3::new(0.4, 1.0, 0.62),
-        Vec3::new(0.0, 1.0, 0.99),
-        Vec3::new(0.0, 1.0, 1.5),
-    ] {
-        x[at] = p;
-        let held = |master: &Surface| {
-            detect(&[slave.clone(), master.clone()], &[pair(0, Master::Surface(1))], &x, &x)
-                .first()
-                .map(|contact| (contact.gap, contact.frame[0].z))
-        };
-        let (of_half, of_whole) = (held(&half), held(&whole));
-        assert_eq!(of_half, of_whole, "{p}");
-    }
-    // Without its mirror image the half has a border, beyond whose plane nothing is held.
-    x[at] = Vec3::new(-0.05, 1.0, 1.02);
-    let open = Surface { mirrored: Default::default(), ..half };
-    assert!(detect(&[slave, open], &[pair(0, Master::Surface(1))], &x, &x).is_empty());
 }
 
 #[test]
