@@ -13,7 +13,6 @@ use super::parts::{CompileError, Parts};
 use super::report::PlanReport;
 use super::reporting::report;
 use super::requested::{field_times, measures};
-use super::sector::with_sector;
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use crate::mechanics::contact::Surface;
@@ -27,16 +26,10 @@ use crate::scene::{Scene, SceneBody};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Compiles a scene to a plan.
+/// Compiles a scene to a plan, without looking for symmetry.
 ///
 /// # Errors
 /// Inverted elements and massless nodes, which validation reports earlier and in full; invalid followers.
-pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
-    let _span = tracing::debug_span!("compile").entered();
-    with_sector(compile_whole(scene)?, scene)
-}
-
-/// As [`compile`], without looking for symmetry.
 pub(super) fn compile_whole(scene: &Scene) -> Result<Plan, CompileError> {
     let document = &scene.document;
     let mut parts = Parts::default();
@@ -61,16 +54,10 @@ pub(super) fn compile_whole(scene: &Scene) -> Result<Plan, CompileError> {
     Ok(complete(scene, parts, assembly, (integrator, preload)))
 }
 
-/// As [`compile`], for a scene that differs from `before` (with plan `plan`) only in velocities, spins and friction:
-/// elements, masses and the order of elimination are reused. Any other scene is compiled from the start.
-///
-/// The plan equals that of [`compile`] to the last bit.
-///
-/// # Errors
-/// As [`compile`].
-pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, CompileError> {
+/// As [`compile_whole`], for a scene that may differ from `before` (with plan `plan`) only in its motion.
+pub(super) fn recompile_whole(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, CompileError> {
     if !before.document.differs_in_motion_only(&scene.document) {
-        return compile(scene);
+        return compile_whole(scene);
     }
     let nodes = plan.X.len();
     let mut parts = Parts {
@@ -99,7 +86,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         }
         parts.bodies[index].flight_velocity = Vec3::from(document.velocity_m_per_s);
     }
-    with_sector(complete(scene, parts, plan.assembly, (plan.integrator, plan.preload)), scene)
+    Ok(complete(scene, parts, plan.assembly, (plan.integrator, plan.preload)))
 }
 
 /// The plan of the collected parts.

@@ -9,7 +9,7 @@ use super::loads::Loads;
 use super::measure_plan::MeasurePlan;
 use super::report::PlanReport;
 use super::rigid::RigidPlan;
-use super::sector::Sector;
+use super::sector::mapping::Sector;
 use crate::mechanics::contact::ContactPair;
 use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces};
 use crate::mechanics::lanes::Row;
@@ -84,7 +84,16 @@ pub struct Plan {
     /// What was kept, what was omitted, and why.
     pub report: PlanReport,
     /// What is computed instead, if the scene is symmetric.
-    pub sector: Option<Box<Sector>>,
+    pub sector: Option<SectorPlan>,
+}
+
+/// What is computed of a symmetric scene instead of the whole.
+#[derive(Debug)]
+pub struct SectorPlan {
+    /// Plan of the sector.
+    pub plan: Box<Plan>,
+    /// How the whole follows from it.
+    pub sector: Sector,
 }
 
 impl Plan {

@@ -31,8 +31,7 @@ mod tests;
 
 pub use body::PlanBody;
 pub use by_pair::{ByPair, MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
-pub use compile::{compile, recompile};
-pub use compiled::Plan;
+pub use compiled::{Plan, SectorPlan};
 pub use contact_plan::ContactPlan;
 pub use distant::DistantPair;
 pub use holder::Holder;
@@ -47,6 +46,7 @@ pub use report::{
 };
 pub use requested::CUTS;
 pub use rigid::RigidPlan;
-pub use sector::Sector;
+pub use sector::mapping::Sector;
+pub use sector::{compile, recompile};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, UnderConstrained};

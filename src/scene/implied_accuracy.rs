@@ -5,7 +5,7 @@ use super::document::{ErrorBarsDocument, Role, SceneDocument};
 
 /// Limit of the estimated run times on one core of an accuracy that the scene does not state [s]. Estimates include neither contact that
 /// limits the step nor the recording: such a run ends within a minute on two cores (docs/accuracy.md).
-const IMPLIED_TIME_S: f64 = 20.0;
+const IMPLIED_TIME_S: f64 = 50.0;
 
 impl SceneDocument {
     /// Requires the implied accuracy, if there is one and none is stated.

@@ -51,7 +51,7 @@ with_contact_solvers!(contact_solvers);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorBarsDocument {
-    /// `contuse run` runs an impact to an accuracy of 10 % within an estimated time of 20 s; everything else uses two levels.
+    /// `contuse run` runs an impact to an accuracy of 10 % within an estimated time of 50 s; everything else uses two levels.
     #[default]
     Automatic,
     /// From three runs with half the numbers of elements, before the run itself; they add about a third to its time. A mesh

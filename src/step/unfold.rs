@@ -7,15 +7,15 @@ use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Plan, Sector};
+use crate::plan::{Plan, Sector, SectorPlan};
 
 /// An outcome that names the failed element by its number in the whole.
-fn with_element_of(whole: &Plan, sector: &Sector, mut outcome: Outcome) -> Outcome {
+fn with_element_of(whole: &Plan, SectorPlan { plan, sector }: &SectorPlan, mut outcome: Outcome) -> Outcome {
     if let Ending::Failed { failure } = &mut outcome.ending
         && let Some(place) = &mut failure.element
-        && let Some(body) = sector.plan.bodies.iter().position(|body| body.name == place.body)
+        && let Some(body) = plan.bodies.iter().position(|body| body.name == place.body)
     {
-        let element = sector.element_of_whole(sector.plan.bodies[body].elements.start + place.element);
+        let element = sector.element_of_whole(plan.bodies[body].elements.start + place.element);
         place.element = element - whole.bodies[body].elements.start;
     }
     outcome
@@ -51,6 +51,7 @@ impl Signs {
 /// Passes the frames of a sector on as frames of the whole.
 pub(super) struct Unfolding<'a, 'r> {
     whole: &'a Plan,
+    of_sector: &'a SectorPlan,
     sector: &'a Sector,
     recorders: &'a mut [&'r mut dyn Recorder],
     signs: Signs,
@@ -71,12 +72,18 @@ pub(super) struct Unfolding<'a, 'r> {
 }
 
 impl<'a, 'r> Unfolding<'a, 'r> {
-    pub fn new(whole: &'a Plan, sector: &'a Sector, recorders: &'a mut [&'r mut dyn Recorder]) -> Self {
+    pub fn new(
+        whole: &'a Plan,
+        of_sector: &'a SectorPlan,
+        recorders: &'a mut [&'r mut dyn Recorder],
+    ) -> Self {
         let nodes = vec![Vec3::zeros(); whole.node_count()];
         let reads_all = recorders.iter().any(|recorder| recorder.reads_all_nodes());
-        let most = sector.plan.most_contacts() * sector.images.count();
+        let SectorPlan { plan, sector } = of_sector;
+        let most = plan.most_contacts() * sector.images.count();
         Self {
             whole,
+            of_sector,
             sector,
             recorders,
             signs: Signs::of(sector),
@@ -94,22 +101,22 @@ impl<'a, 'r> Unfolding<'a, 'r> {
     }
 
     /// Outcome and motion of the whole, given those of the sector; the state restarts no run.
-    pub fn end(&self, outcome: Outcome, of_sector: &State) -> (Outcome, State) {
+    pub fn end(&self, outcome: Outcome, end: &State) -> (Outcome, State) {
         let unfolded = |values: &[Vec3]| {
             let mut all = vec![Vec3::zeros(); self.whole.node_count()];
             self.signs.unfold(self.sector, values, &mut all);
             all
         };
         let state = State {
-            time: of_sector.time,
-            step: of_sector.step,
-            u: unfolded(&of_sector.u),
-            v: unfolded(&of_sector.v),
-            orientations: of_sector.orientations.clone(),
-            last_step: of_sector.last_step,
+            time: end.time,
+            step: end.step,
+            u: unfolded(&end.u),
+            v: unfolded(&end.v),
+            orientations: end.orientations.clone(),
+            last_step: end.last_step,
             ..State::new(self.whole)
         };
-        (with_element_of(self.whole, self.sector, outcome), state)
+        (with_element_of(self.whole, self.of_sector, outcome), state)
     }
 
     /// Displacements, and at look times velocities and history.
@@ -206,7 +213,7 @@ impl Recorder for Unfolding<'_, '_> {
     }
 
     fn finish(&mut self, _: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
-        let outcome = with_element_of(self.whole, self.sector, outcome.clone());
+        let outcome = with_element_of(self.whole, self.of_sector, outcome.clone());
         let mut first = Ok(());
         for recorder in self.recorders.iter_mut() {
             first = first.and(recorder.finish(self.whole, &outcome));

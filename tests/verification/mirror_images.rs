@@ -2,7 +2,7 @@
 
 use crate::rig::{contact_force, plan, small_ball_on_block};
 use contuse::mechanics::tensor::Vec3;
-use contuse::plan::Plan;
+use contuse::plan::{Plan, SectorPlan};
 use contuse::step::{Ending, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State};
 use serde_json::{Value, json};
 
@@ -77,9 +77,9 @@ fn assert_same(document: &Value, images: usize, near: [f64; 4]) {
     keeping["solver"] = json!({"keep": ["mirror_images"]});
     let (of_sector, of_whole) = (plan(document), plan(&keeping));
     assert!(of_whole.sector.is_none());
-    let sector = of_sector.sector.as_ref().expect("the scene is symmetric");
+    let SectorPlan { plan: part, sector } = of_sector.sector.as_ref().expect("the scene is symmetric");
     assert_eq!(sector.images.count(), images);
-    assert_eq!(of_sector.element_count(), images * sector.plan.element_count());
+    assert_eq!(of_sector.element_count(), images * part.element_count());
     let (got, _, state) = run_plan(&of_sector);
     let (expected, _, whole) = run_plan(&of_whole);
     assert_eq!(got.len(), expected.len());
@@ -223,7 +223,7 @@ fn rigid_on_limb(shape: Value) -> Value {
 #[test]
 fn what_differs_on_both_sides_is_computed_in_whole() {
     let symmetric = ball_on_block([0.0, 0.0, -30.0]);
-    let planes = |scene: &Value| plan(scene).sector.map_or(0, |sector| sector.images.0.len());
+    let planes = |scene: &Value| plan(scene).sector.map_or(0, |of| of.sector.images.0.len());
     assert_eq!(planes(&symmetric), 2);
     let with = |change: &dyn Fn(&mut Value)| {
         let mut scene = symmetric.clone();
