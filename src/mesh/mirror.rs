@@ -82,14 +82,12 @@ fn elements(mesh: &Mesh, plane: MirrorPlane, images: &[u32]) -> Option<Vec<u32>>
         .collect();
     let image_of = |(element, nodes): (usize, &[u32])| {
         let image = *by_nodes.get(&sorted(nodes.iter().map(|node| images[*node as usize])))?;
-        // It lies on one side: none of its nodes is across the plane from another.
-        let side = |node: &u32| {
-            let is_on = images[*node as usize] == *node;
-            if is_on { 0.0 } else { (mesh.nodes[*node as usize][plane.axis] - plane.at).signum() }
-        };
-        let (low, high) = nodes.iter().map(side).fold((0.0_f64, 0.0_f64), |(l, h), s| (l.min(s), h.max(s)));
+        // It lies on one side: none of its nodes is across the plane from another, and not all are on it.
+        let off = nodes.iter().filter(|node| images[**node as usize] != **node);
+        let mut above = off.map(|node| mesh.nodes[*node as usize][plane.axis] > plane.at);
+        let is_on_one_side = above.next().is_some_and(|first| above.all(|other| other == first));
         let is_alike = mesh.cells.kind(element) == mesh.cells.kind(image as usize);
-        (low * high == 0.0 && low != high && is_alike).then_some(image)
+        (is_on_one_side && is_alike).then_some(image)
     };
     mesh.cells.iter().enumerate().map(|(element, cell)| image_of((element, cell.nodes))).collect()
 }

@@ -411,7 +411,9 @@ fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Ve
         }
     }
     for (axis, nodes) in body.mirrored.iter().enumerate() {
-        nodes.iter().for_each(|node| inverse[*node as usize][axis] = 0.0);
+        for node in nodes {
+            inverse[*node as usize][axis] = 0.0;
+        }
     }
     inverse
 }

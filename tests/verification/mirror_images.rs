@@ -77,7 +77,7 @@ fn assert_same(document: &Value, images: usize, near: [f64; 4]) {
     keeping["solver"] = json!({"keep": ["mirror_images"]});
     let (of_sector, of_whole) = (plan(document), plan(&keeping));
     assert!(of_whole.sector.is_none());
-    let SectorPlan { plan: part, sector } = of_sector.sector.as_ref().expect("the scene is symmetric");
+    let Some(SectorPlan { plan: part, sector }) = &of_sector.sector else { panic!("the scene is symmetric") };
     assert_eq!(sector.images.count(), images);
     assert_eq!(of_sector.element_count(), images * part.element_count());
     let (got, _, state) = run_plan(&of_sector);
@@ -183,7 +183,7 @@ fn half_of_a_spinning_ball_away_from_the_origin() {
 
 #[test]
 fn a_quarter_of_a_rigid_ball_on_a_limb_with_locally_refined_skin() {
-    let mut scene = rigid_on_limb(json!({"kind": "ball", "radius_m": 0.02}));
+    let mut scene = rigid_on_limb(&json!({"kind": "ball", "radius_m": 0.02}));
     scene["bodies"][1]["refinement"] = json!([{"around": "impact", "within_m": 0.015, "size_m": 0.012}]);
     assert_same(&scene, 4, [1e-6, 1e-10, 1e-13, 1e-9]);
 }
@@ -192,7 +192,7 @@ fn a_quarter_of_a_rigid_ball_on_a_limb_with_locally_refined_skin() {
 fn a_quarter_of_a_rigid_capsule() {
     assert_same(
         &rigid_on_limb(
-            json!({"kind": "capsule", "radius_m": 0.02, "half_length_m": 0.02, "axis": [1, 0, 0]}),
+            &json!({"kind": "capsule", "radius_m": 0.02, "half_length_m": 0.02, "axis": [1, 0, 0]}),
         ),
         4,
         [0.1, 1e-3, 1e-5, 0.05],
@@ -200,7 +200,7 @@ fn a_quarter_of_a_rigid_capsule() {
 }
 
 /// A rigid body over a limb.
-fn rigid_on_limb(shape: Value) -> Value {
+fn rigid_on_limb(shape: &Value) -> Value {
     json!({
         "name": "rigid on limb", "end_time_s": 5e-4,
         "bodies": [

@@ -35,7 +35,7 @@ pub(super) fn sector_of(scene: &Scene, Symmetry { planes, images }: &Symmetry) -
 
 /// The part of a rigid body: its share of the mass and inertia, which moves in the planes and rotates about their common normal.
 fn rigid_part(rigid: &RigidSceneBody, planes: &[MirrorPlane]) -> (SceneBody, Cut) {
-    let share = 0.5_f64.powi(planes.len() as i32);
+    let share = planes.iter().fold(1.0, |share, _| 0.5 * share);
     let is_normal = |axis: usize| planes.iter().any(|plane| plane.axis == axis);
     // Principal axes are parallel to coordinate axes.
     let rotates = |principal: usize| {

@@ -50,7 +50,8 @@ fn a_surface_meets_its_mirror_image_at_the_plane() {
         ..Surface::new(cube.nodes.clone(), faces)
     };
     let far = cube.nodes.iter().copied().find(|node| x[*node as usize] == Vec3::new(1.0, 0.0, 0.0)).unwrap();
-    let found = |x_end: &[Vec3]| detect(&[half.clone()], &[pair(0, Master::Surface(0))], &x, x_end);
+    let found =
+        |x_end: &[Vec3]| detect(std::slice::from_ref(&half), &[pair(0, Master::Surface(0))], &x, x_end);
     assert!(found(&x).iter().all(|contact| contact.frame[0] != Vec3::x()));
     let mut x_end = x.clone();
     x_end[far as usize].x = -0.1;
