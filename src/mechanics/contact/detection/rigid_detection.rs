@@ -19,7 +19,7 @@ use super::detector::{DetectionError, Detector, Motion};
 use super::frame::local_frame;
 use super::narrow_phase::{NEAR, Proximity, eval_proximity_within, is_outside_box};
 use super::part::{LEAST, PARTS};
-use super::rigid_faces::{RIGID_ALLOWED, allowed, touches_of};
+use super::rigid_faces::{Place, RIGID_ALLOWED, allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::rigid_mesh::{MeshPart, MeshSide};
 use super::time_of_impact::first_meeting;
@@ -168,12 +168,12 @@ struct Finder<'a> {
 impl Finder<'_> {
     /// Contacts of a part of a mesh.
     fn mesh_on_body(&self, mesh: &MeshSide, body: usize, part: &mut MeshPart) {
-        let MeshPart { nodes, faces, of_nodes, of_faces, near } = part;
+        let MeshPart { nodes, faces, of_nodes, of_faces, near, places } = part;
         let nodes = mesh.boundary.nodes[nodes.clone()].iter();
         of_nodes
             .extend(nodes.filter_map(|&node| self.node_on_body(node, reach(mesh.boundary.mean_size), body)));
         for face in faces.clone() {
-            if self.face_on_body((&mesh.boundary, face), mesh.owns[face], body, of_faces) {
+            if self.face_on_body((&mesh.boundary, face), mesh.owns[face], body, (of_faces, places)) {
                 near.push(face as u32);
             }
         }
@@ -215,7 +215,7 @@ impl Finder<'_> {
         (boundary, index): (&Boundary, usize),
         owns: [bool; 4],
         body: usize,
-        contacts: &mut Vec<Contact>,
+        (contacts, places): (&mut Vec<Contact>, &mut Vec<Place>),
     ) -> bool {
         let (face, size) = (&boundary.faces[index], boundary.sizes[index]);
         let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
@@ -235,7 +235,7 @@ impl Finder<'_> {
             corners: x.map(|x| pose.orientation.inverse_transform_vector(&x)),
             triangle: face[2] == face[3],
         };
-        touches_of(shape, size, [&patch(start, from), &patch(end, to)], owns, |touch| {
+        touches_of((shape, places), size, [&patch(start, from), &patch(end, to)], owns, |touch| {
             let then = start.orientation.slerp(&end.orientation, touch.fraction);
             let place = (touch.weights, start.place(&touch.point));
             contacts.extend(self.fixed((index as u32, face), place, &(then * touch.normal), touch.gap, body));

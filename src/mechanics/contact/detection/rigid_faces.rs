@@ -1,10 +1,9 @@
 //! Faces of a mesh against a rigid body, between their nodes, which have contacts of their own
 //! ([`super::rigid_detection`]).
 //!
-//! A shape may penetrate a face by `RIGID_ALLOWED` of the face's size at rest and no deeper, a round one besides by its bow between the nodes of
-//! a `FINE` face: where nodes are close
-//! together they keep it out by themselves, and this constrains nothing. Two flat-sided bodies touch with a corner in
-//! a face, a face on a corner, or two edges; faces of a mesh also warp:
+//! A shape may penetrate a face by `RIGID_ALLOWED` of the face's size at rest and no deeper, a round one besides by its bow between the
+//! nodes, up to `MOST_BOW` of that size: where nodes are close together they keep it out by themselves, and this constrains nothing. Two
+//! flat-sided bodies touch with a corner in a face, a face on a corner, or two edges; faces of a mesh also warp:
 //!
 //! - *Feet* of the shape (its corners, the ends of its axis, its centre: [`Shape::feet`]) in a face, along the normal
 //!   of the face, hence to the side of the mesh, at any depth.
@@ -27,8 +26,9 @@ use crate::tensor::Vec3;
 
 /// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
 pub(super) const RIGID_ALLOWED: f64 = 0.0025;
-/// Size at rest up to which the nodes of a face alone hold a round shape, as a fraction of its radius.
-const FINE: f64 = 0.2;
+/// Upper bound of the bow of a round shape that a face leaves to its nodes, as a fraction of the face's size at rest: a penetration of a
+/// tenth is an error.
+const MOST_BOW: f64 = 0.075;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.
 const MOST: f64 = 0.05;
 /// Depth beyond which a foot is not in the face, as a fraction of the face's size.
@@ -42,8 +42,10 @@ const FLAT: f64 = 1e-3;
 /// Distance, as a fraction of the edge, below which the ends of such a stretch coincide, and a place coincides with a
 /// node.
 const MERGED: f64 = 1e-2;
-/// Bisections of an edge.
-const HALVINGS: usize = 30;
+/// Resolution of a place on an edge, and of the growth of the distance there relative to its range [-].
+const ROUNDING: f64 = 1e-9;
+/// Evaluations in which secants that alternate with halvings reach it, even at a jump.
+const MOST_EVALUATIONS: usize = 60;
 /// Largest difference of shape functions between a bulge and a foot that is above it.
 const BESIDE: f64 = 0.1;
 /// Search directions on a face, in steps.
@@ -67,25 +69,25 @@ pub(super) struct FaceTouch {
 
 /// Allowed depth of a shape in a face of a size at rest, of which all corners are within `radius` of its middle [m].
 ///
-/// Nodes that lie on a round shape have its bow between them. Where they are close together they keep it out by themselves: to hold
-/// their faces and edges in addition would constrain every node several times, which sweeps resolve slowly.
+/// Nodes that lie on a round shape have its bow between them. Faces and edges that kept it out would lift the nodes off it, which makes the
+/// patch too small and the contact too stiff, and would constrain every node several times, which sweeps resolve slowly.
 pub(super) fn allowed(shape: &Shape, size: f64, radius: f64) -> f64 {
     let bow = match shape {
-        Shape::Ball { radius: r } | Shape::Capsule { radius: r, .. } if size <= FINE * r => {
+        Shape::Ball { radius: r } | Shape::Capsule { radius: r, .. } => {
             let radius = radius.min(*r);
             r - (r * r - radius * radius).sqrt()
         }
         // Others have edges, which may lie between the nodes.
         _ => 0.0,
     };
-    (RIGID_ALLOWED * size + bow).min(MOST * shape.size())
+    (RIGID_ALLOWED * size + bow.min(MOST_BOW * size)).min(MOST * shape.size())
 }
 
 /// Calls `take` with the places at which a face of a size at rest [m] comes too close to a shape while it moves from
 /// `start` to `end`, both in the axes of the body [m]; only on the edges that it `owns`, so that each edge of the
-/// mesh is examined once.
+/// mesh is examined once. `places`: a buffer.
 pub(super) fn touches_of(
-    shape: &Shape,
+    (shape, places): (&Shape, &mut Vec<Place>),
     size: f64,
     [start, end]: [&Patch; 2],
     owns: [bool; 4],
@@ -103,7 +105,9 @@ pub(super) fn touches_of(
     if lowest + obstacle.allowed > reach {
         return;
     }
-    let left = obstacle.distance(start, reach);
+    places.clear();
+    obstacle.for_each_place(start, reach, |place| places.push(place));
+    let left = places.iter().map(|place| place.gap).fold(f64::INFINITY, f64::min);
     if left > reach {
         return;
     }
@@ -114,25 +118,24 @@ pub(super) fn touches_of(
     };
     let met = MET * obstacle.allowed;
     let near = NEAR * size;
-    let fraction = if left > met && moved > near {
-        match first_meeting(|fraction| obstacle.distance(&between(fraction), moved), moved, met) {
-            Some(fraction) => fraction,
-            None => return,
-        }
-    } else {
-        0.0
-    };
+    let mut fraction = 0.0;
+    if left > met && moved > near {
+        let distance = |fraction: f64| obstacle.distance(&between(fraction), moved);
+        let Some(meeting) = first_meeting(distance, moved, met) else { return };
+        fraction = meeting;
+        places.clear();
+        obstacle.for_each_place(&between(fraction), reach.min(near), |place| places.push(place));
+    }
     // Normals are accurate only near the shape.
-    obstacle.for_each_place(&between(fraction), reach.min(near), |place| {
-        let Place { weights, normal, gap, point, .. } = place;
-        if place.holds && gap <= reach.min(near) {
-            let place = start.point(&weights);
-            let way = end.point(&weights) - place;
-            // At the start both sides have the same moment arm about any axis: angular momentum is conserved.
-            let point = if moved <= near { place } else { point };
-            take(FaceTouch { fraction, weights, normal, gap: gap - normal.dot(&way) * fraction, point });
-        }
-    });
+    for &Place { weights, normal, gap, point, .. } in
+        places.iter().filter(|place| place.holds && place.gap <= reach.min(near))
+    {
+        let place = start.point(&weights);
+        let way = end.point(&weights) - place;
+        // At the start both sides have the same moment arm about any axis: angular momentum is conserved.
+        let point = if moved <= near { place } else { point };
+        take(FaceTouch { fraction, weights, normal, gap: gap - normal.dot(&way) * fraction, point });
+    }
 }
 
 /// A shape as an obstacle to a face of some size.
@@ -172,7 +175,8 @@ impl Core {
 }
 
 /// A place of a face near the shape.
-struct Place {
+#[derive(Clone, Debug)]
+pub(super) struct Place {
     weights: [f64; 4],
     point: Vec3,
     normal: Vec3,
@@ -352,24 +356,43 @@ fn nearest_stretch(core: &Core, from: &Vec3, way: &Vec3) -> (f64, f64) {
         let fraction = (-from.dot(way) / way.norm_squared()).clamp(0.0, 1.0);
         return (fraction, fraction);
     }
-    let length = way.norm();
+    let flat = FLAT * way.norm();
     let grows = |fraction: f64| core.eval_distance(&(from + way * fraction)).1.dot(way);
-    let first_above = |slope: f64| {
-        if grows(0.0) > slope {
-            return 0.0;
+    let ends = [grows(0.0), grows(1.0)];
+    let first = first_above(&grows, -flat, (0.0, 1.0), ends);
+    // The distance is convex: its slope at the first end is that of the second or less.
+    let last = if ends[0] > flat { first } else { first_above(&grows, flat, (first, 1.0), [grows(first), ends[1]]) };
+    (first, last)
+}
+
+/// The first place between `low` and `high` at which a slope that nowhere decreases exceeds `flat` [m], found by secants that
+/// alternate with halvings: it may jump. `ends`: the slopes there.
+fn first_above(slope: &impl Fn(f64) -> f64, flat: f64, (mut low, mut high): (f64, f64), ends: [f64; 2]) -> f64 {
+    let [mut below, mut above] = ends.map(|end| end - flat);
+    if below > 0.0 {
+        return low;
+    }
+    if above <= 0.0 {
+        return high;
+    }
+    let rounding = ROUNDING * (above - below);
+    for k in 0..MOST_EVALUATIONS {
+        let is_secant = k % 2 == 0;
+        let at = if is_secant { low - below * (high - low) / (above - below) } else { 0.5 * (low + high) };
+        let value = slope(at) - flat;
+        if value.abs() <= rounding {
+            return at;
         }
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if grows(middle) > slope {
-                high = middle;
-            } else {
-                low = middle;
-            }
+        if value > 0.0 {
+            (high, above) = (at, value);
+        } else {
+            (low, below) = (at, value);
         }
-        high
-    };
-    (first_above(-FLAT * length), first_above(FLAT * length))
+        if high - low <= ROUNDING {
+            break;
+        }
+    }
+    high
 }
 
 #[cfg(test)]

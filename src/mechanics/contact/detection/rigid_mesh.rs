@@ -2,9 +2,13 @@
 
 use super::boundary::Boundary;
 use super::part::range_of;
+use super::rigid_faces::Place;
 use crate::contact::{Contact, Surface};
 use crate::tensor::Vec3;
 use std::ops::Range;
+
+/// Largest number of places of a face: the corners of a box, two on each edge, one inside. Polyhedra may have more corners.
+const MOST_PLACES: usize = 17;
 
 /// The boundary surface of a mesh.
 #[derive(Clone, Debug)]
@@ -45,13 +49,16 @@ pub(super) struct MeshPart {
     pub of_faces: Vec<Contact>,
     /// Faces near the body.
     pub near: Vec<u32>,
+    /// Places of the present face.
+    pub places: Vec<Place>,
 }
 
 impl MeshPart {
     /// Room for a contact of each of so many nodes and faces.
     pub fn with_capacity(most: usize) -> Self {
         let contacts = || Vec::with_capacity(most);
-        Self { of_nodes: contacts(), of_faces: contacts(), near: Vec::with_capacity(most), ..Self::default() }
+        let (near, places) = (Vec::with_capacity(most), Vec::with_capacity(MOST_PLACES));
+        Self { of_nodes: contacts(), of_faces: contacts(), near, places, ..Self::default() }
     }
 
     /// Begins with the `i`-th part of a mesh.

@@ -17,7 +17,7 @@ fn turned(rotation: &Rotation, face: &Patch, by: &Vec3) -> Patch {
 
 fn found(shape: &Shape, start: &Patch, end: &Patch) -> Vec<FaceTouch> {
     let mut touches = Vec::new();
-    touches_of(shape, SIZE, [start, end], [true; 4], |touch| touches.push(touch));
+    touches_of((shape, &mut Vec::new()), SIZE, [start, end], [true; 4], |touch| touches.push(touch));
     touches
 }
 
