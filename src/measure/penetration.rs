@@ -4,7 +4,8 @@
 //! distance of its shape is negative, and inside a plane if it lies behind it. Its depth is the distance to the nearest
 //! boundary face. Depth is evaluated at the boundary nodes of both sides (for a rigid body, at points of its surface),
 //! volume at the Gauss points of the elements (for a rigid body, on a lattice), so that edges crossing between their
-//! nodes show up in the volume. A node is inside its own body if the boundary surface winds around the place just
+//! nodes show up in the volume. Between the nodes of a mesh on a round rigid body no volume counts as shared up to the depth that contact
+//! leaves there ([`left_to_nodes`]). A node is inside its own body if the boundary surface winds around the place just
 //! outside of it ([`nodes_inside`]).
 
 mod mesh;
@@ -12,6 +13,7 @@ mod mesh;
 use crate::mechanics::contact::Master;
 use crate::mechanics::contact::detection::bodies::meeting;
 use crate::mechanics::contact::detection::closest_point::Patch;
+use crate::mechanics::contact::detection::rigid_faces::{MOST_BOW, left_to_nodes};
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::locate::{Locator, elements_near};
@@ -46,6 +48,8 @@ pub struct Depth {
     /// Depth over the size (√area) of the nearest face; for a rigid body over the mean face size of the other side
     /// (between rigid bodies and planes over the smallest thickness) [-].
     pub fraction: f64,
+    /// The fraction that contact leaves to the nodes of a mesh on a round rigid body [-].
+    pub left_to_nodes: f64,
     /// Names of the bodies involved.
     pub between: String,
     /// Time of the maximum [s].
@@ -129,9 +133,10 @@ impl Penetration {
 
     /// Keeps the maxima, given the volume of the smaller body, evaluated on demand.
     fn keep(&mut self, between: &str, time: f64, found: Found, smaller: impl FnOnce() -> f64) {
-        let Found { depth, fraction, volume } = found;
+        let Found { depth, fraction, left_to_nodes, volume } = found;
         if fraction > self.deepest.fraction {
-            self.deepest = Depth { depth, fraction, between: between.to_owned(), time };
+            let between = between.to_owned();
+            self.deepest = Depth { depth, fraction, left_to_nodes, between, time };
         }
         let fraction = if volume > 0.0 { volume / smaller() } else { 0.0 };
         if fraction > self.largest.fraction {
@@ -158,7 +163,8 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
     if (0..3).any(|i| common[0][i] > common[1][i]) {
         return found;
     }
-    let [a, b] = [a, b].map(|side| Near::new(side, &common));
+    let [a, b] = [(a, b), (b, a)].map(|(side, other)| Near::new(side, other, &common));
+    found.left_to_nodes = if a.left_to_nodes.max(b.left_to_nodes) > 0.0 { MOST_BOW } else { 0.0 };
     for (points_of, of) in [(&a, &b), (&b, &a)] {
         let size = OnceCell::new();
         let size = || *size.get_or_init(|| of.side.face_size_beside(points_of.side));
@@ -172,7 +178,7 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
         // Both sides sample the same volume, each at the resolution of its own points.
         let mut volume = 0.0;
         points_of.for_each_volume_point(|point, weight| {
-            volume += if of.holds(point) { weight() } else { 0.0 };
+            volume += if of.shares(point) { weight() } else { 0.0 };
         });
         found.volume = found.volume.max(volume);
     }
@@ -183,18 +189,24 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
 struct Near<'a, 'b> {
     side: &'b Side<'a>,
     common: &'b [Vec3; 2],
+    /// Depth of a mesh in this round rigid body that is left to the nodes [m]: no volume is shared up to it.
+    left_to_nodes: f64,
     /// Elements of a mesh there.
     elements: Vec<u32>,
     locator: OnceCell<Locator<'b>>,
 }
 
 impl<'a, 'b> Near<'a, 'b> {
-    fn new(side: &'b Side<'a>, common: &'b [Vec3; 2]) -> Self {
+    fn new(side: &'b Side<'a>, other: &Side, common: &'b [Vec3; 2]) -> Self {
+        let left_to_nodes = match (side, other) {
+            (Side::Rigid(shape, _), Side::Mesh(_)) => left_to_nodes(shape),
+            _ => 0.0,
+        };
         let elements = match side {
             Side::Mesh(mesh) => elements_near(common, &mesh.cells, mesh.x),
             Side::Rigid(..) | Side::Plane(..) => Vec::new(),
         };
-        Self { side, common, elements, locator: OnceCell::new() }
+        Self { side, common, left_to_nodes, elements, locator: OnceCell::new() }
     }
 
     /// Whether a point of the box is inside.
@@ -205,6 +217,15 @@ impl<'a, 'b> Near<'a, 'b> {
                 self.locator.get_or_init(locator).element_at(point, |_| true).is_some()
             }
             Side::Rigid(..) | Side::Plane(..) => self.side.height(point) < 0.0,
+        }
+    }
+
+    /// Whether a point of the box is so far inside that the other side must not be there.
+    fn shares(&self, point: &Vec3) -> bool {
+        if matches!(self.side, Side::Mesh(_)) {
+            self.holds(point)
+        } else {
+            self.side.height(point) < -self.left_to_nodes
         }
     }
 
@@ -225,7 +246,7 @@ impl<'a, 'b> Near<'a, 'b> {
                 let cell = half * (2.0 / f64::from(LATTICE));
                 let at =
                     |ijk: [i32; 3]| Vec3::from(ijk.map(|i| f64::from(i) + 0.5)).component_mul(&cell) - half;
-                let inner = |p: &Vec3| shape.eval_distance(p).0 < 0.0;
+                let inner = |p: &Vec3| shape.eval_distance(p).0 < -self.left_to_nodes;
                 let cells =
                     (0..LATTICE.pow(3)).map(|n| [n % LATTICE, n / LATTICE % LATTICE, n / LATTICE.pow(2)]);
                 for local in cells.map(at) {

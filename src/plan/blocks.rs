@@ -5,7 +5,7 @@ use super::parts::CompileError;
 use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock};
 use crate::mechanics::tensor::Mat3;
-use crate::mesh::{Cell, Mesh};
+use crate::mesh::Cell;
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, ErosionDocument, Formulation, SceneDocument};
 
@@ -16,9 +16,10 @@ use crate::scene::document::{BodyDocument, ErosionDocument, Formulation, SceneDo
 pub(super) fn reference_geometry(
     scene: &SceneDocument,
     document: &BodyDocument,
-    mesh: &Mesh,
+    body: &SceneBody,
 ) -> Result<Vec<ReferenceGeometry>, CompileError> {
-    let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
+    let mesh = &body.mesh;
+    let mass = ContactMass::new(scene.contact.mass_redistribution, body);
     let of_element = |(element, cell): (usize, Cell)| {
         let geometry =
             ReferenceGeometry::with_mass_at(cell.kind.element(), &cell.points(&mesh.nodes), |volume| {

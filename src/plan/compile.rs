@@ -20,7 +20,7 @@ use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{Cells, surface};
+use crate::mesh::Cells;
 use crate::scene::document::{Axis, BodyDocument, ErrorBarsDocument, Keep, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::{BTreeMap, BTreeSet};
@@ -254,7 +254,7 @@ fn add_body(
     let mesh = &body.mesh;
     let (first_node, first_element) =
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
-    let geometry = reference_geometry(scene, document, mesh)?;
+    let geometry = reference_geometry(scene, document, body)?;
 
     let mut mass = lumped_mass(document, body, |element| geometry[element].corner_volume.clone());
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
@@ -280,13 +280,7 @@ fn add_body(
 
     // Boundary surface, with global node numbers.
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
-    let is_cut = |face: &[u32; 4]| {
-        let has = |on: &Vec<u32>| face.iter().all(|node| on.binary_search(node).is_ok());
-        body.mirrored.iter().any(has)
-    };
-    let faces =
-        mesh.hanging.boundary(surface::boundary(&mesh.cells)).into_iter().filter(|face| !is_cut(face));
-    let faces: Vec<[u32; 4]> = faces.map(|face| global(&face)).collect();
+    let faces: Vec<[u32; 4]> = body.boundary().iter().map(global).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
     let mirrored =
         body.mirrored.each_ref().map(|nodes| nodes.iter().map(|node| node + first_node).collect::<Vec<_>>());

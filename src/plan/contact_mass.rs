@@ -10,8 +10,7 @@
 
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::Mesh;
-use crate::mesh::surface::{boundary, boundary_nodes};
+use crate::mesh::surface::boundary_nodes;
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, SceneDocument};
 
@@ -23,10 +22,10 @@ pub(super) struct ContactMass {
 
 impl ContactMass {
     /// Lumping that moves the fraction `alpha` [-] of the mass of boundary nodes inwards.
-    pub fn new(alpha: f64, mesh: &Mesh) -> Self {
-        let mut is_boundary = vec![false; mesh.nodes.len()];
+    pub fn new(alpha: f64, body: &SceneBody) -> Self {
+        let mut is_boundary = vec![false; body.mesh.nodes.len()];
         if alpha > 0.0 {
-            for node in boundary_nodes(&mesh.hanging.boundary(boundary(&mesh.cells))) {
+            for node in boundary_nodes(&body.boundary()) {
                 is_boundary[node as usize] = true;
             }
         }
@@ -98,7 +97,8 @@ mod tests {
     fn mass_stays_and_boundaries_get_lighter() {
         let mesh =
             Block::uniform([0.0; 3].into(), [1.0, 2.0, 3.0].into(), [3, 4, 5], "block").generate().unwrap();
-        let mass = ContactMass::new(0.75, &mesh);
+        let body = SceneBody { mesh, ..SceneBody::default() };
+        let (mass, mesh) = (ContactMass::new(0.75, &body), &body.mesh);
         let mut lighter = 0;
         for hex in mesh.cells.hexes().unwrap_or_default() {
             let corners = hex.map(|node| mesh.nodes[node as usize]);

@@ -3,6 +3,7 @@
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::Mesh;
+use crate::mesh::surface::boundary;
 
 /// Properties of a rigid body derived from its document.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,4 +40,17 @@ pub struct SceneBody {
     pub axes: Vec<Mat3>,
     /// Nodes on planes of symmetry normal to x, y and z, sorted, if the body is the part on their upper sides.
     pub mirrored: [Vec<u32>; 3],
+}
+
+impl SceneBody {
+    /// Faces of the boundary surface; those in planes of symmetry are inside the body that its mirror images complete.
+    pub fn boundary(&self) -> Vec<[u32; 4]> {
+        let is_cut = |face: &[u32; 4]| {
+            let has = |on: &Vec<u32>| face.iter().all(|node| on.binary_search(node).is_ok());
+            self.mirrored.iter().any(has)
+        };
+        let mut faces = self.mesh.hanging.boundary(boundary(&self.mesh.cells));
+        faces.retain(|face| !is_cut(face));
+        faces
+    }
 }

@@ -136,12 +136,13 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         }
     }
 
-    /// Contacts of all images in the order of [`Contact::key`].
+    /// Contacts of all images in the order of [`Contact::key`]; one in planes of symmetry coincides with images, and is one contact.
     fn unfold_contacts(&mut self, frame: &Frame) {
         let Self { sector, order, contacts, reactions, .. } = self;
         order.clear();
         for (number, contact) in (0_u32..).zip(frame.contacts) {
-            for image in 0..sector.images.count() {
+            let is_first = |image: &usize| !(0..*image).any(|other| coincide(sector, contact, *image, other));
+            for image in (0..sector.images.count()).filter(is_first) {
                 let slave = sector.image_of_node(contact.slave, image);
                 order.push(((contact.pair, slave), number, image as u8));
             }
@@ -152,7 +153,8 @@ impl<'a, 'r> Unfolding<'a, 'r> {
         for &(_, number, image) in order.iter() {
             let number = number as usize;
             contacts.push(image_of(sector, &frame.contacts[number], image as usize));
-            reactions.push(frame.reactions[number]);
+            let reaction = &frame.reactions[number];
+            reactions.push(reaction_of(sector, &frame.contacts[number], reaction, image as usize));
         }
     }
 
@@ -220,6 +222,25 @@ impl Recorder for Unfolding<'_, '_> {
         }
         first
     }
+}
+
+/// Whether a contact is in two images at the same nodes of the slave.
+fn coincide(sector: &Sector, contact: &Contact, a: usize, b: usize) -> bool {
+    let mut slaves = contact.stencil.side(false);
+    slaves.all(|(node, _)| sector.image_of_node(node, a) == sector.image_of_node(node, b))
+}
+
+/// Reaction of a contact in an image, and in those that coincide with it, in the frame of that image.
+fn reaction_of(sector: &Sector, contact: &Contact, reaction: &Reaction, image: usize) -> Reaction {
+    let others = (0..sector.images.count()).filter(|&other| other != image);
+    let mut impulse = reaction.impulse;
+    for other in others.filter(|&other| coincide(sector, contact, image, other)) {
+        let reflected = |direction, image| sector.images.reflected(direction, image);
+        let sum: Vec3 =
+            contact.frame.iter().zip(reaction.impulse).map(|(axis, p)| reflected(*axis, other) * p).sum();
+        contact.frame.iter().zip(&mut impulse).for_each(|(axis, p)| *p += reflected(*axis, image).dot(&sum));
+    }
+    Reaction { impulse }
 }
 
 /// A contact in an image, without its face.

@@ -2,8 +2,7 @@
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
 //! and one with a looser contact tolerance on the first mesh of all. Generated meshes get √2 times the numbers of
-//! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
-//! have every element split into eight.
+//! elements from one level to the next; meshes from a file have every element split into eight.
 
 use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
@@ -19,7 +18,7 @@ use crate::measure::{
     RequestedAccuracy, Sink, Summary,
 };
 use crate::plan::{Plan, compile};
-use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
+use crate::scene::document::{AccuracyDocument, SceneDocument};
 use crate::scene::{Budget, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::cell::OnceCell;
@@ -32,8 +31,6 @@ const FEWEST_ELEMENTS: f64 = 100.0;
 const LEVELS_USED: usize = 2;
 /// Numbers of elements of the coarsest mesh relative to the scene's own [-].
 const COARSEST: f64 = 0.25;
-/// Most elements of a direction in which √2 times the number is no refinement by √2 (1 stays 1, 2 becomes 3) [-].
-const THIN: u32 = 2;
 /// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: f64 = 4.0;
 /// The least it can be: a thin direction keeps its elements, and they limit the step.
@@ -41,13 +38,9 @@ const LEAST_ORDER_OF_TIME: f64 = 2.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
-/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them, and so must the
-/// sequence of a mesh with a thin direction, or its levels would differ in the ratio of thickness to width, too. Below the scene's own
-/// mesh thin directions keep their elements whatever the ratio, so that it is √2 for every generated mesh.
+/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them.
 fn ratio(document: &SceneDocument) -> f64 {
-    let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
-    let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
-    if document.has_mesh_file() || counts.into_iter().any(is_thin) { 2.0 } else { SQRT_2 }
+    if document.has_mesh_file() { 2.0 } else { SQRT_2 }
 }
 
 /// The sequence of meshes of a scene.
@@ -127,23 +120,25 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
         if let Some(Err(why)) = &lowered {
             result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
         }
-        let failure = must.lacks(&result);
-        if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
-            best.summary.warnings.push(discarded(meshes.factor(level), failure));
-            return Ok(best);
-        }
-
         // Whether it is good enough, or there is nothing that a finer mesh would show.
         clock.count(&result.plan_report, result.outcome.steps);
         let seconds = clock.elapsed_s() - started - bars_s;
         let again = is_withheld(&result.summary) && was_withheld;
         was_withheld = is_withheld(&result.summary);
+        let lacks = must.lacks(&result);
         let has_stopped = is_good_enough(&result, level, done.len(), again);
         let is_over = is_over(&clock, &mut result, done.len(), growth * seconds);
+        // Of a mesh that is coarser than the scene's own, a discarded run says nothing about the finer ones.
+        let is_discarded =
+            discards.load(Ordering::Relaxed) || (lacks.is_some() && (level >= 0 || is_over || has_stopped));
+        if is_discarded && let Some(mut best) = best.take() {
+            best.summary.warnings.push(discarded(meshes.factor(level), lacks));
+            return Ok(best);
+        }
         if is_over && !has_stopped && level < 0 {
             result.summary.warnings.push(coarser(meshes.factor(level)));
         }
-        if has_stopped || is_over {
+        if lacks.is_none() && (has_stopped || is_over) {
             return Ok(result);
         }
         started = clock.elapsed_s();
@@ -152,7 +147,7 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
             Err(why) => return Ok(without_finer_mesh(result, &why)),
         };
         // A finished level serves later error bars.
-        if result.outcome.ending == Ending::Finished {
+        if result.outcome.ending == Ending::Finished && lacks.is_none() {
             let run = Compared::new(result.summary.values(), Vec::new(), result.outcome.steps);
             done.push(Done { level, scene: mesh, run, others: OnceCell::new() });
             best = Some(result);

@@ -8,11 +8,14 @@ use super::error_bars::compared;
 use super::setting::Setting;
 use super::variant::Variants;
 use crate::measure::{Compared, LoweredBulkModulus, QuantityOfInterest};
+use crate::mechanics::material::Material;
 use crate::scene::Scene;
 use crate::scene::document::{AccuracyDocument, RequestedNumber};
 
 /// Factors that are tried, in this order [-].
 const FACTORS: [f64; 4] = [1.0 / 256.0, 1.0 / 64.0, 1.0 / 16.0, 0.25];
+/// Least bulk modulus in units of the shear modulus [-]: below it the volume of tissue is soft, and validation warns of it.
+const LEAST_RATIO: f64 = 10.0;
 /// Largest change of each required result, in units of the accuracy [-]: the mesh needs the rest.
 const FRACTION: f64 = 1.0 / 3.0;
 
@@ -68,10 +71,17 @@ fn choose(
     Ok(LoweredBulkModulus { factor: 1.0, lowered: as_given.clone(), as_given, words })
 }
 
-/// The scene with its bulk moduli times a factor, on the same meshes; nothing else changes.
+/// The scene with its bulk moduli times a factor, on the same meshes; nothing else changes. An error where a modulus became too low.
 fn scaled(variants: &Variants, scene: &Scene, factor: f64) -> Result<Scene, String> {
     let setting = Setting { bulk_factor: factor, ..Setting::OWN };
     let mut scaled = variants.scene(&setting, None, Some(scene)).map_err(|error| error.to_string())?;
+    let is_soft = |material: &Material| {
+        let (shear, bulk) = material.moduli_at_rest();
+        bulk < LEAST_RATIO * shear
+    };
+    if scaled.bodies.iter().flat_map(|body| &body.materials).any(is_soft) {
+        return Err(format!("a bulk modulus is below {LEAST_RATIO} shear moduli"));
+    }
     scaled.document.solver.error_bars = scene.document.solver.error_bars;
     scaled.document.accuracy.clone_from(&scene.document.accuracy);
     Ok(scaled)

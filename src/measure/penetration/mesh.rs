@@ -33,6 +33,8 @@ pub(super) struct Mesh<'a> {
 pub(super) struct Found {
     pub depth: f64,
     pub fraction: f64,
+    /// The fraction that contact leaves to nodes.
+    pub left_to_nodes: f64,
     pub volume: f64,
 }
 

@@ -28,6 +28,8 @@ const NOT_OF_TISSUE: &str = " The other numbers are those of the law, not of an 
                              holds (`valid_to` of the material).";
 /// Penetration depth over face size above which a warning is raised [-].
 const PENETRATION_WARNING: f64 = 0.02;
+/// The same in units of what contact leaves to nodes [-].
+const MARGIN: f64 = 1.1;
 /// Number of field times below which a warning is raised.
 const FEW_SAMPLES: u32 = 20;
 /// Steps in a force window below which a warning is raised.
@@ -288,14 +290,15 @@ fn projection_warning(energy: &Energy) -> Option<String> {
 
 /// Warns of penetration deeper than contact normally leaves.
 fn penetration_warning(deepest: &Depth) -> Option<String> {
-    let Depth { depth, fraction, between, time } = deepest;
-    (*fraction > PENETRATION_WARNING).then(|| {
+    let Depth { depth, fraction, left_to_nodes, between, time } = deepest;
+    let limit = PENETRATION_WARNING.max(MARGIN * left_to_nodes);
+    (*fraction > limit).then(|| {
         format!(
             "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %). {TOO_DEEP}",
             number(1e3 * depth),
             seconds(*time),
             100.0 * fraction,
-            100.0 * PENETRATION_WARNING
+            100.0 * limit
         )
     })
 }

@@ -98,11 +98,11 @@ fn mapping(whole: &Plan, plan: &Plan, planes: Vec<MirrorPlane>, cuts: &[Cut]) ->
 /// The report on what is not computed.
 fn report(SectorPlan { plan, sector }: &SectorPlan) -> Omitted {
     let names = sector.images.0.iter().map(|plane| format!("{} = {}", ["x", "y", "z"][plane.axis], plane.at));
-    let part = ["half", "quarter", "eighth"][sector.images.0.len() - 1];
+    let part = ["a half", "a quarter", "an eighth"][sector.images.0.len() - 1];
     Omitted {
         what: "mirror images".into(),
         why: format!(
-            "the scene is symmetric about {}: a {part} of it is computed, {} elements",
+            "the scene is symmetric about {}: {part} of it is computed, {} elements",
             names.collect::<Vec<_>>().join(" and "),
             plan.element_count()
         ),

@@ -28,9 +28,9 @@ use crate::tensor::Vec3;
 pub(super) const RIGID_ALLOWED: f64 = 0.0025;
 /// Upper bound of the bow of a round shape that a face leaves to its nodes, as a fraction of the face's size at rest: a penetration of a
 /// tenth is an error.
-const MOST_BOW: f64 = 0.075;
+pub const MOST_BOW: f64 = 0.075;
 /// Upper bound of the allowed depth, as a fraction of the shape's thickness.
-const MOST: f64 = 0.05;
+const MOST: f64 = 0.015;
 /// Depth beyond which a foot is not in the face, as a fraction of the face's size.
 const DEEPEST: f64 = 0.5;
 /// Distance at which a face has met the shape, as a fraction of the allowed depth.
@@ -65,6 +65,11 @@ pub(super) struct FaceTouch {
     pub gap: f64,
     /// Position on the face at the start of the step, or at that fraction where it moves far [m].
     pub point: Vec3,
+}
+
+/// Depth up to which a mesh may be in a round shape between its nodes, whatever their distance [m]; 0 for other shapes.
+pub fn left_to_nodes(shape: &Shape) -> f64 {
+    if matches!(shape, Shape::Ball { .. } | Shape::Capsule { .. }) { MOST * shape.size() } else { 0.0 }
 }
 
 /// Allowed depth of a shape in a face of a size at rest, of which all corners are within `radius` of its middle [m].
@@ -361,13 +366,19 @@ fn nearest_stretch(core: &Core, from: &Vec3, way: &Vec3) -> (f64, f64) {
     let ends = [grows(0.0), grows(1.0)];
     let first = first_above(&grows, -flat, (0.0, 1.0), ends);
     // The distance is convex: its slope at the first end is that of the second or less.
-    let last = if ends[0] > flat { first } else { first_above(&grows, flat, (first, 1.0), [grows(first), ends[1]]) };
+    let last =
+        if ends[0] > flat { first } else { first_above(&grows, flat, (first, 1.0), [grows(first), ends[1]]) };
     (first, last)
 }
 
 /// The first place between `low` and `high` at which a slope that nowhere decreases exceeds `flat` [m], found by secants that
 /// alternate with halvings: it may jump. `ends`: the slopes there.
-fn first_above(slope: &impl Fn(f64) -> f64, flat: f64, (mut low, mut high): (f64, f64), ends: [f64; 2]) -> f64 {
+fn first_above(
+    slope: &impl Fn(f64) -> f64,
+    flat: f64,
+    (mut low, mut high): (f64, f64),
+    ends: [f64; 2],
+) -> f64 {
     let [mut below, mut above] = ends.map(|end| end - flat);
     if below > 0.0 {
         return low;
