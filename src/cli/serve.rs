@@ -1,6 +1,6 @@
 //! `contuse serve`, `contuse openapi`, `contuse health`: the service and its tools.
 
-use super::work_args::WorkArgs;
+use super::work_args::{WorkArgs, size};
 use super::{CliError, Exit};
 use crate::service::access::read_tokens;
 use crate::service::config::ServiceConfig;
@@ -33,6 +33,15 @@ pub struct ServeArgs {
     /// Maximum number of waiting jobs.
     #[arg(long, env = "CONTUSE_MAX_QUEUED", default_value_t = 1000)]
     max_queued: u64,
+    /// Maximum number of waiting jobs of each owner [default: with tokens a quarter of all]
+    #[arg(long, env = "CONTUSE_MAX_QUEUED_PER_OWNER")]
+    max_queued_per_owner: Option<u64>,
+    /// Maximum number of jobs that each owner keeps, in whatever state [default: no limit]
+    #[arg(long, env = "CONTUSE_MAX_JOBS_PER_OWNER")]
+    max_jobs_per_owner: Option<u64>,
+    /// Maximum size in bytes of what jobs and meshes of each owner keep; suffixes k, M, G are accepted [default: no limit]
+    #[arg(long, env = "CONTUSE_MAX_BYTES_PER_OWNER", value_parser = size)]
+    max_bytes_per_owner: Option<u64>,
     /// Maximum number of simultaneous connections.
     #[arg(long, env = "CONTUSE_MAX_CONNECTIONS", default_value_t = 512)]
     max_connections: usize,
@@ -72,6 +81,9 @@ impl ServeArgs {
         Ok(ServiceConfig {
             listen: self.listen,
             max_queued: self.max_queued,
+            max_queued_per_owner: self.max_queued_per_owner,
+            max_jobs_per_owner: self.max_jobs_per_owner,
+            max_bytes_per_owner: self.max_bytes_per_owner,
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
             keep_days: self.keep_days,

@@ -114,7 +114,7 @@ impl WorkArgs {
 }
 
 /// Parses a number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).
-fn size(text: &str) -> Result<u64, String> {
+pub(super) fn size(text: &str) -> Result<u64, String> {
     let (digits, shift) = match text.as_bytes().last() {
         Some(b'k' | b'K') => (&text[..text.len() - 1], 10),
         Some(b'M') => (&text[..text.len() - 1], 20),

@@ -1,6 +1,6 @@
 //! Limits and addresses of the service. Every limit has a default; nothing is unlimited.
 
-use super::jobs::store::StoreAddress;
+use super::jobs::store::{Quotas, StoreAddress};
 use super::memory;
 use super::tokens::Tokens;
 use crate::scene::Budget;
@@ -59,6 +59,12 @@ pub struct ServiceConfig {
     pub max_running_memory: u64,
     /// Maximum number of waiting jobs.
     pub max_queued: u64,
+    /// Maximum number of waiting jobs of each owner; with tokens a quarter of all if `None`.
+    pub max_queued_per_owner: Option<u64>,
+    /// Maximum number of jobs that each owner keeps, in whatever state.
+    pub max_jobs_per_owner: Option<u64>,
+    /// Maximum size of what jobs and meshes of each owner keep [bytes].
+    pub max_bytes_per_owner: Option<u64>,
     /// Maximum number of simultaneous connections; more wait in the listen queue of the system.
     pub max_connections: usize,
     /// Maximum number of waiting validations of small scenes, and of large ones.
@@ -101,6 +107,9 @@ impl Default for ServiceConfig {
             runs: RunConfig::default(),
             max_running_memory: memory::usable().map_or(u64::MAX, |bytes| bytes / 4 * 3),
             max_queued: 1000,
+            max_queued_per_owner: None,
+            max_jobs_per_owner: None,
+            max_bytes_per_owner: None,
             max_connections: 512,
             max_validations_waiting: 64,
             validation_patience: Duration::from_secs(30),
@@ -116,6 +125,24 @@ impl Default for ServiceConfig {
             cors_origins: Vec::new(),
             hosts: Vec::new(),
             heartbeat: Duration::from_secs(15),
+        }
+    }
+}
+
+impl ServiceConfig {
+    /// Number of owners who fill a queue together; without tokens, everyone is one owner.
+    pub fn owners_per_queue(&self) -> usize {
+        if self.tokens.is_open() { 1 } else { 4 }
+    }
+
+    /// Limits of what waits and what owners keep.
+    pub fn quotas(&self) -> Quotas {
+        let share = self.max_queued.div_ceil(self.owners_per_queue() as u64);
+        Quotas {
+            waiting: self.max_queued,
+            waiting_of_owner: self.max_queued_per_owner.unwrap_or(share),
+            jobs_of_owner: self.max_jobs_per_owner.unwrap_or(u64::MAX),
+            bytes_of_owner: self.max_bytes_per_owner.unwrap_or(u64::MAX),
         }
     }
 }

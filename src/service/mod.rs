@@ -56,8 +56,6 @@ use tokio::net::TcpListener;
 const VALIDATIONS_PER_WORKER: usize = 2;
 /// Time between two looks for what is too old.
 const PURGE_INTERVAL: Duration = Duration::from_secs(3600);
-/// Number of owners who fill the queue of validations together.
-const OWNERS_PER_QUEUE: usize = 4;
 /// Archives of fields that are sent at once; more wait.
 const ARCHIVES_AT_ONCE: usize = 4;
 
@@ -105,8 +103,7 @@ fn validations(config: &ServiceConfig) -> QueueLimits {
     QueueLimits {
         at_once: VALIDATIONS_PER_WORKER * config.workers.max(1),
         waiting,
-        // Without tokens, everyone is one owner.
-        waiting_of_owner: if config.tokens.is_open() { waiting } else { waiting.div_ceil(OWNERS_PER_QUEUE) },
+        waiting_of_owner: waiting.div_ceil(config.owners_per_queue()),
         timeout: config.validation_patience,
     }
 }

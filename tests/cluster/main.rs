@@ -9,7 +9,7 @@ use contuse::blobs::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, Draft, U
 use contuse::mesh::read::MeshFormat;
 use contuse::service::jobs::store::{
     CancelAnswer, DeleteAnswer, Event, Job, JobEnd, JobStore, MeshDeletion, NewJob, OwnerRequest, Page,
-    Requeued, Submitted,
+    Quotas, Requeued, Submitted,
 };
 use contuse::service::jobs::{JobKind, JobState, JobsError, Progress};
 use contuse::{service, step};

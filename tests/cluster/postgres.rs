@@ -1,7 +1,7 @@
 //! The contract, and what processes that share a database rely on. The database is that of `CONTUSE_TEST_POSTGRES`, in which every store
 //! gets a schema of its own.
 
-use crate::job_contract::{check, new, submitted};
+use crate::job_contract::{check, new, queue_of, submitted};
 use contuse::service::jobs::store::{
     CancelAnswer, Change, JobEnd, JobStore, NewJob, OwnerRequest, PostgresStore, Requeued,
 };
@@ -123,7 +123,7 @@ async fn a_hidden_job_is_erased_by_another_process_if_its_own_is_lost() {
 async fn many_processes_claim_each_job_once() {
     let Some(stores) = stores::<4>(LONG).await else { return };
     for _ in 0..40 {
-        stores[0].submit(&new("a"), 100).await.unwrap();
+        stores[0].submit(&new("a"), queue_of(100)).await.unwrap();
     }
     let drain = async |store: &PostgresStore| {
         let mut seqs = Vec::new();
@@ -143,7 +143,7 @@ async fn many_processes_claim_each_job_once() {
 async fn equal_requests_to_many_processes_are_one_job() {
     let Some(stores) = stores::<4>(LONG).await else { return };
     let keyed = NewJob { idempotency_key: Some("k".into()), ..new("a") };
-    let posts = (0..100).map(|i| stores[i % 4].submit(&keyed, 10));
+    let posts = (0..100).map(|i| stores[i % 4].submit(&keyed, queue_of(10)));
     for answer in join_all(posts).await {
         answer.unwrap();
     }

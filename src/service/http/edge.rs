@@ -83,6 +83,7 @@ fn cors(origins: &[String]) -> CorsLayer {
         header::IF_NONE_MATCH,
         HeaderName::from_static("last-event-id"),
         HeaderName::from_static("idempotency-key"),
+        HeaderName::from_static("job-priority"),
     ];
     let exposed_headers = [
         header::ACCEPT_RANGES,

@@ -10,7 +10,7 @@ use crate::scene::Problems;
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::engine::JsonDocument;
 use crate::service::jobs::store::{CancelAnswer, Job, NewJob, Page, Submitted};
-use crate::service::jobs::{JobKind, JobState};
+use crate::service::jobs::{JobKind, JobState, Priority};
 use crate::service::meshes::MeshShelf;
 use axum::Json;
 use axum::extract::State;
@@ -33,6 +33,9 @@ pub struct SubmitHeaders {
     /// 1 to 255 visible ASCII characters chosen by the client; used once, for one body at one address
     #[serde(rename = "Idempotency-Key")]
     _idempotency_key: Option<String>,
+    /// `low`, `normal` or `high`: which of the waiting jobs of this owner begins first; `normal` by default
+    #[serde(rename = "Job-Priority")]
+    _job_priority: Option<String>,
 }
 
 /// Answers to requests that create a job.
@@ -47,6 +50,9 @@ pub enum SubmitAnswer {
     /// The body is not JSON
     #[response(status = 400, content_type = "application/problem+json")]
     NotJson(ProblemBody),
+    /// As many jobs or bytes are kept as an owner may keep
+    #[response(status = 403, content_type = "application/problem+json")]
+    QuotaUsed(ProblemBody),
     /// Idempotency-Key already used with another body or address
     #[response(status = 409, content_type = "application/problem+json")]
     KeyReused(ProblemBody),
@@ -59,7 +65,7 @@ pub enum SubmitAnswer {
     /// All errors of the document, including its scene
     #[response(status = 422, content_type = "application/problem+json")]
     Invalid(ProblemBody),
-    /// Too many validations of this token are waiting
+    /// Too many validations or jobs of this token are waiting
     #[response(status = 429, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
     TooMany(ProblemBody),
     /// Queue full or shutting down
@@ -109,7 +115,7 @@ pub(super) async fn accept(
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service is shutting down."));
     }
-    let idempotency_key = idempotency_key(headers)?;
+    let (idempotency_key, priority) = (idempotency_key(headers)?, priority(headers)?);
     let body_sha256 = request_sha256(kind, &text);
     // A repeated request needs no second validation of the scene.
     if let Some(key) = &idempotency_key
@@ -132,6 +138,7 @@ pub(super) async fn accept(
         idempotency_key,
         body_sha256,
         kind,
+        priority,
         document,
         name: checked.name,
         content_hash: checked.content_hash,
@@ -366,13 +373,26 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
     Ok(response)
 }
 
+/// A header that may be sent once.
+fn once<'a>(headers: &'a HeaderMap, name: &str) -> Result<Option<&'a HeaderValue>, Problem> {
+    let mut values = headers.get_all(name).iter();
+    let value = values.next();
+    if values.next().is_some() {
+        return Err(Problem::bad_header(name, "given once"));
+    }
+    Ok(value)
+}
+
+/// Priority of a new job.
+fn priority(headers: &HeaderMap) -> Result<Priority, Problem> {
+    let Some(value) = once(headers, "Job-Priority")? else { return Ok(Priority::default()) };
+    let known = value.to_str().ok().and_then(Priority::from_name);
+    known.ok_or_else(|| Problem::bad_header("Job-Priority", "`low`, `normal` or `high`"))
+}
+
 /// The client's idempotency key, if it sent one.
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
-    let mut values = headers.get_all("idempotency-key").iter();
-    let Some(value) = values.next() else { return Ok(None) };
-    if values.next().is_some() {
-        return Err(Problem::bad_header("Idempotency-Key", "given once"));
-    }
+    let Some(value) = once(headers, "Idempotency-Key")? else { return Ok(None) };
     let key = value
         .to_str()
         .ok()

@@ -16,6 +16,9 @@ use utoipa::ToSchema;
 /// Time after which to repeat a validation that could not begin [s].
 const VALIDATION_WAIT_S: u64 = 10;
 
+/// Time after which to repeat a submission of an owner whose jobs wait [s].
+const QUEUE_WAIT_S: u64 = 30;
+
 /// Time after which to repeat an upload, a download or an event stream [s].
 const PERMIT_WAIT_S: u64 = 10;
 
@@ -355,6 +358,15 @@ impl Problem {
             .header(header::RETRY_AFTER, wait_s.into())
     }
 
+    /// The owner keeps as much as one may.
+    fn quota_used(most: u64, what: &str) -> Self {
+        let detail =
+            format!("With this, you would keep more than the {most} {what} that one owner may keep.");
+        Self::new(StatusCode::FORBIDDEN, "quota-used", "Quota used", detail).remedy(
+            "Delete jobs or meshes that are not needed any more, or ask the operator for a larger quota.",
+        )
+    }
+
     /// The disk of the service is full.
     fn storage_full(error: &JobsError) -> Self {
         tracing::error!(%error, "no space is left");
@@ -390,6 +402,10 @@ impl From<JobsError> for Problem {
         match error {
             JobsError::Blob(BlobError::TooLarge { most }) => Self::too_large(most),
             JobsError::QueueFull { waiting } => Self::unavailable(&format!("{waiting} jobs wait already.")),
+            JobsError::OwnerWaits { waiting } => {
+                Self::too_many(format!("{waiting} jobs of this owner wait already."), QUEUE_WAIT_S)
+            }
+            JobsError::OwnerKeeps { most, what } => Self::quota_used(most, what),
             full if full.is_storage_full() => Self::storage_full(&full),
             JobsError::DiskShort { free, least } => Self::disk_short(free, least),
             scarce if scarce.is_out_of_descriptors() => {

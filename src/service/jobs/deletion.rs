@@ -97,8 +97,8 @@ impl Queue {
         Ok(deletion)
     }
 
-    /// Removes the file of a mesh, unless someone has uploaded it again.
-    async fn remove_mesh(self: &Arc<Self>, id: String, format: MeshFormat) {
+    /// Removes the file of a mesh, unless someone has it.
+    pub(super) async fn remove_mesh(self: &Arc<Self>, id: String, format: MeshFormat) {
         let (queue, name) = (Arc::downgrade(self), mesh_name(&id, format));
         let removed = name.clone();
         self.removals.start(name.clone(), self.closing(), move || {

@@ -103,6 +103,20 @@ pub enum JobsError {
         /// Free space that is required [bytes].
         least: u64,
     },
+    /// The maximum number of jobs of an owner is waiting.
+    #[error("{waiting} jobs of this owner wait already")]
+    OwnerWaits {
+        /// Number of the owner's waiting jobs.
+        waiting: u64,
+    },
+    /// The owner keeps as much as one may.
+    #[error("this owner keeps as much as one may: {most} {what}")]
+    OwnerKeeps {
+        /// How much an owner may keep.
+        most: u64,
+        /// Of what: `jobs` or `bytes`.
+        what: &'static str,
+    },
     /// The maximum number of jobs is waiting.
     #[error("{waiting} jobs wait already")]
     QueueFull {

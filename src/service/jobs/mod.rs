@@ -21,6 +21,7 @@ pub mod failures;
 pub mod found;
 mod kind;
 pub mod ownership;
+mod priority;
 pub mod process;
 pub mod pulse;
 pub mod queue;
@@ -40,6 +41,7 @@ pub mod worker;
 
 pub use error::{JobsError, StoreFault};
 pub use kind::JobKind;
+pub use priority::Priority;
 
 pub use crate::study::{Phase, Progress};
 

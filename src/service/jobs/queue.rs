@@ -268,7 +268,7 @@ impl Queue {
     /// `QueueFull`, or if the store fails.
     pub async fn submit(self: &Arc<Self>, new: &NewJob) -> Result<Submitted, JobsError> {
         self.with_files(Self::check_space).await?;
-        let submitted = self.store.submit(new, self.config.max_queued).await?;
+        let submitted = self.store.submit(new, self.config.quotas()).await?;
         if let Submitted::Created(job) = &submitted {
             tracing::info!(job = %job.id, "accepted");
             self.arrivals.notify_one();
@@ -280,7 +280,7 @@ impl Queue {
     /// Keeps a mesh for an owner: its id, and whether it is new to that owner.
     ///
     /// # Errors
-    /// If the store or the files fail.
+    /// `OwnerKeeps`, or if the store or the files fail.
     pub async fn keep_mesh(
         self: &Arc<Self>,
         owner: &str,
@@ -288,12 +288,16 @@ impl Queue {
         format: MeshFormat,
         report: &MeshReport,
     ) -> Result<(String, bool), JobsError> {
-        let _no_removal = self.mesh_files.read().await;
+        let no_removal = self.mesh_files.read().await;
         let name = mesh_name(&draft.digest().sha256, format);
         let kept = self.with_files(move |_| Ok(draft.keep(&name)?));
         let BlobDigest { bytes, sha256: id } = self.unless_silent(kept).await??;
-        let is_new = self.store.add_mesh(owner, &id, format, bytes, report).await?;
-        Ok((id, is_new))
+        let added = self.store.add_mesh(owner, &id, format, bytes, report, self.config.quotas()).await;
+        drop(no_removal);
+        if added.is_err() {
+            self.remove_mesh(id.clone(), format).await;
+        }
+        Ok((id, added?))
     }
 
     /// Cancels a waiting job, or stops a running one.

@@ -1,7 +1,7 @@
 //! A job as its owner sees it: what the store returns, and what the routes send.
 
 use crate::scene::Problem;
-use crate::service::jobs::{FinalRecording, JobId, JobState, Phase};
+use crate::service::jobs::{FinalRecording, JobId, JobState, Phase, Priority};
 use crate::service::shelves::recording_name;
 use crate::step::Failure;
 use serde::Serialize;
@@ -21,6 +21,8 @@ pub struct Job {
     pub id: Uuid,
     /// Name of the scene.
     pub name: String,
+    /// Priority among the jobs of its owner.
+    pub priority: Priority,
     /// Current state of the job.
     pub state: JobState,
     /// Current phase of the job.
@@ -37,7 +39,7 @@ pub struct Job {
     pub end_time_s: f64,
     /// Expected time to the end on the wall clock [s].
     pub eta_s: Option<f64>,
-    /// Position in the queue, from 1.
+    /// Position among the waiting jobs of its owner, from 1: owners take turns.
     pub queue_position: Option<u64>,
     /// Number of attempts so far.
     pub attempts: u32,

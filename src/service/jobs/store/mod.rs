@@ -11,6 +11,7 @@ mod fault;
 mod job;
 #[cfg(feature = "cluster")]
 mod postgres;
+mod quotas;
 mod records;
 mod sqlite;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub use chosen::{PATIENCE, PROBE_PATIENCE, StoreAddress};
 pub use job::{Job, JobLinks, NOTICE};
 #[cfg(feature = "cluster")]
 pub use postgres::PostgresStore;
+pub use quotas::Quotas;
 pub use records::{
     CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, Identity, JobEnd, KnownBlobs,
     MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
@@ -50,11 +52,12 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
         body_sha256: &'a str,
     ) -> Answer<'a, Option<Submitted>>;
 
-    /// Stores a new job, whose meshes stay from now on; `QueueFull` if `max_queued` jobs are waiting already.
-    fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted>;
+    /// Stores a new job, whose meshes stay from now on; `QueueFull`, `OwnerWaits` or `OwnerKeeps` beyond the quotas.
+    fn submit<'a>(&'a self, new: &'a NewJob, quotas: Quotas) -> Answer<'a, Submitted>;
 
-    /// Claims the job that has waited longest, if its run is expected to take at most `free_bytes` of memory and it need not run alone;
-    /// any if `None`, when no other runs. No other overtakes it.
+    /// Claims the next job, if its run is expected to take at most `free_bytes` of memory and it need not run alone; any if `None`, when
+    /// no other runs. The next job is of the owner with the fewest running jobs, then of the one whose last turn is longest ago; of that
+    /// owner the first one of the highest priority. It waits for its memory, and none is taken in its place.
     fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>>;
 
     /// Records the progress of an attempt.
@@ -115,7 +118,7 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Number of jobs in each state.
     fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>>;
 
-    /// Registers an uploaded mesh; false if the owner had it already.
+    /// Registers an uploaded mesh; false if the owner had it already, `OwnerKeeps` beyond the quotas.
     fn add_mesh<'a>(
         &'a self,
         owner: &'a str,
@@ -123,6 +126,7 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
         format: MeshFormat,
         bytes: u64,
         report: &'a MeshReport,
+        quotas: Quotas,
     ) -> Answer<'a, bool>;
 
     /// An uploaded mesh of an owner.

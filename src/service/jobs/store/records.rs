@@ -3,7 +3,7 @@
 use super::job::Job;
 use crate::mesh::read::MeshFormat;
 use crate::scene::Problem;
-use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
+use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Priority, Progress};
 use crate::step::Ending;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,6 +19,8 @@ pub struct NewJob {
     pub body_sha256: String,
     /// Kind of job that the document requests.
     pub kind: JobKind,
+    /// Priority among the jobs of its owner.
+    pub priority: Priority,
     /// Document accepted at submission.
     pub document: Vec<u8>,
     /// Name of the scene.
@@ -83,6 +85,14 @@ pub struct JobEnd {
     pub recording: Option<FinalRecording>,
     /// Final progress, if known.
     pub progress: Option<Progress>,
+}
+
+impl JobEnd {
+    /// What the job keeps beside its document [bytes].
+    pub fn kept_bytes(&self) -> u64 {
+        let summary = self.summary.as_ref().map_or(0, |text| text.len() as u64);
+        summary + self.recording.as_ref().map_or(0, |recording| recording.bytes)
+    }
 }
 
 /// Why a job waits again.

@@ -2,17 +2,19 @@
 
 use super::*;
 use crate::service::jobs::failures::{internal, worker_lost};
-use crate::service::jobs::{FinalRecording, Phase};
+use crate::service::jobs::{FinalRecording, Phase, Priority};
 use crate::service::shelves::{mesh_name, recording_name};
 use crate::step::{Ending, FailureCause};
 
 /// Checks a store, starting empty.
 pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     jobs_are_claimed_once_in_the_order_of_their_coming(&empty().await).await;
+    owners_take_turns_and_order_their_own_jobs(&empty().await).await;
     attempt_that_is_over_changes_nothing(&empty().await).await;
     orphans_are_those_without_a_worker_and_those_that_were_hidden(&empty().await).await;
     what_a_job_is_for_is_read_back(&empty().await).await;
     queue_has_an_end(&empty().await).await;
+    owners_keep_what_they_may(&empty().await).await;
     one_key_is_one_job(&empty().await).await;
     event_streams_are_numbered_and_end(&empty().await).await;
     mesh_in_use_stays(&empty().await).await;
@@ -31,6 +33,7 @@ pub(super) fn new(name: &str) -> NewJob {
         idempotency_key: None,
         body_sha256: "0".into(),
         kind: JobKind::Study,
+        priority: Priority::Normal,
         document: b"{}".to_vec(),
         name: name.into(),
         content_hash: "0".into(),
@@ -41,8 +44,13 @@ pub(super) fn new(name: &str) -> NewJob {
     }
 }
 
+/// Limits of a queue for so many jobs.
+pub fn queue_of(waiting: u64) -> Quotas {
+    Quotas { waiting, ..Quotas::NONE }
+}
+
 pub async fn submitted(store: &dyn JobStore, name: &str) -> Job {
-    match store.submit(&new(name), 10).await.unwrap() {
+    match store.submit(&new(name), queue_of(10)).await.unwrap() {
         Submitted::Created(row) => *row,
         other => panic!("{other:?}"),
     }
@@ -61,6 +69,62 @@ async fn jobs_are_claimed_once_in_the_order_of_their_coming(store: &dyn JobStore
     seqs.sort_unstable();
     assert_eq!(seqs, [1, 2, 3]);
     assert!(store.claim(None).await.unwrap().is_none());
+}
+
+/// Submits jobs, given as owner, name and priority.
+async fn submit_all(store: &dyn JobStore, jobs: &[(&str, &str, Priority)]) -> Vec<Job> {
+    let mut all = Vec::new();
+    for (owner, name, priority) in jobs {
+        let job = NewJob { owner: (*owner).into(), priority: *priority, ..new(name) };
+        let Submitted::Created(job) = store.submit(&job, Quotas::NONE).await.unwrap() else {
+            panic!("no new job")
+        };
+        all.push(*job);
+    }
+    all
+}
+
+async fn owners_take_turns_and_order_their_own_jobs(store: &dyn JobStore) {
+    use Priority::{High, Low, Normal};
+    let jobs = submit_all(
+        store,
+        &[
+            ("anna", "a1", Low),
+            ("anna", "a2", Normal),
+            ("anna", "a3", Normal),
+            ("anna", "a4", High),
+            ("bert", "b1", Low),
+            ("bert", "b2", Normal),
+            ("carl", "c1", Normal),
+        ],
+    )
+    .await;
+    // Their positions are those among their own jobs, in the answer to the submission as it was then.
+    let positions =
+        |jobs: &[Job]| jobs.iter().rev().map(|job| job.queue_position.unwrap()).collect::<Vec<_>>();
+    assert_eq!(positions(&jobs), [1, 1, 1, 1, 2, 1, 1]);
+    let page = Page { states: vec![], before: None, limit: 10 };
+    assert_eq!(positions(&store.jobs("anna", &page).await.unwrap()), [4, 2, 3, 1]);
+    assert_eq!(store.job("anna", jobs[0].id).await.unwrap().unwrap().queue_position, Some(4));
+    let next = async || {
+        let claimed = store.claim(None).await.unwrap().unwrap();
+        jobs.iter().find(|job| job.seq == claimed.seq).map(|job| (job.name.clone(), claimed)).unwrap()
+    };
+    // Whoever has the fewest runs, then whose turn is longest ago.
+    let mut claimed = Vec::new();
+    for _ in 0..4 {
+        claimed.push(next().await);
+    }
+    assert_eq!(claimed.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["a4", "b2", "c1", "a2"]);
+    // One worker: all have none running when it is free.
+    for (_, job) in claimed {
+        store.finish(job.seq, job.attempt, &end(Ending::Finished)).await.unwrap();
+    }
+    for expected in ["b1", "a3", "a1"] {
+        let (name, job) = next().await;
+        assert_eq!(name, expected);
+        store.finish(job.seq, job.attempt, &end(Ending::Finished)).await.unwrap();
+    }
 }
 
 async fn attempt_that_is_over_changes_nothing(store: &dyn JobStore) {
@@ -119,13 +183,42 @@ async fn what_a_job_is_for_is_read_back(store: &dyn JobStore) {
 }
 
 async fn queue_has_an_end(store: &dyn JobStore) {
-    store.submit(&new("a"), 1).await.unwrap();
-    assert!(matches!(store.submit(&new("b"), 1).await, Err(JobsError::QueueFull { waiting: 1 })));
+    store.submit(&new("a"), queue_of(1)).await.unwrap();
+    assert!(matches!(store.submit(&new("b"), queue_of(1)).await, Err(JobsError::QueueFull { waiting: 1 })));
+}
+
+async fn owners_keep_what_they_may(store: &dyn JobStore) {
+    let (anna, bert) = (new("a"), NewJob { owner: "bert".into(), ..new("b") });
+    let one = Quotas { waiting_of_owner: 1, ..Quotas::NONE };
+    let first = submitted(store, "a").await;
+    assert!(matches!(store.submit(&anna, one).await, Err(JobsError::OwnerWaits { waiting: 1 })));
+    store.submit(&bert, one).await.unwrap();
+    // Jobs that have ended are kept, too, with what they left.
+    let claimed = store.claim(None).await.unwrap().unwrap();
+    let recording = FinalRecording { bytes: 90, sha256: "0".into(), complete: true, attempt: 1 };
+    let ended = JobEnd { summary: Some("{}".into()), recording: Some(recording), ..end(Ending::Finished) };
+    store.finish(claimed.seq, claimed.attempt, &ended).await.unwrap();
+    let refused = |answer: Result<_, JobsError>| matches!(answer, Err(JobsError::OwnerKeeps { .. }));
+    assert!(refused(store.submit(&anna, Quotas { jobs_of_owner: 1, ..Quotas::NONE }).await.map(drop)));
+    // Two documents of two bytes each, a summary of two, and the recording.
+    let bytes = |bytes_of_owner| Quotas { bytes_of_owner, ..Quotas::NONE };
+    assert!(refused(store.submit(&anna, bytes(95)).await.map(drop)));
+    let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
+    assert!(refused(store.add_mesh("anna", "0a", MeshFormat::Gmsh, 2, &report, bytes(95)).await.map(drop)));
+    assert!(store.mesh("anna", "0a").await.unwrap().is_none());
+    assert!(store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report, bytes(95)).await.unwrap());
+    assert!(refused(store.submit(&anna, bytes(96)).await.map(drop)));
+    store.submit(&bert, bytes(96)).await.unwrap();
+    store.submit(&anna, bytes(97)).await.unwrap();
+    // What is deleted is free again.
+    store.hide("anna", first.id).await.unwrap();
+    store.erase(first.seq).await.unwrap();
+    store.submit(&anna, bytes(96)).await.unwrap();
 }
 
 async fn one_key_is_one_job(store: &dyn JobStore) {
     let keyed = NewJob { idempotency_key: Some("k".into()), ..new("a") };
-    let answers = futures::future::join_all((0..100).map(|_| store.submit(&keyed, 1))).await;
+    let answers = futures::future::join_all((0..100).map(|_| store.submit(&keyed, queue_of(1)))).await;
     let (mut created, mut ids) = (0, std::collections::BTreeSet::new());
     for answer in answers {
         match answer.unwrap() {
@@ -141,7 +234,7 @@ async fn one_key_is_one_job(store: &dyn JobStore) {
     }
     assert_eq!((created, ids.len()), (1, 1));
     let other = NewJob { body_sha256: "1".into(), ..keyed.clone() };
-    assert!(matches!(store.submit(&other, 10).await.unwrap(), Submitted::KeyReused));
+    assert!(matches!(store.submit(&other, queue_of(10)).await.unwrap(), Submitted::KeyReused));
     assert!(matches!(store.replay("anna", "k", "0").await.unwrap(), Some(Submitted::Replayed(_))));
     assert!(store.replay("bert", "k", "0").await.unwrap().is_none());
 }
@@ -178,17 +271,21 @@ async fn event_streams_are_numbered_and_end(store: &dyn JobStore) {
 async fn mesh_in_use_stays(store: &dyn JobStore) {
     let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
     for owner in ["anna", "bert"] {
-        assert!(store.add_mesh(owner, "0a", MeshFormat::Gmsh, 1, &report).await.unwrap());
+        assert!(store.add_mesh(owner, "0a", MeshFormat::Gmsh, 1, &report, Quotas::NONE).await.unwrap());
     }
-    assert!(!store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap());
+    assert!(!store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report, Quotas::NONE).await.unwrap());
     let using = NewJob { document: br#"{"mesh": "0a"}"#.to_vec(), meshes: ["0a".into()].into(), ..new("a") };
-    let Submitted::Created(job) = store.submit(&using, 10).await.unwrap() else { panic!("no new job") };
+    let Submitted::Created(job) = store.submit(&using, queue_of(10)).await.unwrap() else {
+        panic!("no new job")
+    };
     assert_eq!(store.delete_mesh("anna", "0a").await.unwrap(), MeshDeletion::InUse { job: job.id });
     store.cancel("anna", job.id).await.unwrap();
     assert_eq!(store.delete_mesh("anna", "0a").await.unwrap(), MeshDeletion::Deleted { unowned: None });
     // Nor does a job come that was validated before.
     let waiting = store.counts().await.unwrap();
-    assert!(matches!(store.submit(&using, 10).await.unwrap(), Submitted::MeshGone { id } if id == "0a"));
+    assert!(
+        matches!(store.submit(&using, queue_of(10)).await.unwrap(), Submitted::MeshGone { id } if id == "0a")
+    );
     assert_eq!(store.counts().await.unwrap(), waiting);
     assert!(store.has_owner("0a", MeshFormat::Gmsh).await.unwrap());
     let unowned = Some(MeshFormat::Gmsh);
@@ -202,11 +299,11 @@ async fn job_and_the_deletion_of_its_mesh_exclude_each_other(store: &dyn JobStor
     let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
     for i in 0..20 {
         let id = format!("{i:02x}");
-        store.add_mesh("anna", &id, MeshFormat::Gmsh, 1, &report).await.unwrap();
+        store.add_mesh("anna", &id, MeshFormat::Gmsh, 1, &report, Quotas::NONE).await.unwrap();
         let document = format!(r#"{{"mesh": "{id}"}}"#).into_bytes();
         let using = NewJob { document, meshes: [id.clone()].into(), ..new("a") };
         let (submitted, deletion) =
-            futures::future::join(store.submit(&using, 100), store.delete_mesh("anna", &id)).await;
+            futures::future::join(store.submit(&using, queue_of(100)), store.delete_mesh("anna", &id)).await;
         match (submitted.unwrap(), deletion.unwrap()) {
             (Submitted::Created(job), MeshDeletion::InUse { job: user }) => assert_eq!(job.id, user),
             (Submitted::MeshGone { .. }, MeshDeletion::Deleted { .. }) => {}
@@ -228,7 +325,7 @@ async fn what_ended_long_ago_is_found(store: &dyn JobStore) {
 }
 
 async fn job_waits_for_its_memory(store: &dyn JobStore) {
-    store.submit(&NewJob { memory_bytes: 100, ..new("large") }, 10).await.unwrap();
+    store.submit(&NewJob { memory_bytes: 100, ..new("large") }, queue_of(10)).await.unwrap();
     submitted(store, "small").await;
     assert!(store.claim(Some(99)).await.unwrap().is_none(), "nor does the next one overtake it");
     assert_eq!(store.claim(Some(100)).await.unwrap().unwrap().memory_bytes, 100);
@@ -277,7 +374,7 @@ async fn blobs_of_jobs_and_meshes_are_known(store: &dyn JobStore) {
     assert!(store.blobs().await.unwrap().names.is_empty());
     let job = submitted(store, "a").await;
     let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
-    store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap();
+    store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report, Quotas::NONE).await.unwrap();
     let known = store.blobs().await.unwrap().names;
     assert_eq!(Vec::from_iter(known), [mesh_name("0a", MeshFormat::Gmsh), recording_name(job.id, 1)]);
 }

@@ -36,10 +36,10 @@ macro_rules! shared {
         " FOR SHARE"
     };
 }
-/// The same as `locked`, without waiting for rows that others keep.
+/// Keeps the selected row `w`, without waiting for rows that others keep.
 macro_rules! locked_or_skipped {
     () => {
-        " FOR UPDATE SKIP LOCKED"
+        " FOR UPDATE OF w SKIP LOCKED"
     };
 }
 /// Whether the document of a job contains the text `$2`.

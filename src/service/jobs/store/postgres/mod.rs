@@ -170,5 +170,6 @@ fn migrations() -> Migrator {
     super::migrator(&[
         ("jobs", include_str!("migrations/0001_jobs.sql")),
         ("identity", include_str!("migrations/0002_identity.sql")),
+        ("owners", include_str!("migrations/0003_owners.sql")),
     ])
 }

@@ -9,6 +9,25 @@ use crate::service::jobs::{JobId, JobState, JobsError, Progress};
 use crate::step::Ending;
 use sqlx::Row as _;
 
+/// The waiting job that is next: of the owner with the fewest running jobs, then of the one whose last turn is longest ago, then of the one
+/// who has waited longest; of that owner by priority, then by arrival.
+macro_rules! next_job {
+    () => {
+        "SELECT w.seq FROM jobs w
+             JOIN (SELECT q.owner, MIN(q.seq) AS first,
+                       (SELECT COUNT(*) FROM jobs r WHERE r.owner = q.owner AND r.state = 'running') AS running,
+                       COALESCE((SELECT o.turn FROM owners o WHERE o.owner = q.owner), 0) AS turn
+                   FROM jobs q WHERE q.state = 'queued' AND q.deleted = 0 GROUP BY q.owner) s ON s.owner = w.owner
+             WHERE w.state = 'queued' AND w.deleted = 0
+             ORDER BY s.running, s.turn, s.first, w.priority DESC, w.seq LIMIT 1"
+    };
+}
+
+/// Gives a turn to the owner `$1`.
+const TURN: &str =
+    "INSERT INTO owners (owner, turn) VALUES ($1, (SELECT COALESCE(MAX(turn), 0) + 1 FROM owners))
+     ON CONFLICT (owner) DO UPDATE SET turn = excluded.turn";
+
 impl SqlStore {
     pub(super) async fn claim(&self, free_bytes: Option<u64>) -> Result<Option<ClaimedJob>, JobsError> {
         let mut transaction = self.begin().await?;
@@ -16,7 +35,7 @@ impl SqlStore {
             concat!(
                 "UPDATE jobs SET state = 'running', phase = 'loading', attempts = attempts + 1, progress = 0, step = 0,
                  simulated_time_s = 0, expected_steps = NULL, eta_s = NULL, ", taken!(), ", started_at = ", now!(), "
-             WHERE seq = (SELECT seq FROM jobs WHERE state = 'queued' AND deleted = 0 ORDER BY seq LIMIT 1", locked_or_skipped!(), ")
+             WHERE seq = (", next_job!(), locked_or_skipped!(), ")
                  AND ($3 IS NULL OR (alone = 0 AND memory_bytes <= $3))
              RETURNING seq, id, owner, kind, scene, attempts, memory_bytes, alone <> 0 AS alone"
             ),
@@ -32,13 +51,15 @@ impl SqlStore {
             return Ok(None);
         };
         let (seq, attempt) = (row.try_get("seq")?, attempts_of(row.try_get("attempts")?)?);
+        let owner: String = row.try_get("owner")?;
+        sqlx::query(TURN).bind(&owner).execute(&mut *transaction).await?;
         add_event(&mut transaction, seq, &Event::running(attempt)).await?;
         transaction.commit().await?;
         let id: String = row.try_get("id")?;
         Ok(Some(ClaimedJob {
             seq,
             id: job_id(id)?,
-            owner: row.try_get("owner")?,
+            owner,
             kind: kind_of_name(row.try_get("kind")?)?,
             document: row.try_get("scene")?,
             memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
@@ -92,7 +113,7 @@ impl SqlStore {
         let failure = end.ending.failure().map(serde_json::to_string).transpose()?;
         let result = sqlx::query(concat!(
             "UPDATE jobs SET state = $4, phase = 'done', eta_s = NULL, failure = $5, summary = $6,
-                 recording_bytes = $7, recording_sha256 = $8, recording_complete = $9, recording_attempt = $2,
+                 recording_bytes = $7, recording_sha256 = $8, recording_complete = $9, recording_attempt = $2, kept_bytes = length(scene) + $10,
                  progress = CASE WHEN $4 = 'succeeded' THEN 1 ELSE progress END, finished_at = ",
             now!(),
             "
@@ -107,6 +128,7 @@ impl SqlStore {
         .bind(end.recording.as_ref().map(|r| r.bytes.cast_signed()))
         .bind(end.recording.as_ref().map(|r| r.sha256.as_str()))
         .bind(end.recording.as_ref().map(|r| r.complete))
+        .bind(end.kept_bytes().cast_signed())
         .execute(&mut *transaction)
         .await?;
         // An attempt that is over changes nothing. That it is has to be durable.

@@ -1,11 +1,12 @@
 //! Owners of uploaded meshes, and references to blobs.
 
 use super::read::job_id;
+use super::submit::check_kept;
 use super::{SqlStore, attempts_of};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::service::jobs::JobsError;
-use crate::service::jobs::store::{KnownBlobs, MeshDeletion};
+use crate::service::jobs::store::{KnownBlobs, MeshDeletion, Quotas};
 use crate::service::meshes::StoredMesh;
 use crate::service::shelves::{mesh_name, recording_name, recording_names, result_name};
 
@@ -17,6 +18,7 @@ impl SqlStore {
         format: MeshFormat,
         bytes: u64,
         report: &MeshReport,
+        quotas: Quotas,
     ) -> Result<bool, JobsError> {
         let mut transaction = self.begin().await?;
         let result = sqlx::query(
@@ -29,8 +31,12 @@ impl SqlStore {
         .bind(serde_json::to_string(report)?)
         .execute(&mut *transaction)
         .await?;
+        let is_new = result.rows_affected() > 0;
+        if is_new {
+            check_kept(&mut transaction, owner, quotas).await?;
+        }
         transaction.commit().await?;
-        Ok(result.rows_affected() > 0)
+        Ok(is_new)
     }
 
     pub(super) async fn blobs(&self) -> Result<KnownBlobs, JobsError> {

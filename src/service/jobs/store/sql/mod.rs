@@ -12,7 +12,7 @@ use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::service::jobs::store::{
     Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, KnownBlobs,
-    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, SharedStore, Submitted,
+    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Quotas, Requeued, SharedStore, Submitted,
 };
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::service::meshes::StoredMesh;
@@ -54,8 +54,8 @@ impl JobStore for SqlStore {
     ) -> Answer<'a, Option<Submitted>> {
         Box::pin(self.replay(owner, key, body_sha256))
     }
-    fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
-        Box::pin(self.submit(new, max_queued))
+    fn submit<'a>(&'a self, new: &'a NewJob, quotas: Quotas) -> Answer<'a, Submitted> {
+        Box::pin(self.submit(new, quotas))
     }
     fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>> {
         Box::pin(self.claim(free_bytes))
@@ -124,8 +124,9 @@ impl JobStore for SqlStore {
         format: MeshFormat,
         bytes: u64,
         report: &'a MeshReport,
+        quotas: Quotas,
     ) -> Answer<'a, bool> {
-        Box::pin(self.add_mesh(owner, id, format, bytes, report))
+        Box::pin(self.add_mesh(owner, id, format, bytes, report, quotas))
     }
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
         Box::pin(self.mesh(owner, id))

@@ -2,7 +2,7 @@
 
 use super::{Row, SqlStore, attempts_of};
 use crate::service::jobs::store::{EventRow, Job, JobLinks, NOTICE, Page};
-use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase};
+use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase, Priority};
 use sqlx::Row as _;
 
 impl SqlStore {
@@ -14,7 +14,7 @@ impl SqlStore {
             .await?;
         let Some(row) = row else { return Ok(None) };
         let mut rows = [job_of_row(&row)?];
-        self.count_positions(&mut rows).await?;
+        self.count_positions(owner, &mut rows).await?;
         Ok(rows.into_iter().next())
     }
 
@@ -40,27 +40,44 @@ impl SqlStore {
         let mut rows: Vec<Job> = found.iter().filter_map(readable).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.seq));
         rows.truncate(page.limit as usize);
-        self.count_positions(&mut rows).await?;
+        self.count_positions(owner, &mut rows).await?;
         Ok(rows)
     }
 
-    /// Sets the positions of waiting jobs in the queue: the queue is counted once, whatever the number of jobs.
-    async fn count_positions(&self, rows: &mut [Job]) -> Result<(), JobsError> {
+    /// Sets the positions of waiting jobs among those of their owner: these are counted once, whatever the number of rows.
+    async fn count_positions(&self, owner: &str, rows: &mut [Job]) -> Result<(), JobsError> {
         let mut waiting: Vec<&mut Job> = rows.iter_mut().filter(|r| r.state == JobState::Queued).collect();
-        waiting.sort_by_key(|row| row.seq);
-        let (mut counted_to, mut position) = (i64::MIN, 0_u64);
+        if waiting.is_empty() {
+            return Ok(());
+        }
+        waiting.sort_by_key(|row| (row.priority, row.seq));
+        let of_priorities: Vec<(i64, i64)> = sqlx::query_as(
+            "SELECT priority, COUNT(*) FROM jobs WHERE owner = $1 AND state = 'queued' AND deleted = 0 GROUP BY priority",
+        )
+        .bind(owner)
+        .fetch_all(&self.pool)
+        .await?;
+        let (mut counted_to, mut position) = ((None, i64::MIN), 0);
         for row in waiting {
+            if counted_to.0 != Some(row.priority) {
+                let before = of_priorities.iter().filter(|(number, _)| *number > row.priority.number());
+                (counted_to, position) =
+                    ((Some(row.priority), i64::MIN), before.map(|(_, count)| count).sum());
+            }
             let (more,): (i64,) = sqlx::query_as(
-                "SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0 AND seq > $1 AND seq <= $2",
+                "SELECT COUNT(*) FROM jobs WHERE owner = $1 AND priority = $2 AND state = 'queued' AND deleted = 0
+                     AND seq > $3 AND seq <= $4",
             )
-            .bind(counted_to)
+            .bind(owner)
+            .bind(row.priority.number())
+            .bind(counted_to.1)
             .bind(row.seq)
             .fetch_one(&self.pool)
             .await?;
-            position += more.cast_unsigned();
-            counted_to = row.seq;
+            position += more;
+            counted_to.1 = row.seq;
             // It may have left the queue in between.
-            row.queue_position = Some(position.max(1));
+            row.queue_position = Some(position.max(1).cast_unsigned());
         }
         Ok(())
     }
@@ -173,6 +190,7 @@ pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
     let state: String = row.try_get("state")?;
     let phase: String = row.try_get("phase")?;
     let warnings: String = row.try_get("warnings")?;
+    let priority: i64 = row.try_get("priority")?;
     let failure: Option<String> = row.try_get("failure")?;
     let recording = match (row.try_get("recording_bytes")?, row.try_get("recording_sha256")?) {
         (Some(bytes), Some(sha256)) => Some(FinalRecording {
@@ -187,6 +205,8 @@ pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
         seq: row.try_get("seq")?,
         id,
         name: row.try_get("name")?,
+        priority: Priority::from_number(priority)
+            .ok_or(JobsError::Corrupt { what: "priority", value: priority.to_string() })?,
         content_hash: row.try_get("content_hash")?,
         end_time_s: row.try_get("end_time_s")?,
         warnings: serde_json::from_str(&warnings)?,

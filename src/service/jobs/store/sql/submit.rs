@@ -1,8 +1,8 @@
 //! Submission of a job, at most once per key.
 
 use super::read::{job_id, job_of_row};
-use super::{SqlStore, add_event};
-use crate::service::jobs::store::{Event, Job, NewJob, Submitted};
+use super::{SqlStore, Write, add_event};
+use crate::service::jobs::store::{Event, Job, NewJob, Quotas, Submitted};
 use crate::service::jobs::{JobId, JobsError};
 
 impl SqlStore {
@@ -26,12 +26,13 @@ impl SqlStore {
         Ok(self.job(owner, id).await?.map(|row| Submitted::Replayed(Box::new(row))))
     }
 
-    pub(super) async fn submit(&self, new: &NewJob, max_queued: u64) -> Result<Submitted, JobsError> {
+    pub(super) async fn submit(&self, new: &NewJob, quotas: Quotas) -> Result<Submitted, JobsError> {
         let id = JobId::now_v7();
         let mut transaction = self.begin().await?;
         let inserted: Option<(i64,)> = sqlx::query_as(
-            "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind, memory_bytes)
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)
+            "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind, memory_bytes,
+                  priority, kept_bytes)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, length($5))
              ON CONFLICT (owner, idempotency_key) WHERE idempotency_key IS NOT NULL DO NOTHING RETURNING seq",
         )
         .bind(id.to_string())
@@ -45,6 +46,7 @@ impl SqlStore {
         .bind(serde_json::to_string(&new.warnings)?)
         .bind(new.kind.as_str())
         .bind(new.memory_bytes.cast_signed())
+        .bind(new.priority.number())
         .fetch_optional(&mut *transaction)
         .await?;
         // Two requests with one key may both have found no job: the second one finds it here, when it is durable.
@@ -54,14 +56,7 @@ impl SqlStore {
             let earlier = self.replay(&new.owner, key, &new.body_sha256).await?;
             return Ok(earlier.ok_or(sqlx::Error::RowNotFound)?);
         };
-        // The queue is bounded; this job is not counted.
-        let (waiting,): (i64,) =
-            sqlx::query_as("SELECT COALESCE(MAX(n), 0) - 1 FROM state_counts WHERE state = 'queued'")
-                .fetch_one(&mut *transaction)
-                .await?;
-        if waiting.cast_unsigned() >= max_queued {
-            return Err(JobsError::QueueFull { waiting: waiting.cast_unsigned() });
-        }
+        let position = within_quotas(&mut transaction, new, quotas).await?;
         for mesh in &new.meshes {
             let found: Option<(i64,)> =
                 sqlx::query_as(concat!("SELECT bytes FROM meshes WHERE owner = $1 AND id = $2", shared!()))
@@ -78,8 +73,46 @@ impl SqlStore {
             .bind(seq)
             .fetch_one(&mut *transaction)
             .await?;
-        let job = Job { queue_position: Some(waiting.cast_unsigned() + 1), ..job_of_row(&row)? };
+        let job = Job { queue_position: Some(position), ..job_of_row(&row)? };
         transaction.commit().await?;
         Ok(Submitted::Created(Box::new(job)))
     }
+}
+
+/// Checks the quotas with a job that was inserted, and gives its position among the waiting jobs of its owner.
+async fn within_quotas(transaction: &mut Write<'_>, new: &NewJob, quotas: Quotas) -> Result<u64, JobsError> {
+    let (all,): (i64,) =
+        sqlx::query_as("SELECT COALESCE(MAX(n), 0) FROM state_counts WHERE state = 'queued'")
+            .fetch_one(&mut **transaction)
+            .await?;
+    let (of_owner, position): (i64, i64) = sqlx::query_as(
+        "SELECT COUNT(*), COUNT(CASE WHEN priority >= $2 THEN 1 END) FROM jobs
+         WHERE owner = $1 AND state = 'queued' AND deleted = 0",
+    )
+    .bind(&new.owner)
+    .bind(new.priority.number())
+    .fetch_one(&mut **transaction)
+    .await?;
+    quotas.check_waiting(all.cast_unsigned(), of_owner.cast_unsigned())?;
+    check_kept(transaction, &new.owner, quotas).await?;
+    Ok(position.cast_unsigned())
+}
+
+/// Checks what an owner keeps.
+pub(super) async fn check_kept(
+    transaction: &mut Write<'_>,
+    owner: &str,
+    quotas: Quotas,
+) -> Result<(), JobsError> {
+    if quotas.let_owners_keep_all() {
+        return Ok(());
+    }
+    let (jobs, bytes): (i64, i64) = sqlx::query_as(
+        "SELECT COUNT(*), CAST(COALESCE(SUM(kept_bytes), 0) + (SELECT COALESCE(SUM(bytes), 0) FROM meshes WHERE owner = $1) AS BIGINT)
+         FROM jobs WHERE owner = $1",
+    )
+    .bind(owner)
+    .fetch_one(&mut **transaction)
+    .await?;
+    quotas.check_kept(jobs.cast_unsigned(), bytes.cast_unsigned())
 }

@@ -36,7 +36,7 @@ macro_rules! shared {
         ""
     };
 }
-/// The same as `locked`, without waiting for rows that others keep.
+/// Keeps the selected row `w`, without waiting for rows that others keep.
 macro_rules! locked_or_skipped {
     () => {
         ""

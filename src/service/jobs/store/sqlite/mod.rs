@@ -98,5 +98,6 @@ fn migrations() -> Migrator {
         ("scale", include_str!("migrations/0005_scale.sql")),
         ("alone", include_str!("migrations/0006_alone.sql")),
         ("workers", include_str!("migrations/0007_workers.sql")),
+        ("owners", include_str!("migrations/0008_owners.sql")),
     ])
 }

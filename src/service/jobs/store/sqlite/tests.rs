@@ -1,6 +1,6 @@
 //! Properties of SQLite that the guarantees of the store rely on.
 
-use super::super::tests::{check, new, submitted};
+use super::super::tests::{check, new, queue_of, submitted};
 use super::*;
 use crate::service::jobs::store::{JobStore as _, NewJob, Submitted};
 use crate::service::jobs::{JobId, JobKind, JobState, Phase};
@@ -77,7 +77,7 @@ async fn changes_that_wait_share_a_transaction_and_each_has_its_own_outcome() {
     let (_dir, store) = store().await;
     let first = store.begin().await.unwrap();
     let another = new("another");
-    let waiting = join_all((0..12).map(|_| store.submit(&another, 10)));
+    let waiting = join_all((0..12).map(|_| store.submit(&another, queue_of(10))));
     let release = async {
         // Until all wait.
         for _ in 0..100 {
@@ -111,7 +111,7 @@ async fn a_change_that_is_given_up_is_undone_alone() {
         sqlx::query("DELETE FROM jobs").execute(&mut *given_up).await.unwrap();
         drop(given_up);
     };
-    let (submitted, ()) = futures::join!(store.submit(&submission, 10), next);
+    let (submitted, ()) = futures::join!(store.submit(&submission, queue_of(10)), next);
     assert!(matches!(submitted.unwrap(), Submitted::Created(_)));
     assert!(store.job("anna", job.id).await.unwrap().is_some());
 }
@@ -127,7 +127,7 @@ async fn a_lost_connection_is_that_of_its_changes_and_is_opened_again() {
     let job = submitted(&store, "a").await;
     assert!(store.job("anna", job.id).await.unwrap().is_some());
     store.close().await;
-    assert!(store.submit(&new("b"), 10).await.is_err());
+    assert!(store.submit(&new("b"), queue_of(10)).await.is_err());
 }
 
 #[tokio::test]
@@ -137,11 +137,11 @@ async fn a_full_disk_is_reported_and_forgotten_when_there_is_room() {
     // The next write finds the disk full, and SQLite itself ends the transaction.
     store.turn.set("PRAGMA max_page_count = 1").await.unwrap();
     let large = NewJob { document: vec![b' '; 1 << 20], ..new("large") };
-    let error = store.submit(&large, 10).await.unwrap_err();
+    let error = store.submit(&large, queue_of(10)).await.unwrap_err();
     assert!(error.is_storage_full(), "{error}");
     // On the connection concerned, or on a new one in its place.
     store.turn.set("PRAGMA max_page_count = 1000000").await.unwrap();
-    assert!(matches!(store.submit(&large, 10).await.unwrap(), Submitted::Created(_)));
+    assert!(matches!(store.submit(&large, queue_of(10)).await.unwrap(), Submitted::Created(_)));
     store.try_write().await.unwrap();
     assert_eq!(store.claim(None).await.unwrap().unwrap().seq, 1);
 }

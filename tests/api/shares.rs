@@ -1,0 +1,100 @@
+//! What an owner may keep and ask for, and whose job is next.
+
+use crate::support::client::Client;
+use crate::support::*;
+use contuse::service::tokens::Tokens;
+use serde_json::json;
+
+const ANNA: &str = "anna-0123456789abcdef";
+const BERT: &str = "bert-0123456789abcdef";
+
+fn tokens() -> Tokens {
+    Tokens::parse(&format!("anna {ANNA}\nbert {BERT}")).unwrap()
+}
+
+/// Clients of two owners.
+fn both(server: &Server) -> (Client, Client) {
+    (server.client().with_token(ANNA), server.client().with_token(BERT))
+}
+
+/// Submits a quick scene with a priority.
+fn submit_with(client: &Client, priority: &str) -> String {
+    let headers = [("Content-Type", "application/json"), ("Job-Priority", priority)];
+    let answer = client.send("POST", "/v1/jobs", &headers, quick().to_string().as_bytes());
+    assert_eq!(answer.status, 202, "{answer:?}");
+    assert_eq!(answer.json()["priority"], priority);
+    answer.header("location").unwrap().to_owned()
+}
+
+#[test]
+fn one_owner_does_not_keep_the_others_waiting() {
+    let server = Server::with(|c| c.tokens = tokens());
+    let (anna, bert) = both(&server);
+    let running = submit(&anna, &endless());
+    wait_for(&anna, &running, "running");
+    let many: Vec<String> = (0..20).map(|_| submit(&anna, &endless())).collect();
+    let own = submit(&bert, &quick());
+    // The position is that among one's own jobs: it says nothing of others.
+    assert_eq!(bert.get(&own).json()["queue_position"], 1);
+    assert_eq!(anna.get(&many[19]).json()["queue_position"], 20);
+    anna.delete(&running);
+    wait_for(&bert, &own, "succeeded");
+}
+
+#[test]
+fn an_owner_orders_own_jobs_by_priority() {
+    let server = Server::with(|c| c.workers = 0);
+    let client = server.client();
+    let jobs = ["low", "normal", "high", "normal"].map(|priority| submit_with(&client, priority));
+    let position = |job: &String| client.get(job).json()["queue_position"].as_u64().unwrap();
+    assert_eq!(jobs.each_ref().map(position), [4, 2, 1, 3]);
+    let headers = [("Content-Type", "application/json"), ("Job-Priority", "urgent")];
+    let refused = client.send("POST", "/v1/jobs", &headers, quick().to_string().as_bytes());
+    assert!(problem(&refused, 400, "bad-header")["detail"].as_str().unwrap().contains("`high`"));
+}
+
+#[test]
+fn a_queue_is_not_full_of_the_jobs_of_one_owner() {
+    let server = Server::with(|c| {
+        (c.workers, c.max_queued, c.tokens) = (0, 8, tokens());
+    });
+    let (anna, bert) = both(&server);
+    submit(&anna, &quick());
+    submit(&anna, &quick());
+    let refused = anna.post_json("/v1/jobs", &quick());
+    problem(&refused, 429, "too-many-requests");
+    assert!(refused.header("retry-after").is_some());
+    submit(&bert, &quick());
+}
+
+#[test]
+fn an_owner_keeps_no_more_than_the_quota() {
+    let server = Server::with(|c| {
+        (c.max_jobs_per_owner, c.max_bytes_per_owner, c.tokens) = (Some(2), Some(5000), tokens());
+    });
+    let (anna, bert) = both(&server);
+    let mut large = quick();
+    large["recording_bytes"] = json!(4800);
+    let (job, _) = finished(&anna, &large);
+    let octets = [("Content-Type", "application/octet-stream")];
+    let mesh = [b"$".as_slice(), &[b' '; 500]].concat();
+    let upload = |client: &Client| client.send("POST", "/v1/meshes", &octets, &mesh);
+    let refused = problem(&upload(&anna), 403, "quota-used");
+    assert!(refused["detail"].as_str().unwrap().contains("5000 bytes"), "{refused}");
+    assert!(server.files().iter().all(|file| !file.to_str().unwrap().contains("meshes")), "nothing of it stays");
+    // What is one's own is nothing of the others.
+    assert_eq!(upload(&bert).status, 201);
+    assert_eq!(anna.get("/v1/meshes").json()["meshes"], json!([]));
+    finished(&anna, &quick_without_recording());
+    let refused = problem(&anna.post_json("/v1/jobs", &quick_without_recording()), 403, "quota-used");
+    assert!(refused["detail"].as_str().unwrap().contains("2 jobs"), "{refused}");
+    anna.delete(&job);
+    assert_eq!(upload(&anna).status, 201);
+    submit(&anna, &quick_without_recording());
+}
+
+fn quick_without_recording() -> serde_json::Value {
+    let mut scene = quick();
+    scene["recording_bytes"] = json!(1);
+    scene
+}
