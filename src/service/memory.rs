@@ -7,13 +7,23 @@ pub fn usable() -> Option<u64> {
     [machine, group].into_iter().flatten().min()
 }
 
+/// Memory of this process [bytes]; `None` where the system does not say.
+pub fn resident() -> Option<u64> {
+    read("/proc/self/status").as_deref().and_then(|text| kilobytes(text, "VmRSS:"))
+}
+
 fn read(path: &str) -> Option<String> {
     std::fs::read_to_string(path).ok()
 }
 
 /// `MemTotal` of `/proc/meminfo` [bytes].
 fn of_machine(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    kilobytes(text, "MemTotal:")
+}
+
+/// Number of kilobytes after a name, in bytes.
+fn kilobytes(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kilobytes.checked_mul(1024)
 }

@@ -25,6 +25,7 @@ pub mod meshes;
 pub mod metrics;
 mod opening;
 pub mod permits;
+pub mod readiness;
 pub mod server;
 pub mod shelves;
 mod stall;
@@ -46,6 +47,7 @@ pub use opening::ServiceError;
 use opening::open_queue;
 use permits::AllPermits;
 use std::future::Future;
+use readiness::Readiness;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -152,6 +154,7 @@ impl Service {
             access,
             metrics,
             audit,
+            readiness: Readiness::default(),
             attempts,
             permits,
             validation_slots,

@@ -16,7 +16,7 @@ mod operations;
 mod pages;
 mod privacy;
 mod scale;
-mod shares;
 mod scan_of_a_limb;
+mod shares;
 mod support;
 mod v1;

@@ -75,10 +75,18 @@ fn metrics_count() {
     finished(&server.client(), &quick());
     server.client().get("/v1/jobs/nothing");
     let answer = server.client().get("/metrics");
-    assert!(answer.header("content-type").unwrap().starts_with("text/plain; version=0.0.4"));
+    assert!(
+        answer.header("content-type").unwrap().starts_with("application/openmetrics-text; version=1.0.0")
+    );
     let text = answer.text();
     for line in [
         "contuse_queue_depth 0",
+        "contuse_queue_age_seconds 0.0",
+        "contuse_processes 0",
+        "contuse_running_memory_bytes 0",
+        "contuse_store_errors_total{store=\"jobs\"} 0",
+        "contuse_store_errors_total{store=\"blobs\"} 0",
+        "contuse_blobs_answer 1",
         "contuse_jobs{state=\"succeeded\"} 1",
         "contuse_jobs_ended_total{state=\"succeeded\"} 1",
         "contuse_run_seconds_count 1",
@@ -87,6 +95,29 @@ fn metrics_count() {
     ] {
         assert!(text.lines().any(|l| l == line), "{line:?} is not in\n{text}");
     }
+    let of = |name: &str| -> f64 {
+        let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+        line.trim().parse().unwrap()
+    };
+    assert!(of("contuse_resident_memory_bytes ") > 1e6 && of("contuse_free_disk_bytes ") > 1e6, "{text}");
+}
+
+#[test]
+fn metrics_say_how_long_jobs_wait_and_what_runs() {
+    let server = Server::with(|c| c.workers = 1);
+    let client = server.client();
+    let running = submit(&client, &endless());
+    wait_for(&client, &running, "running");
+    submit(&client, &quick());
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let text = client.get("/metrics").text();
+    let of = |name: &str| -> f64 {
+        let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+        line.trim().parse().unwrap()
+    };
+    assert_eq!(of("contuse_queue_depth "), 1.0);
+    assert!((0.25..60.0).contains(&of("contuse_queue_age_seconds ")), "{text}");
+    assert!(of("contuse_running_memory_bytes ") >= f64::from(256 << 20), "{text}");
 }
 
 #[test]

@@ -81,7 +81,10 @@ fn an_owner_keeps_no_more_than_the_quota() {
     let upload = |client: &Client| client.send("POST", "/v1/meshes", &octets, &mesh);
     let refused = problem(&upload(&anna), 403, "quota-used");
     assert!(refused["detail"].as_str().unwrap().contains("5000 bytes"), "{refused}");
-    assert!(server.files().iter().all(|file| !file.to_str().unwrap().contains("meshes")), "nothing of it stays");
+    assert!(
+        server.files().iter().all(|file| !file.to_str().unwrap().contains("meshes")),
+        "nothing of it stays"
+    );
     // What is one's own is nothing of the others.
     assert_eq!(upload(&bert).status, 201);
     assert_eq!(anna.get("/v1/meshes").json()["meshes"], json!([]));

@@ -8,6 +8,7 @@ use crate::service::config::ServiceConfig;
 use crate::service::jobs::queue::Queue;
 use crate::service::metrics::Metrics;
 use crate::service::permits::AllPermits;
+use crate::service::readiness::Readiness;
 use std::sync::Arc;
 
 /// Shared state of the handlers.
@@ -20,6 +21,8 @@ pub struct App {
     pub access: Arc<Access>,
     /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
+    /// Whether the service accepts work.
+    pub readiness: Readiness,
     /// Log of who did what.
     pub audit: Audit,
     /// Wrong tokens of each address.

@@ -5,6 +5,7 @@ use super::extract::Owner;
 use super::problem::{Problem, ProblemBody};
 use crate::scene::scene_schema as schema_of_scenes;
 use crate::service::jobs::queue::Queue;
+use crate::service::metrics::MEDIA_TYPE;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -28,23 +29,26 @@ pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service is shutting down."));
     }
-    let written = match app.queue.with_files(Queue::check_storage).await {
-        Ok(()) => app.queue.store.try_write().await,
-        Err(error) => Err(error),
+    let check = async {
+        let written = match app.queue.with_files(Queue::check_storage).await {
+            Ok(()) => app.queue.store.try_write().await,
+            Err(error) => Err(error),
+        };
+        written.inspect_err(|error| tracing::error!(%error, "nothing can be written")).is_ok()
     };
-    written.map_err(|error| {
-        tracing::error!(%error, "nothing can be written");
-        Problem::unavailable("The storage of the service accepts no writes.")
-    })?;
-    Ok("ok\n")
+    if app.readiness.is_ready(check).await {
+        Ok("ok\n")
+    } else {
+        Err(Problem::unavailable("The storage of the service accepts no writes."))
+    }
 }
 
 /// Get counters for Prometheus.
 #[utoipa::path(get, path = "/metrics", tag = "service", operation_id = "metrics",
-    responses((status = 200, description = "Queue depth, jobs by state, run times, requests", body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "Queue, jobs, runs, processes, memory, disk, stores and requests, as OpenMetrics 1.0", body = String, content_type = "application/openmetrics-text")))]
 pub async fn metrics(State(app): State<Arc<App>>, _: Owner) -> Result<Response, Problem> {
-    let text = app.metrics.render(&app.queue.store.counts().await?, app.queue.removals.count());
-    Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
+    let text = app.metrics.render(&app.queue.reading().await?);
+    Ok(([(header::CONTENT_TYPE, MEDIA_TYPE)], text).into_response())
 }
 
 /// Get the JSON Schema of a scene document.

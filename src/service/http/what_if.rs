@@ -2,8 +2,8 @@
 
 use super::app::App;
 use super::extract::{JsonBody, Owner};
-use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
 use super::problem::Problem;
+use super::submission::{SubmitAnswer, SubmitHeaders, accept};
 use crate::scene::json::Parsed;
 use crate::scene::problem::Pointer;
 use crate::scene::{self, Problems};

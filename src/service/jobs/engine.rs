@@ -164,6 +164,11 @@ pub struct NamedUpload {
 
 /// Interface of a simulator.
 pub trait Engine: Send + Sync + 'static {
+    /// Number of its processes at the moment.
+    fn processes(&self) -> u64 {
+        0
+    }
+
     /// Approximate number of elements that the validation of a document makes or reads, without making any; 0 where the
     /// document does not say. Blocks on the store: not for threads of the runtime.
     fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64;

@@ -1,7 +1,7 @@
 //! Whether an object store keeps what it is given: asked now and then with a small object, so that no request waits for it.
 
 #[cfg(test)]
-pub(super) mod tests;
+pub(in crate::service) mod tests;
 
 use super::store::Identity;
 use super::{JobId, JobsError, ownership};

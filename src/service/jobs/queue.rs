@@ -14,8 +14,9 @@ use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
+use crate::service::memory;
 use crate::service::meshes::MeshShelf;
-use crate::service::metrics::Metrics;
+use crate::service::metrics::{Metrics, Reading};
 use crate::service::shelves::{mesh_name, recording_name, recording_names};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -216,9 +217,29 @@ impl Queue {
     ) -> Result<T, JobsError> {
         let queue = Arc::clone(self);
         let working = tokio::task::spawn_blocking(move || work(&queue));
-        working
+        let done = working
             .await
-            .unwrap_or_else(|error| Err(JobsError::file("the data folder", std::io::Error::other(error))))
+            .unwrap_or_else(|error| Err(JobsError::file("the data folder", std::io::Error::other(error))));
+        done.inspect_err(|error| self.metrics.failed(error))
+    }
+
+    /// The state of the service at this moment.
+    ///
+    /// # Errors
+    /// If the store fails.
+    pub async fn reading(self: &Arc<Self>) -> Result<Reading, JobsError> {
+        let taken = self.memory.lock().await.values().fold(0, |sum: u64, bytes| sum.saturating_add(*bytes));
+        Ok(Reading {
+            jobs: self.store.counts().await?,
+            queue_age_s: self.store.queue_age_s().await?,
+            removals: self.removals.count(),
+            processes: self.engine.processes(),
+            running_memory: taken.min(self.config.max_running_memory),
+            resident_memory: memory::resident().unwrap_or(0),
+            free_disk: self.with_files(|queue| queue.folder.free_space()).await?,
+            job_store_faults: self.store.fault_count(),
+            blobs_answer: self.check_pulse().is_ok(),
+        })
     }
 
     /// Stores the recording of an ended run as a blob, with its digest. A recording that its writer did not close is

@@ -188,6 +188,9 @@ impl Worker {
 
     /// Stores a part of a result as an event.
     fn record_event(&self, job: &ClaimedJob, event: &Event<'_>) {
+        if is_lost(&result) {
+            self.queue.metrics.process_lost();
+        }
         let written = self.queue.store.record_event(job.seq, job.attempt, event);
         match self.runtime.block_on(written) {
             Ok(()) => self.queue.ring(Some(job.seq)),
@@ -259,6 +262,7 @@ impl Worker {
             tracing::warn!(job = %job.id, %error, "its recording waits for the object store");
             // It may have come back a moment ago; a store that answers and refuses this recording again and again does not want it.
             if !self.queue.is_cut_off() {
+            self.queue.metrics.failed(error);
                 refusals += 1;
                 if refusals == KEEP_ATTEMPTS {
                     return kept;
@@ -326,6 +330,11 @@ fn failed_as(result: &Result<RunReport, Failure>, cause: FailureCause) -> bool {
         Ok(report) => report.ending.failure(),
         Err(failure) => Some(failure),
     };
+/// Whether a run lost its process.
+fn is_lost(result: &Result<RunReport, Failure>) -> bool {
+    matches!(result, Err(Failure { cause: FailureCause::Killed | FailureCause::OutOfMemory, .. }))
+}
+
     failure.is_some_and(|failure| failure.cause == cause)
 }
 

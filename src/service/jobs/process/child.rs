@@ -24,6 +24,7 @@ pub(super) struct Child {
     messages: Receiver<(FromChild, Vec<u8>)>,
     log: Arc<Log>,
     logging: Option<JoinHandle<()>>,
+    _alive: Arc<()>,
 }
 
 /// What a process writes to its standard error.
@@ -75,8 +76,8 @@ impl Death {
 const SECRETS: [&str; 4] = ["AWS_", "PG", "CONTUSE_DATABASE", "CONTUSE_BLOBS"];
 
 impl Child {
-    /// Starts a process that waits for its task.
-    pub fn start(program: &Path) -> io::Result<Self> {
+    /// Starts a process that waits for its task, and counts as `alive` until it has ended.
+    pub fn start(program: &Path, alive: &Arc<()>) -> io::Result<Self> {
         let mut command = Command::new(program);
         command.arg("job-process").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         // A run reads what a client wrote, and needs no access to the stores.
@@ -102,7 +103,7 @@ impl Child {
         std::thread::Builder::new().name("run-messages".into()).spawn(move || receive(output, &sender))?;
         let logging =
             std::thread::Builder::new().name("run-log".into()).spawn(move || heard.forward(errors))?;
-        Ok(Self { process, input, messages, log, logging: Some(logging) })
+        Ok(Self { process, input, messages, log, logging: Some(logging), _alive: Arc::clone(alive) })
     }
 
     /// Gives the process its task with its bytes, of a job or of none.

@@ -24,6 +24,7 @@ use crate::service::shelves::result_name;
 use crate::step::{Ending, Failure};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at whether a run has to stop.
@@ -50,6 +51,8 @@ pub struct ProcessEngine {
     simulator: Simulator,
     program: PathBuf,
     runs: RunConfig,
+    /// One more than there are processes.
+    alive: Arc<()>,
 }
 
 /// A process that ended without an answer.
@@ -75,7 +78,12 @@ impl ProcessEngine {
                 "this system does not limit the memory of a process: a run may take what it needs"
             );
         }
-        Self { simulator: Simulator::new(runs), program: program.to_owned(), runs: runs.clone() }
+        Self {
+            simulator: Simulator::new(runs),
+            program: program.to_owned(),
+            runs: runs.clone(),
+            alive: Arc::default(),
+        }
     }
 
     /// A task with its limits: memory [bytes], processor time [s].
@@ -120,7 +128,7 @@ impl ProcessEngine {
     ) -> Result<T, Lost> {
         let most_memory = self.runs.budget.memory_bytes.saturating_add(SPARE_MEMORY);
         let mut lost = Lost { death: Death::default(), most_memory, within: *within, is_late: false };
-        let mut child = match Child::start(&self.program) {
+        let mut child = match Child::start(&self.program, &self.alive) {
             Ok(child) => child,
             Err(error) => {
                 tracing::error!(%error, "a validation has no process");
@@ -160,7 +168,7 @@ impl ProcessEngine {
     /// A process for a run; waits until the system has one. `None` if the run has to stop before.
     fn child(&self, control: &RunControl) -> Option<Child> {
         loop {
-            match Child::start(&self.program) {
+            match Child::start(&self.program, &self.alive) {
                 Ok(child) => return Some(child),
                 Err(error) => tracing::error!(%error, "a run has no process, and waits for one"),
             }
@@ -174,6 +182,10 @@ impl ProcessEngine {
 }
 
 impl Engine for ProcessEngine {
+    fn processes(&self) -> u64 {
+        Arc::strong_count(&self.alive) as u64 - 1
+    }
+
     fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64 {
         self.simulator.elements(kind, document, meshes)
     }

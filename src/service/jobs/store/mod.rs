@@ -118,6 +118,12 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Number of jobs in each state.
     fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>>;
 
+    /// For how long the oldest waiting job has waited [s]; 0 if none does.
+    fn queue_age_s(&self) -> Answer<'_, f64>;
+
+    /// Number of its faults so far.
+    fn fault_count(&self) -> u64;
+
     /// Registers an uploaded mesh; false if the owner had it already, `OwnerKeeps` beyond the quotas.
     fn add_mesh<'a>(
         &'a self,

@@ -12,6 +12,12 @@ macro_rules! days_ago {
         "rfc3339(clock_timestamp() - make_interval(days => $1::int))"
     };
 }
+/// Seconds since a job arrived.
+macro_rules! age_s {
+    () => {
+        "EXTRACT(EPOCH FROM clock_timestamp() - created_at::timestamptz)::float8"
+    };
+}
 /// Makes the process `$1` that which has a job, for `$2` seconds.
 macro_rules! taken {
     () => {

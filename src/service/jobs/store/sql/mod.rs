@@ -19,6 +19,7 @@ use crate::service::meshes::StoredMesh;
 use futures::future::BoxFuture;
 use sqlx::Pool;
 use sqlx::migrate::Migrator;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// A job store in a database, durable at every commit.
@@ -30,6 +31,7 @@ pub struct SqlStore {
     pub(super) worker: String,
     /// How long it has a job without a sign of life.
     pub(super) lease: Duration,
+    fault_count: AtomicU64,
 }
 
 impl SqlStore {
@@ -41,7 +43,22 @@ impl SqlStore {
         lease: Duration,
     ) -> Result<Self, JobsError> {
         migrations.run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
-        Ok(Self { pool, turn, worker: JobId::new_v4().to_string(), lease })
+        let worker = JobId::new_v4().to_string();
+        Ok(Self { pool, turn, worker, lease, fault_count: AtomicU64::new(0) })
+    }
+
+    /// The answer of the store, whose faults are counted.
+    fn counted<'a, T>(
+        &'a self,
+        work: impl Future<Output = Result<T, JobsError>> + Send + 'a,
+    ) -> Answer<'a, T> {
+        Box::pin(async {
+            work.await.inspect_err(|error| {
+                if matches!(error, JobsError::Store { .. }) {
+                    self.fault_count.fetch_add(1, Ordering::Relaxed);
+                }
+            })
+        })
     }
 }
 
@@ -52,70 +69,76 @@ impl JobStore for SqlStore {
         key: &'a str,
         body_sha256: &'a str,
     ) -> Answer<'a, Option<Submitted>> {
-        Box::pin(self.replay(owner, key, body_sha256))
+        self.counted(self.replay(owner, key, body_sha256))
     }
     fn submit<'a>(&'a self, new: &'a NewJob, quotas: Quotas) -> Answer<'a, Submitted> {
-        Box::pin(self.submit(new, quotas))
+        self.counted(self.submit(new, quotas))
     }
     fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>> {
-        Box::pin(self.claim(free_bytes))
+        self.counted(self.claim(free_bytes))
     }
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
-        Box::pin(self.record_progress(seq, attempt, progress))
+        self.counted(self.record_progress(seq, attempt, progress))
     }
     fn record_event<'a>(&'a self, seq: i64, attempt: u32, event: &'a Event<'a>) -> Answer<'a, ()> {
-        Box::pin(self.record_event(seq, attempt, event))
+        self.counted(self.record_event(seq, attempt, event))
     }
     fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool> {
-        Box::pin(self.finish(seq, attempt, end))
+        self.counted(self.finish(seq, attempt, end))
     }
     fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, bool> {
-        Box::pin(self.requeue(seq, attempt, why))
+        self.counted(self.requeue(seq, attempt, why))
     }
     fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer> {
-        Box::pin(self.cancel(owner, id))
+        self.counted(self.cancel(owner, id))
     }
     fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer> {
-        Box::pin(self.hide(owner, id))
+        self.counted(self.hide(owner, id))
     }
     fn erase(&self, seq: i64) -> Answer<'_, ()> {
-        Box::pin(self.erase(seq))
+        self.counted(self.erase(seq))
     }
     fn add_result<'a>(&'a self, seq: i64, key: &'a str) -> Answer<'a, ()> {
-        Box::pin(self.add_result(seq, key))
+        self.counted(self.add_result(seq, key))
     }
     fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>> {
-        Box::pin(self.own_results(seq))
+        self.counted(self.own_results(seq))
     }
     fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
-        Box::pin(self.expired_jobs(older_than_days, limit))
+        self.counted(self.expired_jobs(older_than_days, limit))
     }
     fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
-        Box::pin(self.expired_meshes(older_than_days))
+        self.counted(self.expired_meshes(older_than_days))
     }
     fn request(&self, seq: i64) -> Answer<'_, OwnerRequest> {
-        Box::pin(self.request(seq))
+        self.counted(self.request(seq))
     }
     fn orphans(&self) -> Answer<'_, Vec<Orphan>> {
-        Box::pin(self.orphans())
+        self.counted(self.orphans())
     }
     fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<Job>> {
-        Box::pin(self.job(owner, id))
+        self.counted(self.job(owner, id))
     }
     fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<Job>> {
-        Box::pin(self.jobs(owner, page))
+        self.counted(self.jobs(owner, page))
     }
     fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>> {
-        Box::pin(self.summary(owner, id))
+        self.counted(self.summary(owner, id))
     }
     fn document<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<(JobKind, Vec<u8>)>> {
-        Box::pin(self.document(owner, id))
+        self.counted(self.document(owner, id))
     }
     fn events_after(&self, seq: i64, after: i64, limit: u32) -> Answer<'_, (Vec<EventRow>, bool)> {
-        Box::pin(self.events_after(seq, after, limit))
+        self.counted(self.events_after(seq, after, limit))
     }
     fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>> {
-        Box::pin(self.counts())
+        self.counted(self.counts())
+    }
+    fn queue_age_s(&self) -> Answer<'_, f64> {
+        self.counted(self.queue_age_s())
+    }
+    fn fault_count(&self) -> u64 {
+        self.fault_count.load(Ordering::Relaxed)
     }
     fn add_mesh<'a>(
         &'a self,
@@ -126,28 +149,28 @@ impl JobStore for SqlStore {
         report: &'a MeshReport,
         quotas: Quotas,
     ) -> Answer<'a, bool> {
-        Box::pin(self.add_mesh(owner, id, format, bytes, report, quotas))
+        self.counted(self.add_mesh(owner, id, format, bytes, report, quotas))
     }
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
-        Box::pin(self.mesh(owner, id))
+        self.counted(self.mesh(owner, id))
     }
     fn meshes<'a>(&'a self, owner: &'a str, after: &'a str, limit: u32) -> Answer<'a, Vec<StoredMesh>> {
-        Box::pin(self.meshes(owner, after, limit))
+        self.counted(self.meshes(owner, after, limit))
     }
     fn delete_mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, MeshDeletion> {
-        Box::pin(self.delete_mesh(owner, id))
+        self.counted(self.delete_mesh(owner, id))
     }
     fn has_owner<'a>(&'a self, id: &'a str, format: MeshFormat) -> Answer<'a, bool> {
-        Box::pin(self.has_owner(id, format))
+        self.counted(self.has_owner(id, format))
     }
     fn blobs(&self) -> Answer<'_, KnownBlobs> {
-        Box::pin(self.blobs())
+        self.counted(self.blobs())
     }
     fn faults(&self) -> Answer<'_, (Vec<String>, Vec<i64>)> {
-        Box::pin(self.faults())
+        self.counted(self.faults())
     }
     fn try_write(&self) -> Answer<'_, ()> {
-        Box::pin(self.try_write())
+        self.counted(self.try_write())
     }
     fn close(&self) -> BoxFuture<'_, ()> {
         Box::pin(self.shut())

@@ -132,6 +132,17 @@ impl SqlStore {
         Ok((events, ended && complete))
     }
 
+    pub(super) async fn queue_age_s(&self) -> Result<f64, JobsError> {
+        let age: Option<(f64,)> = sqlx::query_as(concat!(
+            "SELECT ",
+            age_s!(),
+            " FROM jobs WHERE state = 'queued' AND deleted = 0 ORDER BY seq LIMIT 1"
+        ))
+        .fetch_optional(&self.pool)
+        .await?;
+        Ok(age.map_or(0.0, |(age,)| age.max(0.0)))
+    }
+
     pub(super) async fn counts(&self) -> Result<Vec<(JobState, u64)>, JobsError> {
         let rows: Vec<(String, i64)> =
             sqlx::query_as("SELECT state, n FROM state_counts").fetch_all(&self.pool).await?;

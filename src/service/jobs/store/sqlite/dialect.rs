@@ -12,6 +12,12 @@ macro_rules! days_ago {
         "strftime('%Y-%m-%dT%H:%M:%fZ', 'now', '-' || $1 || ' days')"
     };
 }
+/// Seconds since a job arrived.
+macro_rules! age_s {
+    () => {
+        "(julianday('now') - julianday(created_at)) * 86400.0"
+    };
+}
 /// Makes the process `$1` that which has a job, for `$2` seconds.
 macro_rules! taken {
     () => {
