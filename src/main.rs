@@ -19,7 +19,18 @@ fn main() -> ExitCode {
         (false, true) => lines.without_time().with_target(false).boxed(),
         (false, false) => lines.boxed(),
     };
-    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
+    let subscriber = tracing_subscriber::registry().with(lines.with_filter(filter));
+    #[cfg(feature = "otel")]
+    let traces = match exporter_of(&cli) {
+        Ok(traces) => traces,
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "contuse: {error}");
+            return contuse::cli::CliError::Usage(error.to_string()).exit().into();
+        }
+    };
+    #[cfg(feature = "otel")]
+    let subscriber = subscriber.with(traces.as_ref().map(contuse::service::traces::Exporter::layer));
+    subscriber.init();
 
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = dispatch(cli, &mut out).and_then(|exit| Ok(out.flush().map(|()| exit)?));
@@ -33,4 +44,13 @@ fn main() -> ExitCode {
             exit.into()
         }
     }
+}
+
+/// Sends traces to a collector, except of the processes of runs, of which the service does.
+#[cfg(feature = "otel")]
+fn exporter_of(
+    cli: &Cli,
+) -> Result<Option<contuse::service::traces::Exporter>, impl std::fmt::Display + use<>> {
+    let exporter = || contuse::service::traces::Exporter::from_environment();
+    if cli.is_read_by_service() { Ok(None) } else { exporter() }
 }

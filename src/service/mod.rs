@@ -9,8 +9,8 @@
 //! - [`http`]: the calls; `http/problem.rs` is the only file that assigns error statuses.
 //! - [`shelves`]: names of recordings, meshes, snapshots and results in the [store of blobs](crate::blobs).
 //! - [`work`]: processes that run jobs without answering requests.
-//! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
-//! - [`fair_queue`]: who validates next.
+//! - [`config`], [`metrics`], [`traces`], [`server`]: limits, counters, spans, the listener.
+//! - [`fair_queue`]: who validates next; [`readiness`]: whether work is accepted.
 //! - [`tokens`], [`access`]: who has access.
 
 pub mod access;
@@ -30,6 +30,7 @@ pub mod server;
 pub mod shelves;
 mod stall;
 pub mod tokens;
+pub mod traces;
 pub mod work;
 
 use access::Access;
@@ -46,8 +47,8 @@ use metrics::Metrics;
 pub use opening::ServiceError;
 use opening::open_queue;
 use permits::AllPermits;
-use std::future::Future;
 use readiness::Readiness;
+use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -153,8 +154,8 @@ impl Service {
             config,
             access,
             metrics,
-            audit,
             readiness: Readiness::default(),
+            audit,
             attempts,
             permits,
             validation_slots,

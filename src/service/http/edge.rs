@@ -7,6 +7,7 @@ use super::problem::Problem;
 use super::recording::REPR_DIGEST;
 use crate::service::audit::Entry;
 use crate::service::jobs::store::NOTICE;
+use crate::service::traces::{TRACEPARENT, continue_from};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request, State};
 use axum::http::{Extensions, HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Version, header};
@@ -143,6 +144,12 @@ fn is_audited(method: &Method, route: &str, status: u16) -> bool {
     is_refused || ![Method::GET, Method::HEAD].contains(method) || route.starts_with(RESULTS)
 }
 
+/// Name of a method in series and spans. Methods are chosen by the client: unknown ones do not create series of their own.
+fn method_label(method: &Method) -> &str {
+    let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
+    if known.contains(method) { method.as_str() } else { "other" }
+}
+
 /// Counts and logs a request, and adds the disclaimer to every answer.
 async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next) -> Response {
     let started = Instant::now();
@@ -152,12 +159,19 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
     request.extensions_mut().insert(who.clone());
     let route = request.extensions().get::<MatchedPath>().map_or("other", MatchedPath::as_str).to_owned();
     let id = request_id(request.headers());
-    let span = tracing::info_span!("request", id = id.to_str().unwrap_or_default());
+    let span = tracing::info_span!(
+        "request",
+        id = id.to_str().unwrap_or_default(),
+        otel.name = format_args!("{} {route}", method_label(&method)),
+        otel.kind = "server",
+        http.response.status_code = tracing::field::Empty,
+    );
+    let trace = request.headers().get(TRACEPARENT).and_then(|value| value.to_str().ok());
+    continue_from(&span, trace);
     let mut response = next.run(request).instrument(span.clone()).await;
     let (status, duration) = (response.status().as_u16(), started.elapsed());
-    // Methods are chosen by the client: unknown ones do not create separate series.
-    let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
-    let label = if known.contains(&method) { method.as_str() } else { "other" };
+    span.record("http.response.status_code", status);
+    let label = method_label(&method);
     app.metrics.answered(label, &route, status, duration);
     if is_audited(&method, &route, status) {
         let created = response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok());

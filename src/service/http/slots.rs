@@ -4,6 +4,7 @@ use super::problem::Problem;
 use crate::service::fair_queue::{FairQueue, Lane, QueueLimits};
 use std::sync::Arc;
 use tokio::sync::Semaphore;
+use tracing::Instrument as _;
 
 /// Limit of simultaneous work of one kind; further work waits.
 #[derive(Clone, Debug)]
@@ -49,8 +50,9 @@ impl ValidationSlots {
         lane: Lane,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let slot = self.0.enter(owner, lane).await?;
-        holding(slot, work).await
+        let slot = self.0.enter(owner, lane).instrument(tracing::info_span!("waiting")).await?;
+        let span = tracing::info_span!("validation");
+        holding(slot, move || span.in_scope(work)).await
     }
 
     /// As [`Self::call`], with work that may ask whether its answer is still wanted: not if the client has disconnected.

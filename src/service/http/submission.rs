@@ -8,12 +8,14 @@ use crate::scene::Problems;
 use crate::service::jobs::engine::JsonDocument;
 use crate::service::jobs::store::{Job, NewJob, Submitted};
 use crate::service::jobs::{JobKind, Priority};
+use crate::service::traces::context_of;
 use axum::Json;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
+use tracing::Span;
 use utoipa::{IntoParams, IntoResponses};
 
 /// Marks the answer to a repeated request.
@@ -114,6 +116,7 @@ pub(super) async fn accept(
         body_sha256,
         kind,
         priority,
+        trace: context_of(&Span::current()),
         document,
         name: checked.name,
         content_hash: checked.content_hash,

@@ -23,6 +23,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Notify, broadcast, watch};
 use tokio::task::JoinSet;
+use tracing::Instrument as _;
 
 /// Time between two looks at a storage that lets no job begin.
 const ROOM_INTERVAL: Duration = Duration::from_secs(2);
@@ -289,7 +290,8 @@ impl Queue {
     /// `QueueFull`, or if the store fails.
     pub async fn submit(self: &Arc<Self>, new: &NewJob) -> Result<Submitted, JobsError> {
         self.with_files(Self::check_space).await?;
-        let submitted = self.store.submit(new, self.config.quotas()).await?;
+        let storing = self.store.submit(new, self.config.quotas());
+        let submitted = storing.instrument(tracing::info_span!("store")).await?;
         if let Submitted::Created(job) = &submitted {
             tracing::info!(job = %job.id, "accepted");
             self.arrivals.notify_one();

@@ -9,6 +9,7 @@ use super::failures::{internal, panicked, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
 use super::{FinalRecording, JobId, JobState, JobsError, Phase, Progress};
+use crate::service::traces::continue_from;
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::what_if::Note;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -98,6 +99,9 @@ impl Worker {
 
     /// Runs one job. If the worker itself panics, the job fails and the worker continues.
     fn run_guarded(&self, job: &ClaimedJob, control: &RunControl) {
+        let span = tracing::info_span!("run", job = %job.id, attempt = job.attempt);
+        continue_from(&span, job.trace.as_deref());
+        let _entered = span.enter();
         if catch_unwind(AssertUnwindSafe(|| self.run(job, control))).is_err() {
             tracing::error!(job = %job.id, "the worker panicked");
             self.queue.metrics.run_panicked();
@@ -175,7 +179,8 @@ impl Worker {
             blobs: &self.queue.blobs,
             note_result: self.note_result(job),
         };
-        let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
+        let span = tracing::info_span!("simulation");
+        let called = catch_unwind(AssertUnwindSafe(|| span.in_scope(|| self.queue.engine.run(order))));
         let result = called.unwrap_or_else(|payload| Err(panicked(payload.as_ref())));
         if let Err(failure) = &result
             && failure.cause == FailureCause::Panicked
@@ -183,14 +188,14 @@ impl Worker {
             tracing::error!(job = %job.id, "a run panicked");
             self.queue.metrics.run_panicked();
         }
+        if is_lost(&result) {
+            self.queue.metrics.process_lost();
+        }
         result
     }
 
     /// Stores a part of a result as an event.
     fn record_event(&self, job: &ClaimedJob, event: &Event<'_>) {
-        if is_lost(&result) {
-            self.queue.metrics.process_lost();
-        }
         let written = self.queue.store.record_event(job.seq, job.attempt, event);
         match self.runtime.block_on(written) {
             Ok(()) => self.queue.ring(Some(job.seq)),
@@ -252,17 +257,18 @@ impl Worker {
         control: &RunControl,
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
+        let _span = tracing::info_span!("recording").entered();
         let mut refusals = 0;
         loop {
             let kept = self.queue.keep_recording(job.id, job.attempt, complete);
             let Err(error) = &kept else { return kept };
+            self.queue.metrics.failed(error);
             if !self.queue.has_distant_blobs() || control.reason().is_some() {
                 return kept;
             }
             tracing::warn!(job = %job.id, %error, "its recording waits for the object store");
             // It may have come back a moment ago; a store that answers and refuses this recording again and again does not want it.
             if !self.queue.is_cut_off() {
-            self.queue.metrics.failed(error);
                 refusals += 1;
                 if refusals == KEEP_ATTEMPTS {
                     return kept;
@@ -324,17 +330,17 @@ impl Worker {
     }
 }
 
+/// Whether a run lost its process.
+fn is_lost(result: &Result<RunReport, Failure>) -> bool {
+    matches!(result, Err(Failure { cause: FailureCause::Killed | FailureCause::OutOfMemory, .. }))
+}
+
 /// Whether a run failed for a cause.
 fn failed_as(result: &Result<RunReport, Failure>, cause: FailureCause) -> bool {
     let failure = match result {
         Ok(report) => report.ending.failure(),
         Err(failure) => Some(failure),
     };
-/// Whether a run lost its process.
-fn is_lost(result: &Result<RunReport, Failure>) -> bool {
-    matches!(result, Err(Failure { cause: FailureCause::Killed | FailureCause::OutOfMemory, .. }))
-}
-
     failure.is_some_and(|failure| failure.cause == cause)
 }
 

@@ -21,6 +21,8 @@ pub struct NewJob {
     pub kind: JobKind,
     /// Priority among the jobs of its owner.
     pub priority: Priority,
+    /// Context of the trace of the request.
+    pub trace: Option<String>,
     /// Document accepted at submission.
     pub document: Vec<u8>,
     /// Name of the scene.
@@ -72,6 +74,8 @@ pub struct ClaimedJob {
     pub alone: bool,
     /// Number of this attempt, from 1.
     pub attempt: u32,
+    /// Context of the trace of the request that submitted it.
+    pub trace: Option<String>,
 }
 
 /// How a job ended.

@@ -34,6 +34,7 @@ pub(super) fn new(name: &str) -> NewJob {
         body_sha256: "0".into(),
         kind: JobKind::Study,
         priority: Priority::Normal,
+        trace: None,
         document: b"{}".to_vec(),
         name: name.into(),
         content_hash: "0".into(),

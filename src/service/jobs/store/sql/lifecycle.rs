@@ -37,7 +37,7 @@ impl SqlStore {
                  simulated_time_s = 0, expected_steps = NULL, eta_s = NULL, ", taken!(), ", started_at = ", now!(), "
              WHERE seq = (", next_job!(), locked_or_skipped!(), ")
                  AND ($3 IS NULL OR (alone = 0 AND memory_bytes <= $3))
-             RETURNING seq, id, owner, kind, scene, attempts, memory_bytes, alone <> 0 AS alone"
+             RETURNING seq, id, owner, kind, scene, attempts, memory_bytes, alone <> 0 AS alone, trace"
             ),
         )
         .bind(&self.worker)
@@ -65,6 +65,7 @@ impl SqlStore {
             memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
             alone: row.try_get("alone")?,
             attempt,
+            trace: row.try_get("trace")?,
         }))
     }
 

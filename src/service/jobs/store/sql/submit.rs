@@ -31,8 +31,8 @@ impl SqlStore {
         let mut transaction = self.begin().await?;
         let inserted: Option<(i64,)> = sqlx::query_as(
             "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind, memory_bytes,
-                  priority, kept_bytes)
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, length($5))
+                  priority, trace, kept_bytes)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, length($5))
              ON CONFLICT (owner, idempotency_key) WHERE idempotency_key IS NOT NULL DO NOTHING RETURNING seq",
         )
         .bind(id.to_string())
@@ -47,6 +47,7 @@ impl SqlStore {
         .bind(new.kind.as_str())
         .bind(new.memory_bytes.cast_signed())
         .bind(new.priority.number())
+        .bind(&new.trace)
         .fetch_optional(&mut *transaction)
         .await?;
         // Two requests with one key may both have found no job: the second one finds it here, when it is durable.

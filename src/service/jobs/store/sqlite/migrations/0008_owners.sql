@@ -13,6 +13,9 @@ ALTER TABLE jobs ADD COLUMN kept_bytes INTEGER NOT NULL DEFAULT 0;
 UPDATE jobs SET kept_bytes = length(scene) + COALESCE(length(CAST(summary AS BLOB)), 0) + COALESCE(recording_bytes, 0);
 CREATE INDEX jobs_kept ON jobs (owner, kept_bytes);
 
+-- Context of the trace of the request that submitted a job (W3C Trace Context), which its run continues.
+ALTER TABLE jobs ADD COLUMN trace TEXT;
+
 DROP VIEW job_rows;
 CREATE VIEW job_rows AS
 SELECT seq, id, owner, name, priority, content_hash, end_time_s, warnings, state, phase, progress, step, expected_steps,

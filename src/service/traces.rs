@@ -1,0 +1,152 @@
+//! Traces of OpenTelemetry: what a request and the run of its job do, whichever processes do it.
+//!
+//! The context of a request is that of its client (`traceparent`, W3C Trace Context), and is stored with the job, whose run continues it.
+//! Without the feature `otel` there are no contexts, and spans are those of the log alone.
+
+use tracing::Span;
+
+/// Header with the context of a trace.
+pub const TRACEPARENT: &str = "traceparent";
+
+#[cfg(not(feature = "otel"))]
+mod context {
+    use super::Span;
+
+    pub(super) fn continued(_: &Span, _: &str) {}
+
+    pub(super) fn of(_: &Span) -> Option<String> {
+        None
+    }
+}
+
+#[cfg(feature = "otel")]
+mod context {
+    use super::{Span, TRACEPARENT};
+    use opentelemetry::propagation::TextMapPropagator as _;
+    use opentelemetry::trace::TraceContextExt as _;
+    use opentelemetry_sdk::propagation::TraceContextPropagator;
+    use std::collections::HashMap;
+    use tracing_opentelemetry::OpenTelemetrySpanExt as _;
+
+    pub(super) fn continued(span: &Span, traceparent: &str) {
+        let carrier = HashMap::from([(TRACEPARENT.to_owned(), traceparent.to_owned())]);
+        let context = TraceContextPropagator::new().extract(&carrier);
+        if context.span().span_context().is_valid() {
+            // Only a span that has begun elsewhere, or is not recorded, refuses it.
+            let _ = span.set_parent(context);
+        }
+    }
+
+    pub(super) fn of(span: &Span) -> Option<String> {
+        let mut carrier = HashMap::new();
+        TraceContextPropagator::new().inject_context(&span.context(), &mut carrier);
+        carrier.remove(TRACEPARENT)
+    }
+}
+
+/// Makes a span, which has not been entered, a part of the trace with a context; a context that is none changes nothing.
+pub fn continue_from(span: &Span, traceparent: Option<&str>) {
+    if let Some(traceparent) = traceparent {
+        context::continued(span, traceparent);
+    }
+}
+
+/// Context of a span, for what continues it elsewhere; `None` if it is not traced.
+pub fn context_of(span: &Span) -> Option<String> {
+    context::of(span)
+}
+
+#[cfg(feature = "otel")]
+pub use export::Exporter;
+
+#[cfg(feature = "otel")]
+mod export {
+    use opentelemetry::trace::TracerProvider as _;
+    use opentelemetry_http::hyper::HyperClient;
+    use opentelemetry_http::{Bytes, HttpClient, HttpError, Request, Response};
+    use opentelemetry_otlp::{ExporterBuildError, SpanExporter, WithHttpConfig as _};
+    use opentelemetry_sdk::Resource;
+    use opentelemetry_sdk::trace::SdkTracerProvider;
+    use std::pin::Pin;
+    use std::time::Duration;
+    use tokio::runtime::{Builder, Handle, Runtime};
+    use tracing::level_filters::LevelFilter;
+    use tracing_subscriber::Layer;
+    use tracing_subscriber::filter::Targets;
+    use tracing_subscriber::registry::LookupSpan;
+
+    /// Variables with the address of the collector, of traces alone and of all signals.
+    const ENDPOINTS: [&str; 2] = ["OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT"];
+    /// Time allowed to the collector for an answer.
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// Sends spans to a collector (OTLP over HTTP, binary), in batches. The variables of OpenTelemetry configure it.
+    #[derive(Debug)]
+    pub struct Exporter {
+        provider: SdkTracerProvider,
+        // Held for the client, whose connections it drives.
+        _runtime: Runtime,
+    }
+
+    /// A client whose requests a runtime drives: batches are sent from a thread of their own.
+    #[derive(Debug)]
+    struct DrivenClient {
+        client: HyperClient,
+        runtime: Handle,
+    }
+
+    impl HttpClient for DrivenClient {
+        fn send_bytes<'a, 'b>(
+            &'a self,
+            request: Request<Bytes>,
+        ) -> Pin<Box<dyn Future<Output = Result<Response<Bytes>, HttpError>> + Send + 'b>>
+        where
+            'a: 'b,
+            Self: 'b,
+        {
+            let client = self.client.clone();
+            let sending = self.runtime.spawn(async move { client.send_bytes(request).await });
+            Box::pin(async { sending.await? })
+        }
+    }
+
+    impl Exporter {
+        /// The exporter that the environment asks for; `None` if it names no collector.
+        ///
+        /// # Errors
+        /// If the address is not one, or the system has no thread for it.
+        pub fn from_environment() -> Result<Option<Self>, ExporterBuildError> {
+            if ENDPOINTS.iter().all(|name| std::env::var_os(name).is_none()) {
+                return Ok(None);
+            }
+            let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
+            let runtime = runtime.map_err(|error| ExporterBuildError::InternalFailure(error.to_string()))?;
+            let client = HyperClient::with_default_connector(PATIENCE, None);
+            let client = DrivenClient { client, runtime: runtime.handle().clone() };
+            let exporter = SpanExporter::builder().with_http().with_http_client(client).build()?;
+            let mut resource = Resource::builder();
+            if std::env::var_os("OTEL_SERVICE_NAME").is_none() {
+                resource = resource.with_service_name("contuse");
+            }
+            let provider = SdkTracerProvider::builder()
+                .with_resource(resource.build())
+                .with_batch_exporter(exporter)
+                .build();
+            Ok(Some(Self { provider, _runtime: runtime }))
+        }
+
+        /// The layer that records the spans of this program.
+        pub fn layer<S: tracing::Subscriber + for<'a> LookupSpan<'a>>(&self) -> impl Layer<S> + use<S> {
+            let spans = Targets::new().with_target("contuse", LevelFilter::INFO);
+            tracing_opentelemetry::layer().with_tracer(self.provider.tracer("contuse")).with_filter(spans)
+        }
+    }
+
+    impl Drop for Exporter {
+        /// Sends what is left.
+        fn drop(&mut self) {
+            // A collector that does not answer has said so in the log of the library.
+            let _ = self.provider.shutdown();
+        }
+    }
+}
