@@ -4,7 +4,7 @@ use super::work_args::{WorkArgs, size};
 use super::{CliError, Exit};
 use crate::service::access::read_tokens;
 use crate::service::config::ServiceConfig;
-use crate::service::jobs::process::ProcessEngine;
+use crate::service::jobs::process::{Groups, ProcessEngine};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::StoreAddress;
 use crate::service::tokens::Tokens;
@@ -42,6 +42,9 @@ pub struct ServeArgs {
     /// Maximum size in bytes of what jobs and meshes of each owner keep; suffixes k, M, G are accepted [default: no limit]
     #[arg(long, env = "CONTUSE_MAX_BYTES_PER_OWNER", value_parser = size)]
     max_bytes_per_owner: Option<u64>,
+    /// Maximum number of requests per second of each owner of a token; those of ten seconds may be saved up.
+    #[arg(long, env = "CONTUSE_MAX_REQUESTS_PER_S", default_value_t = 100)]
+    max_requests_per_s: u32,
     /// Maximum number of simultaneous connections.
     #[arg(long, env = "CONTUSE_MAX_CONNECTIONS", default_value_t = 512)]
     max_connections: usize,
@@ -84,6 +87,7 @@ impl ServeArgs {
             max_queued_per_owner: self.max_queued_per_owner,
             max_jobs_per_owner: self.max_jobs_per_owner,
             max_bytes_per_owner: self.max_bytes_per_owner,
+            max_requests_per_s: self.max_requests_per_s,
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),
             keep_days: self.keep_days,
@@ -137,7 +141,11 @@ pub(super) fn prepare(
     keep_files_private();
     // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?));
+    let groups = config.cgroup.as_deref().map(|folder| {
+        let unusable = |error| CliError::Usage(format!("--cgroup {}: {error}", folder.display()));
+        Groups::open(folder).map_err(unusable)
+    });
+    let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?, groups.transpose()?));
     Ok((engine, tokio::runtime::Builder::new_multi_thread().enable_all().build()?))
 }
 

@@ -5,6 +5,7 @@ use crate::scene::Budget;
 use crate::service::config::{RunConfig, ServiceConfig};
 use crate::service::jobs::store::StoreAddress;
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Log format.
@@ -49,6 +50,10 @@ pub struct WorkArgs {
     /// Maximum memory of all running jobs together in bytes, by their estimates [default: three quarters of the machine's]
     #[arg(long, env = "CONTUSE_MAX_RUNNING_MEMORY", value_parser = size)]
     max_running_memory: Option<u64>,
+    /// Folder of cgroups in which each run gets one, with its memory limit: version 2, delegated to this user, or of the memory controller
+    /// of version 1 [default: none, the limits of the process alone]
+    #[arg(long, env = "CONTUSE_CGROUP")]
+    cgroup: Option<PathBuf>,
     /// Maximum size of the fields of a recording in bytes, before compression.
     #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
     max_recording: u64,
@@ -106,6 +111,7 @@ impl WorkArgs {
             },
             max_running_memory: self.max_running_memory.unwrap_or(defaults.max_running_memory),
             max_attempts: self.max_attempts.max(1),
+            cgroup: self.cgroup,
             grace: Duration::from_secs(self.grace_s),
             least_free: self.least_free,
             ..defaults

@@ -57,6 +57,8 @@ pub struct ServiceConfig {
     pub runs: RunConfig,
     /// Memory of all running jobs together, by their estimates [bytes]; a job waits until its own is free.
     pub max_running_memory: u64,
+    /// Folder of cgroups for the runs.
+    pub cgroup: Option<PathBuf>,
     /// Maximum number of waiting jobs.
     pub max_queued: u64,
     /// Maximum number of waiting jobs of each owner; with tokens a quarter of all if `None`.
@@ -65,6 +67,8 @@ pub struct ServiceConfig {
     pub max_jobs_per_owner: Option<u64>,
     /// Maximum size of what jobs and meshes of each owner keep [bytes].
     pub max_bytes_per_owner: Option<u64>,
+    /// Requests per second of each owner of a token, who may save up those of ten seconds.
+    pub max_requests_per_s: u32,
     /// Maximum number of simultaneous connections; more wait in the listen queue of the system.
     pub max_connections: usize,
     /// Maximum number of waiting validations of small scenes, and of large ones.
@@ -106,10 +110,12 @@ impl Default for ServiceConfig {
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             runs: RunConfig::default(),
             max_running_memory: memory::usable().map_or(u64::MAX, |bytes| bytes / 4 * 3),
+            cgroup: None,
             max_queued: 1000,
             max_queued_per_owner: None,
             max_jobs_per_owner: None,
             max_bytes_per_owner: None,
+            max_requests_per_s: 100,
             max_connections: 512,
             max_validations_waiting: 64,
             validation_patience: Duration::from_secs(30),

@@ -37,7 +37,7 @@ use access::Access;
 use audit::Audit;
 use config::ServiceConfig;
 use fair_queue::QueueLimits;
-use http::{App, Attempts, Slots, ValidationSlots};
+use http::{App, Attempts, Rates, Slots, ValidationSlots};
 use jobs::JobsError;
 use jobs::deletion::Purged;
 use jobs::engine::Engine;
@@ -148,6 +148,7 @@ impl Service {
         let validation_slots = ValidationSlots::new(validations(&config));
         let exports = Slots::new(ARCHIVES_AT_ONCE);
         let attempts = Attempts::default();
+        let rates = Rates::new(config.max_requests_per_s);
         let permits = AllPermits::of(config.max_connections);
         let app = Arc::new(App {
             queue,
@@ -157,6 +158,7 @@ impl Service {
             readiness: Readiness::default(),
             audit,
             attempts,
+            rates,
             permits,
             validation_slots,
             exports,

@@ -3,10 +3,13 @@
 use crate::support::client::Client;
 use crate::support::program::Program;
 use crate::support::*;
+use contuse::service::config::RunConfig;
+use contuse::service::jobs::process::{Groups, ProcessEngine};
 use serde_json::{Value, json};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -90,6 +93,77 @@ fn a_run_that_needs_more_memory_than_it_may_take_fails_by_itself() {
     // Once more alone, which gives it no more memory here.
     assert_eq!(end["attempts"], 2);
     wait_for(client, &small, "succeeded");
+}
+
+/// A folder of cgroups on this machine, if this user may make one.
+struct Cgroup(std::path::PathBuf);
+
+impl Cgroup {
+    fn new() -> Option<Self> {
+        let version_1 = Path::new("/sys/fs/cgroup/memory");
+        let root = if version_1.exists() { version_1 } else { Path::new("/sys/fs/cgroup") };
+        let folder = root.join(format!("contuse-test-{}", std::process::id()));
+        std::fs::create_dir(&folder).ok()?;
+        let made = Self(folder);
+        let is_limited =
+            ["memory.limit_in_bytes", "memory.max"].iter().any(|file| made.0.join(file).exists());
+        is_limited.then_some(made)
+    }
+
+    fn groups(&self) -> Vec<std::path::PathBuf> {
+        let entries = std::fs::read_dir(&self.0).unwrap().flatten();
+        entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect()
+    }
+}
+
+impl Drop for Cgroup {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir(&self.0);
+    }
+}
+
+#[test]
+fn a_run_has_a_group_where_there_are_groups() {
+    let Some(cgroup) = Cgroup::new() else {
+        eprintln!("not tried: this user may not make cgroups");
+        return;
+    };
+    let data = tempfile::tempdir().unwrap();
+    let program = Program::start(data.path(), &["--cgroup", cgroup.0.to_str().unwrap()]);
+    let client = &program.client;
+    let job = submit(client, &long());
+    let run = wait_for_run(&program);
+    eventually("it has a group", || !cgroup.groups().is_empty());
+    let group = cgroup.groups().remove(0);
+    let read = |file: &str| std::fs::read_to_string(group.join(file)).unwrap_or_default();
+    eventually("it is in its group", || read("cgroup.procs").trim() == run.to_string());
+    let limit: u64 = (read("memory.limit_in_bytes") + &read("memory.max")).trim().parse().unwrap();
+    assert!((256 << 20..1 << 30).contains(&limit), "twice what is expected, and 256 MB: {limit}");
+    client.post(&format!("{job}/cancel"));
+    eventually("its group is gone", || cgroup.groups().is_empty());
+    let refused = Command::new(env!("CARGO_BIN_EXE_contuse"))
+        .args(["serve", "--listen", "127.0.0.1:0", "--cgroup", "/proc", "--data"])
+        .arg(data.path().join("other"))
+        .output()
+        .unwrap();
+    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("--cgroup /proc"));
+}
+
+#[test]
+fn a_run_that_its_group_kills_is_out_of_memory() {
+    let Some(cgroup) = Cgroup::new() else {
+        eprintln!("not tried: this user may not make cgroups");
+        return;
+    };
+    let (folder, data) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let takes_memory = "head -c 2000000000 /dev/zero | tail -c 2000000000 >/dev/null; exit 3";
+    let groups = Groups::open(&cgroup.0).unwrap();
+    let engine = ProcessEngine::new(&RunConfig::default(), &scripted(&folder, takes_memory), Some(groups));
+    let server = Server::with_engine(Arc::new(data), Arc::new(engine), |c| c.max_attempts = 1);
+    let end = wait_for(&server.client(), &submit(&server.client(), &short()), "failed");
+    assert_eq!(end["failure"]["cause"], "out_of_memory", "{end}");
+    drop(server);
+    assert!(cgroup.groups().is_empty());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The service over HTTP. Modules mirror the URLs; `life` is about what outlives a request.
 #![allow(clippy::unwrap_used, clippy::format_push_string, missing_docs)]
 
+mod attacks;
 #[path = "../property/changes.rs"]
 mod changes;
 mod closed;

@@ -96,6 +96,20 @@ fn an_owner_keeps_no_more_than_the_quota() {
     submit(&anna, &quick_without_recording());
 }
 
+#[test]
+fn an_owner_asks_no_more_often_than_one_may() {
+    let server = Server::with(|c| (c.max_requests_per_s, c.tokens) = (1, tokens()));
+    let (anna, bert) = both(&server);
+    let answers: Vec<_> = (0..12).map(|_| anna.get("/v1/jobs")).collect();
+    assert!(answers[..10].iter().all(|answer| answer.status == 200), "those of ten seconds");
+    problem(&answers[11], 429, "too-many-requests");
+    let wait_s: u64 = answers[11].header("retry-after").unwrap().parse().unwrap();
+    assert!((1..=2).contains(&wait_s));
+    assert_eq!(bert.get("/v1/jobs").status, 200);
+    std::thread::sleep(std::time::Duration::from_secs(wait_s));
+    assert_eq!(anna.get("/v1/jobs").status, 200);
+}
+
 fn quick_without_recording() -> serde_json::Value {
     let mut scene = quick();
     scene["recording_bytes"] = json!(1);

@@ -1,6 +1,7 @@
 //! What all handlers share.
 
 use super::attempts::Attempts;
+use super::rates::Rates;
 use super::slots::{Slots, ValidationSlots};
 use crate::service::access::Access;
 use crate::service::audit::Audit;
@@ -27,6 +28,8 @@ pub struct App {
     pub audit: Audit,
     /// Wrong tokens of each address.
     pub attempts: Attempts,
+    /// Requests of each owner.
+    pub rates: Rates,
     /// Limits of uploads, downloads and event streams.
     pub permits: AllPermits,
     /// Threads for the validation of scenes and meshes.

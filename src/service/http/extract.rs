@@ -51,7 +51,10 @@ impl FromRequestParts<Arc<App>> for Owner {
             return match grant {
                 Grant { is_expired: true, .. } => Err(Problem::expired_token()),
                 Grant { scope, .. } if scope < needed => Err(Problem::beyond_scope(scope, needed)),
-                _ => owner,
+                Grant { owner: name, .. } => match app.rates.take(name) {
+                    Some(wait_s) => Err(Problem::too_many_requests(wait_s)),
+                    None => owner,
+                },
             };
         }
         // A request without a token tries none.

@@ -57,6 +57,7 @@ pub struct UploadParameters {
     responses(
         (status = 200, description = "The mesh was uploaded before", body = StoredMesh),
         (status = 201, description = "The mesh is stored", body = StoredMesh, headers(("Location" = String, description = "Address of the mesh"))),
+        (status = 403, description = "As many bytes are kept as an owner may keep", body = ProblemBody, content_type = "application/problem+json"),
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The file is not a mesh that can be used", body = ProblemBody, content_type = "application/problem+json"),

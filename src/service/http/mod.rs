@@ -18,6 +18,7 @@ mod pages;
 mod preloads;
 mod problem;
 mod range;
+mod rates;
 mod recording;
 mod sections;
 mod slots;
@@ -33,6 +34,7 @@ pub use app::App;
 pub use attempts::Attempts;
 pub use extract::Peer;
 pub use openapi::text as openapi_text;
+pub use rates::Rates;
 pub use slots::{Slots, ValidationSlots};
 
 use axum::Router;

@@ -367,6 +367,11 @@ impl Problem {
         )
     }
 
+    /// An owner asks more often than one may.
+    pub fn too_many_requests(wait_s: u64) -> Self {
+        Self::too_many("You send requests more often than one owner may.", wait_s)
+    }
+
     /// The disk of the service is full.
     fn storage_full(error: &JobsError) -> Self {
         tracing::error!(%error, "no space is left");

@@ -63,7 +63,7 @@ mod tests {
     use crate::blobs::BlobStore;
     use crate::service::audit::Audit;
     use crate::service::config::ServiceConfig;
-    use crate::service::http::{Slots, ValidationSlots};
+    use crate::service::http::{Rates, Slots, ValidationSlots};
     use crate::service::jobs::data_folder::DataFolder;
     use crate::service::jobs::pulse::Pulse;
     use crate::service::jobs::pulse::tests::{Distant, distant};
@@ -97,6 +97,7 @@ mod tests {
             readiness: crate::service::readiness::Readiness::default(),
             audit: Audit::open(dir).unwrap(),
             attempts: crate::service::http::Attempts::default(),
+            rates: Rates::new(1),
             exports: Slots::new(1),
         };
         (Arc::new(app), blobs, pulse)

@@ -48,7 +48,7 @@ impl Server {
 
     /// With the engine that ships, which runs jobs as processes of a program.
     pub fn running(program: &Path, change: impl FnOnce(&mut ServiceConfig)) -> Self {
-        let engine = ProcessEngine::new(&RunConfig::default(), program);
+        let engine = ProcessEngine::new(&RunConfig::default(), program, None);
         Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), change)
     }
 

@@ -1,5 +1,6 @@
 //! The process of a run, as the service sees it.
 
+use super::group::{Group, Groups};
 use super::wire::{self, FromChild, Task, ToChild};
 use crate::service::jobs::JobId;
 use std::io::{self, BufRead, BufReader, BufWriter, Read};
@@ -25,6 +26,8 @@ pub(super) struct Child {
     log: Arc<Log>,
     logging: Option<JoinHandle<()>>,
     _alive: Arc<()>,
+    /// Removed after its process has ended.
+    group: Option<Group>,
 }
 
 /// What a process writes to its standard error.
@@ -103,21 +106,48 @@ impl Child {
         std::thread::Builder::new().name("run-messages".into()).spawn(move || receive(output, &sender))?;
         let logging =
             std::thread::Builder::new().name("run-log".into()).spawn(move || heard.forward(errors))?;
-        Ok(Self { process, input, messages, log, logging: Some(logging), _alive: Arc::clone(alive) })
+        Ok(Self {
+            process,
+            input,
+            messages,
+            log,
+            logging: Some(logging),
+            _alive: Arc::clone(alive),
+            group: None,
+        })
     }
 
-    /// Gives the process its task with its bytes, of a job or of none.
+    /// Gives the process its task with its bytes, of a job or of none, in a group if there are any.
     pub fn begin(
         &mut self,
         task: &Task,
         (count, bytes): (u64, &mut dyn Read),
         job: Option<JobId>,
+        groups: Option<&Groups>,
     ) -> io::Result<()> {
+        if let Some(groups) = groups {
+            self.join(groups, task.limits.memory_bytes)?;
+        }
         if let Some(job) = job {
             // A process has one task.
             let _ = self.log.job.set(job);
         }
         wire::write(&mut self.input, task, count, bytes)
+    }
+
+    /// Puts the process into a group of its own; without it, it ends.
+    fn join(&mut self, groups: &Groups, memory_bytes: u64) -> io::Result<()> {
+        match groups.group(self.process.id(), memory_bytes) {
+            Ok(group) => {
+                self.group = Some(group);
+                Ok(())
+            }
+            Err(error) => {
+                tracing::error!(%error, "a process has no group, and is ended");
+                self.reap();
+                Err(error)
+            }
+        }
     }
 
     /// Sends a message with its bytes.
@@ -141,7 +171,8 @@ impl Child {
             // It ends with the pipe, which no other process holds.
             let _ = logging.join();
         }
-        let was_refused_memory = *self.log.was_refused_memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let was_refused_memory = *self.log.was_refused_memory.lock().unwrap_or_else(PoisonError::into_inner)
+            || self.group.as_ref().is_some_and(Group::was_refused_memory);
         Death { status, was_refused_memory }
     }
 

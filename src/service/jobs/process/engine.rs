@@ -1,6 +1,7 @@
 //! The engine of the service: each run is a process, and so is the validation of whatever is large.
 
 use super::child::{Child, Death, Heard};
+use super::group::Groups;
 use super::limits::{LIMITS_MEMORY, Limits};
 use super::wire::{FromChild, Task, ToChild, Work};
 use crate::blobs::{BlobError, Draft};
@@ -51,6 +52,7 @@ pub struct ProcessEngine {
     simulator: Simulator,
     program: PathBuf,
     runs: RunConfig,
+    groups: Option<Groups>,
     /// One more than there are processes.
     alive: Arc<()>,
 }
@@ -71,8 +73,8 @@ struct Patience<'a> {
 }
 
 impl ProcessEngine {
-    /// An engine that starts `program`, which is this one.
-    pub fn new(runs: &RunConfig, program: &Path) -> Self {
+    /// An engine that starts `program`, which is this one, each time in a group of its own if there are `groups`.
+    pub fn new(runs: &RunConfig, program: &Path, groups: Option<Groups>) -> Self {
         if !LIMITS_MEMORY {
             tracing::warn!(
                 "this system does not limit the memory of a process: a run may take what it needs"
@@ -82,6 +84,7 @@ impl ProcessEngine {
             simulator: Simulator::new(runs),
             program: program.to_owned(),
             runs: runs.clone(),
+            groups,
             alive: Arc::default(),
         }
     }
@@ -137,7 +140,7 @@ impl ProcessEngine {
         };
         let began = Instant::now();
         let task = self.task(work, most_memory, within.as_secs().max(1));
-        let begun = child.begin(&task, (count, bytes), None);
+        let begun = child.begin(&task, (count, bytes), None, self.groups.as_ref());
         while begun.is_ok() {
             match child.hear(LOOK_INTERVAL) {
                 Heard::Message(message, _) => match (*message, meshes) {
@@ -232,7 +235,7 @@ impl Engine for ProcessEngine {
         let task = self.task(work, order.most_memory, cpu_s);
         let text = (order.document.len() as u64, &mut &*order.document as &mut dyn Read);
         // A process that does not listen has ended, which is found below.
-        let begun = child.begin(&task, text, Some(order.job));
+        let begun = child.begin(&task, text, Some(order.job), self.groups.as_ref());
         tracing::debug!(job = %order.job, is_begun = begun.is_ok(), "a process has the run");
         run.hold(child, &mut order)
     }

@@ -5,15 +5,17 @@
 //! child has no access to the job store or the blobs: it asks for meshes and results. It writes the recording in the data folder.
 //!
 //! - `wire`: the messages of both sides.
-//! - `child`, `engine`: the side of the service.
+//! - `child`, `group`, `engine`: the side of the service.
 //! - `inside`, `host`, `limits`: the side of the child.
 
 mod child;
 mod engine;
+mod group;
 mod host;
 mod inside;
 mod limits;
 mod wire;
 
 pub use engine::ProcessEngine;
+pub use group::Groups;
 pub use inside::serve_one;
