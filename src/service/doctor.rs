@@ -5,7 +5,7 @@ use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
 use super::jobs::store::{Identity, KnownBlobs, PROBE_PATIENCE, StoreAddress};
 use super::jobs::{JobId, JobsError, ownership};
-use super::opening::on_a_thread;
+use super::opening::{LOST_LOG, on_a_thread};
 use crate::blobs::BlobStore;
 use crate::report::RecordedRun;
 use std::path::Path;
@@ -59,6 +59,10 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
     let _folder = DataFolder::open(&address.data)?;
     let blobs = address.open_blobs(PROBE_PATIENCE).map_err(JobsError::from)?;
     let mut diagnosis = Diagnosis::default();
+    let has_lost_log = address.has_lost_log();
+    if has_lost_log {
+        diagnosis.store.push(LOST_LOG.to_owned());
+    }
     let store = if address.exists() {
         match address.open().await {
             // Nothing is known to be damaged.
@@ -70,13 +74,18 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
     };
     let (known, identity) = match store {
         Ok(store) => {
-            (diagnosis.store, diagnosis.unreadable) = store.faults().await?;
+            let (faults, unreadable) = store.faults().await?;
+            diagnosis.store.extend(faults);
+            diagnosis.unreadable = unreadable;
             let known = store.blobs().await?;
             let identity = match store.shared() {
                 Some(shared) => Some(shared.identity().await?),
                 None => None,
             };
             store.close().await;
+            if has_lost_log {
+                address.note_lost_log()?;
+            }
             (known, identity)
         }
         Err(reason) => {

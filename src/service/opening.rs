@@ -14,6 +14,9 @@ use crate::blobs::{BlobError, BlobStore};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
+/// The last transactions of the job store are lost.
+pub(super) const LOST_LOG: &str = "the log of jobs.sqlite is lost, and with it the last changes before the process that wrote them was ended";
+
 /// Why the service did not start.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
@@ -49,6 +52,9 @@ pub(super) async fn open_queue(
     metrics: &Arc<Metrics>,
 ) -> Result<Arc<Queue>, JobsError> {
     let folder = DataFolder::open(&config.store.data)?;
+    if config.store.has_lost_log() {
+        tracing::error!("{LOST_LOG}: `contuse doctor` says what can be recovered");
+    }
     let tried = check_blobs(&config.store).await?;
     let blobs = config.store.open_blobs(PATIENCE)?;
     let jobs = Box::pin(config.store.open()).await?;

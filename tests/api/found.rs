@@ -1,9 +1,11 @@
 //! What is lost is found: rows, recordings, the whole store.
 
+use crate::support::program::{Program, SERVE};
 use crate::support::*;
 use contuse::service::doctor::{Diagnosis, examine};
 use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 pub fn run<T>(work: impl Future<Output = T>) -> T {
     tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap().block_on(work)
@@ -79,6 +81,40 @@ fn a_lost_store_takes_neither_recordings_nor_meshes_with_it() {
     left.sort();
     kept.sort();
     assert_eq!(left, kept);
+}
+
+#[test]
+fn a_lost_log_is_told_at_the_start_and_by_the_doctor() {
+    let data = tempfile::tempdir().unwrap();
+    let scene = serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
+    let program = Program::start(data.path(), &[]);
+    finished(&program.client, &scene);
+    program.kill();
+    // Killed, with its log: nothing is lost.
+    assert!(diagnosis(data.path()).is_sound());
+    let program = Program::start(data.path(), &[]);
+    let (job, _) = finished(&program.client, &scene);
+    program.kill();
+    for end in ["-wal", "-shm"] {
+        std::fs::remove_file(data.path().join(format!("jobs.sqlite{end}"))).unwrap();
+    }
+    let copy = tempfile::tempdir().unwrap();
+    assert!(
+        Command::new("cp").arg("-a").arg(data.path().join(".")).arg(copy.path()).status().unwrap().success()
+    );
+    // The recording of the job that went with the log can still be had.
+    diagnosis(copy.path());
+    let found = diagnosis(copy.path());
+    assert!(found.store.len() == 1 && found.store[0].contains("the log of jobs.sqlite is lost"), "{found:?}");
+    assert!(found.without_job.len() == 1 && found.without_job[0].readable.is_ok(), "{found:?}");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+    command.args(SERVE).arg(data.path()).stderr(Stdio::piped());
+    let mut program = Program::spawn(command);
+    assert_eq!(program.client.get(&job).status, 404);
+    let log = program.child.stderr.take().unwrap();
+    program.terminate();
+    let log = std::io::read_to_string(log).unwrap();
+    assert!(log.contains("the log of jobs.sqlite is lost") && log.contains("contuse doctor"), "{log}");
 }
 
 #[test]

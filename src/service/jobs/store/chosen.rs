@@ -57,6 +57,19 @@ impl StoreAddress {
         self.is_shared() || self.data.join(FILE).is_file()
     }
 
+    /// Whether the last transactions of the job store are lost; PostgreSQL cares for its own.
+    pub fn has_lost_log(&self) -> bool {
+        !self.is_shared() && SqliteStore::has_lost_log(&self.data.join(FILE))
+    }
+
+    /// Keeps in mind that they are lost, after the store was opened and closed.
+    ///
+    /// # Errors
+    /// If the note cannot be written.
+    pub fn note_lost_log(&self) -> Result<(), JobsError> {
+        SqliteStore::mark(&self.data.join(FILE))
+    }
+
     /// What has to be restored from a backup if the job store is damaged, for people.
     pub fn to_restore(&self) -> String {
         if self.is_shared() { self.to_string() } else { format!("{FILE} with its {LOG}") }

@@ -17,7 +17,9 @@ use crate::service::jobs::JobsError;
 use sqlx::Sqlite;
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use std::path::Path;
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use writer::Writer;
 
@@ -26,7 +28,33 @@ type Row = sqlx::sqlite::SqliteRow;
 type Turn = Writer;
 type Write<'a> = writer::Write;
 
+/// End of the name of the file with the last transactions.
+const LOG: &str = "-wal";
+/// End of the name of an empty file, which is there from the first write of a process to its orderly end: so long there is a log, too.
+const OPEN: &str = "-open";
+
+/// A file whose name is that of the store with an ending.
+fn beside(file: &Path, ending: &str) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}
+
 impl SqliteStore {
+    /// Whether the last transactions in a file are lost: the process that wrote them did not end in order, and their log is missing.
+    pub fn has_lost_log(file: &Path) -> bool {
+        beside(file, OPEN).exists() && !beside(file, LOG).exists()
+    }
+
+    /// Notes that there is a log, or that it is lost.
+    ///
+    /// # Errors
+    /// If the file for that cannot be created.
+    pub fn mark(file: &Path) -> Result<(), JobsError> {
+        let open = beside(file, OPEN);
+        File::create(&open).map(drop).map_err(|error| JobsError::file(open, error))
+    }
+
     /// Opens the store in a file, which is created if necessary, and migrates its tables to this version.
     ///
     /// # Errors
@@ -49,7 +77,10 @@ impl SqliteStore {
             .await?;
         // The data folder is that of one process, which has its jobs until it ends.
         let writer = Writer::beside(&pool).await?;
-        Self::migrated(pool, writer, &migrations(), Duration::MAX).await
+        let store = Self::migrated(pool, writer, &migrations(), Duration::MAX).await?;
+        store.try_write().await?;
+        Self::mark(file)?;
+        Ok(store)
     }
 
     async fn try_write(&self) -> Result<(), JobsError> {
@@ -76,8 +107,10 @@ impl SqliteStore {
     }
 
     async fn shut(&self) {
-        if let Err(error) = self.turn.checkpoint().await {
-            tracing::warn!(%error, "the log of the job store is emptied at the next start");
+        let file = self.pool.connect_options().get_filename().to_owned();
+        match self.turn.checkpoint().await.and_then(|()| forget(&beside(&file, OPEN))) {
+            Ok(()) => {}
+            Err(error) => tracing::warn!(%error, "the log of the job store is emptied at the next start"),
         }
         self.pool.close().await;
     }
@@ -85,6 +118,14 @@ impl SqliteStore {
     #[allow(clippy::unused_self)] // that of PostgreSQL is shared
     fn as_shared(&self) -> Option<&dyn SharedStore> {
         None
+    }
+}
+
+/// Removes a file, if it exists.
+fn forget(file: &Path) -> Result<(), JobsError> {
+    match std::fs::remove_file(file) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(JobsError::file(file, error)),
+        _ => Ok(()),
     }
 }
 
