@@ -50,6 +50,10 @@ def job(client, scene):
     return job
 
 
+def test_a_job_has_its_priority(client, scene):
+    assert client.submit(scene, priority="low").body["priority"] == "low"
+
+
 def test_mistakes_have_their_places(client, scene):
     with pytest.raises(InvalidScene) as caught:
         client.submit({**scene, "end_time_s": -1})

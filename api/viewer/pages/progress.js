@@ -32,7 +32,7 @@ export class ProgressPanel {
     this.job = job;
     const cancel = button("Cancel", () => postJson(`/v1/jobs/${job.id}/cancel`, {}).catch((e) => this.#note(e.message)), { class: "danger" });
     this.#look = button("Look at it now", () => peek().catch((e) => this.#note(e instanceof ApiProblem ? e.message : String(e))));
-    this.#words.textContent = job.queue_position ? `Waiting: number ${job.queue_position} in the queue.` : "Waiting for news.";
+    this.#words.textContent = job.queue_position ? `Waiting: number ${job.queue_position} of your own jobs.` : "Waiting for news.";
     this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, this.#look, cancel), this.#log);
   }
 

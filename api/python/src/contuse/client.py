@@ -57,17 +57,18 @@ class Client:
         begun: dict[str, Any] = self._get(f"/v1/meshes/{mesh_id}/first-scene", params=parameters).json()
         return begun
 
-    def submit(self, scene: Document) -> Job:
-        """Submits a scene (a document, or the path of one, whose mesh files are uploaded). Sent again after a broken connection, it is still one job."""
-        return self._submitted("/v1/jobs", scene)
+    def submit(self, scene: Document, priority: str = "normal") -> Job:
+        """Submits a scene (a document, or the path of one, whose mesh files are uploaded). Sent again after a broken connection, it is still one job.
+        Of your waiting jobs those with the `priority` `high` begin first, those with `low` last."""
+        return self._submitted("/v1/jobs", scene, priority)
 
-    def what_if(self, question: Document) -> Job:
+    def what_if(self, question: Document, priority: str = "normal") -> Job:
         """Asks what would be if. The base is `job`, the id of a job, or `scene`, a document or its path; `results` has the answer."""
-        return self._submitted("/v1/what-if", question)
+        return self._submitted("/v1/what-if", question, priority)
 
-    def study(self, study: Document) -> Job:
+    def study(self, study: Document, priority: str = "normal") -> Job:
         """Submits a study, of `kind` `error` (its `scene` is a document or its path) or `stability`; `results` has what it says."""
-        return self._submitted("/v1/studies", study)
+        return self._submitted("/v1/studies", study, priority)
 
     def job(self, job: Job | str) -> Job:
         """The job as it stands."""
@@ -183,8 +184,9 @@ class Client:
             _rest(attempt)
             attempt += 1
 
-    def _submitted(self, address: str, document: Document) -> Job:
-        return Job.of(self._post(address, self._bytes_of(document), {"Idempotency-Key": str(uuid.uuid4())}).json())
+    def _submitted(self, address: str, document: Document, priority: str) -> Job:
+        headers = {"Idempotency-Key": str(uuid.uuid4()), "Job-Priority": priority}
+        return Job.of(self._post(address, self._bytes_of(document), headers).json())
 
     def _bytes_of(self, document: Document) -> bytes:
         """The bytes of a document. Files go as they are, unless they name mesh files beside them: these are uploaded, and named by their ids."""
