@@ -70,9 +70,9 @@ mod export {
     use std::pin::Pin;
     use std::time::Duration;
     use tokio::runtime::{Builder, Handle, Runtime};
-    use tracing::level_filters::LevelFilter;
+    use tracing::Level;
     use tracing_subscriber::Layer;
-    use tracing_subscriber::filter::Targets;
+    use tracing_subscriber::filter::filter_fn;
     use tracing_subscriber::registry::LookupSpan;
 
     /// Variables with the address of the collector, of traces alone and of all signals.
@@ -137,7 +137,10 @@ mod export {
 
         /// The layer that records the spans of this program.
         pub fn layer<S: tracing::Subscriber + for<'a> LookupSpan<'a>>(&self) -> impl Layer<S> + use<S> {
-            let spans = Targets::new().with_target("contuse", LevelFilter::INFO);
+            // Spans that the log does not repeat on its lines have the level `debug`.
+            let spans = filter_fn(|of| {
+                of.target().starts_with("contuse") && (of.is_span() || *of.level() <= Level::INFO)
+            });
             tracing_opentelemetry::layer().with_tracer(self.provider.tracer("contuse")).with_filter(spans)
         }
     }

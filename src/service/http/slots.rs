@@ -50,8 +50,8 @@ impl ValidationSlots {
         lane: Lane,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let slot = self.0.enter(owner, lane).instrument(tracing::info_span!("waiting")).await?;
-        let span = tracing::info_span!("validation");
+        let slot = self.0.enter(owner, lane).instrument(tracing::debug_span!("waiting")).await?;
+        let span = tracing::debug_span!("validation");
         holding(slot, move || span.in_scope(work)).await
     }
 

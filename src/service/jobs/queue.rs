@@ -291,7 +291,7 @@ impl Queue {
     pub async fn submit(self: &Arc<Self>, new: &NewJob) -> Result<Submitted, JobsError> {
         self.with_files(Self::check_space).await?;
         let storing = self.store.submit(new, self.config.quotas());
-        let submitted = storing.instrument(tracing::info_span!("store")).await?;
+        let submitted = storing.instrument(tracing::debug_span!("store")).await?;
         if let Submitted::Created(job) = &submitted {
             tracing::info!(job = %job.id, "accepted");
             self.arrivals.notify_one();

@@ -99,7 +99,7 @@ impl Worker {
 
     /// Runs one job. If the worker itself panics, the job fails and the worker continues.
     fn run_guarded(&self, job: &ClaimedJob, control: &RunControl) {
-        let span = tracing::info_span!("run", job = %job.id, attempt = job.attempt);
+        let span = tracing::debug_span!("run", job = %job.id, attempt = job.attempt);
         continue_from(&span, job.trace.as_deref());
         let _entered = span.enter();
         if catch_unwind(AssertUnwindSafe(|| self.run(job, control))).is_err() {
@@ -179,7 +179,7 @@ impl Worker {
             blobs: &self.queue.blobs,
             note_result: self.note_result(job),
         };
-        let span = tracing::info_span!("simulation");
+        let span = tracing::debug_span!("simulation");
         let called = catch_unwind(AssertUnwindSafe(|| span.in_scope(|| self.queue.engine.run(order))));
         let result = called.unwrap_or_else(|payload| Err(panicked(payload.as_ref())));
         if let Err(failure) = &result
@@ -257,7 +257,7 @@ impl Worker {
         control: &RunControl,
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
-        let _span = tracing::info_span!("recording").entered();
+        let _span = tracing::debug_span!("recording").entered();
         let mut refusals = 0;
         loop {
             let kept = self.queue.keep_recording(job.id, job.attempt, complete);
