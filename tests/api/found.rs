@@ -84,7 +84,7 @@ fn a_lost_store_takes_neither_recordings_nor_meshes_with_it() {
 }
 
 #[test]
-fn a_lost_log_is_told_at_the_start_and_by_the_doctor() {
+fn a_lost_log_is_reported_at_the_start_and_by_the_doctor() {
     let data = tempfile::tempdir().unwrap();
     let scene = serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
     let program = Program::start(data.path(), &[]);

@@ -42,15 +42,21 @@ macro_rules! shared {
         " FOR SHARE"
     };
 }
-/// Keeps the selected row `w`, without waiting for rows that others keep.
+/// The same as `locked`, without waiting for rows that others keep.
 macro_rules! locked_or_skipped {
     () => {
-        " FOR UPDATE OF w SKIP LOCKED"
+        " FOR UPDATE SKIP LOCKED"
     };
 }
 /// Whether the document of a job contains the text `$2`.
 macro_rules! scene_contains {
     () => {
         "position(convert_to($2, 'UTF8') IN scene) > 0"
+    };
+}
+/// Reads jobs by the index of those that wait, in the order of each owner: PostgreSQL chooses it by itself.
+macro_rules! by_owner {
+    () => {
+        ""
     };
 }

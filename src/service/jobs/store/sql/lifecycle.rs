@@ -1,74 +1,14 @@
 //! State changes of jobs, from the queue to the end.
 
-use super::read::{job_id, kind_of_name};
+use super::read::job_id;
 use super::{SqlStore, Write, add_event, attempts_of};
 use crate::service::jobs::store::{
-    CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerRequest, Requeued,
+    CancelAnswer, DeleteAnswer, Event, JobEnd, Orphan, OwnerRequest, Requeued,
 };
 use crate::service::jobs::{JobId, JobState, JobsError, Progress};
 use crate::step::Ending;
-use sqlx::Row as _;
-
-/// The waiting job that is next: of the owner with the fewest running jobs, then of the one whose last turn is longest ago, then of the one
-/// who has waited longest; of that owner by priority, then by arrival.
-macro_rules! next_job {
-    () => {
-        "SELECT w.seq FROM jobs w
-             JOIN (SELECT q.owner, MIN(q.seq) AS first,
-                       (SELECT COUNT(*) FROM jobs r WHERE r.owner = q.owner AND r.state = 'running') AS running,
-                       COALESCE((SELECT o.turn FROM owners o WHERE o.owner = q.owner), 0) AS turn
-                   FROM jobs q WHERE q.state = 'queued' AND q.deleted = 0 GROUP BY q.owner) s ON s.owner = w.owner
-             WHERE w.state = 'queued' AND w.deleted = 0
-             ORDER BY s.running, s.turn, s.first, w.priority DESC, w.seq LIMIT 1"
-    };
-}
-
-/// Gives a turn to the owner `$1`.
-const TURN: &str =
-    "INSERT INTO owners (owner, turn) VALUES ($1, (SELECT COALESCE(MAX(turn), 0) + 1 FROM owners))
-     ON CONFLICT (owner) DO UPDATE SET turn = excluded.turn";
 
 impl SqlStore {
-    pub(super) async fn claim(&self, free_bytes: Option<u64>) -> Result<Option<ClaimedJob>, JobsError> {
-        let mut transaction = self.begin().await?;
-        let row = sqlx::query(
-            concat!(
-                "UPDATE jobs SET state = 'running', phase = 'loading', attempts = attempts + 1, progress = 0, step = 0,
-                 simulated_time_s = 0, expected_steps = NULL, eta_s = NULL, ", taken!(), ", started_at = ", now!(), "
-             WHERE seq = (", next_job!(), locked_or_skipped!(), ")
-                 AND ($3 IS NULL OR (alone = 0 AND memory_bytes <= $3))
-             RETURNING seq, id, owner, kind, scene, attempts, memory_bytes, alone <> 0 AS alone, trace"
-            ),
-        )
-        .bind(&self.worker)
-        .bind(self.lease.as_secs_f64())
-        .bind(free_bytes.map(|bytes| i64::try_from(bytes).unwrap_or(i64::MAX)))
-        .fetch_optional(&mut *transaction)
-        .await?;
-        let Some(row) = row else {
-            // Ended now, not when the connection is used next: a job that does not fit would stay locked, and be overtaken.
-            transaction.commit().await?;
-            return Ok(None);
-        };
-        let (seq, attempt) = (row.try_get("seq")?, attempts_of(row.try_get("attempts")?)?);
-        let owner: String = row.try_get("owner")?;
-        sqlx::query(TURN).bind(&owner).execute(&mut *transaction).await?;
-        add_event(&mut transaction, seq, &Event::running(attempt)).await?;
-        transaction.commit().await?;
-        let id: String = row.try_get("id")?;
-        Ok(Some(ClaimedJob {
-            seq,
-            id: job_id(id)?,
-            owner,
-            kind: kind_of_name(row.try_get("kind")?)?,
-            document: row.try_get("scene")?,
-            memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
-            alone: row.try_get("alone")?,
-            attempt,
-            trace: row.try_get("trace")?,
-        }))
-    }
-
     pub(super) async fn record_progress(
         &self,
         seq: i64,

@@ -1,6 +1,7 @@
 //! A job store in SQL. The statements are one text, which the module of each database includes as its child: that module has the
 //! types of the database, how it begins to write, and in its `dialect` what it says in its own way.
 
+mod claim;
 mod lifecycle;
 mod meshes;
 mod purge;

@@ -51,9 +51,11 @@ impl SqlStore {
             return Ok(());
         }
         waiting.sort_by_key(|row| (row.priority, row.seq));
-        let of_priorities: Vec<(i64, i64)> = sqlx::query_as(
-            "SELECT priority, COUNT(*) FROM jobs WHERE owner = $1 AND state = 'queued' AND deleted = 0 GROUP BY priority",
-        )
+        let of_priorities: Vec<(i64, i64)> = sqlx::query_as(concat!(
+            "SELECT priority, COUNT(*) FROM jobs",
+            by_owner!(),
+            " WHERE owner = $1 AND state = 'queued' AND deleted = 0 GROUP BY priority"
+        ))
         .bind(owner)
         .fetch_all(&self.pool)
         .await?;
@@ -64,10 +66,12 @@ impl SqlStore {
                 (counted_to, position) =
                     ((Some(row.priority), i64::MIN), before.map(|(_, count)| count).sum());
             }
-            let (more,): (i64,) = sqlx::query_as(
-                "SELECT COUNT(*) FROM jobs WHERE owner = $1 AND priority = $2 AND state = 'queued' AND deleted = 0
-                     AND seq > $3 AND seq <= $4",
-            )
+            let (more,): (i64,) = sqlx::query_as(concat!(
+                "SELECT COUNT(*) FROM jobs",
+                by_owner!(),
+                " WHERE owner = $1 AND priority = $2 AND state = 'queued' AND deleted = 0
+                     AND seq > $3 AND seq <= $4"
+            ))
             .bind(owner)
             .bind(row.priority.number())
             .bind(counted_to.1)

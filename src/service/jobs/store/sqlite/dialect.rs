@@ -42,7 +42,7 @@ macro_rules! shared {
         ""
     };
 }
-/// Keeps the selected row `w`, without waiting for rows that others keep.
+/// The same as `locked`, without waiting for rows that others keep.
 macro_rules! locked_or_skipped {
     () => {
         ""
@@ -52,5 +52,11 @@ macro_rules! locked_or_skipped {
 macro_rules! scene_contains {
     () => {
         "instr(scene, CAST($2 AS BLOB)) > 0"
+    };
+}
+/// Reads jobs by the index of those that wait, in the order of each owner.
+macro_rules! by_owner {
+    () => {
+        " INDEXED BY jobs_waiting_of_owner"
     };
 }

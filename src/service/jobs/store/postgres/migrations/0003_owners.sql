@@ -1,6 +1,6 @@
 -- Owners take turns; of the jobs of one, those with the highest priority begin first (0 low, 1 normal, 2 high).
 ALTER TABLE jobs ADD COLUMN priority BIGINT NOT NULL DEFAULT 1;
-CREATE INDEX jobs_waiting_of_owner ON jobs (owner, priority, seq) WHERE state = 'queued' AND deleted = 0;
+CREATE INDEX jobs_waiting_of_owner ON jobs (owner, priority DESC, seq) WHERE state = 'queued' AND deleted = 0;
 CREATE INDEX jobs_running_of_owner ON jobs (owner) WHERE state = 'running';
 -- When an owner had a turn, as a count of all turns.
 CREATE TABLE owners (
