@@ -1,7 +1,7 @@
 //! Traces reach a collector: those of a request, and of the run of its job.
 
 // A test fails by panicking; the client is that of the API's tests, which use more of it.
-#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, dead_code)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::format_push_string, missing_docs, dead_code)]
 
 #[path = "api/support/client.rs"]
 mod client;

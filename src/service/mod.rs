@@ -37,7 +37,7 @@ use access::Access;
 use audit::Audit;
 use config::ServiceConfig;
 use fair_queue::QueueLimits;
-use http::{App, Attempts, Rates, Slots, ValidationSlots};
+use http::{App, Attempts, Bodies, Rates, Slots, ValidationSlots};
 use jobs::JobsError;
 use jobs::deletion::Purged;
 use jobs::engine::Engine;
@@ -159,6 +159,7 @@ impl Service {
             audit,
             attempts,
             rates,
+            bodies: Bodies::default(),
             permits,
             validation_slots,
             exports,

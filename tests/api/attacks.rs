@@ -142,8 +142,8 @@ fn stalled_connections(client: &Client, job: &str) {
 
 /// Large scenes to validate, and questions whose cases take more memory than there is; a small job meanwhile.
 fn greedy_jobs(client: &Client) {
-    let large: &'static str = ball_on_block(56).to_string().leak();
-    let validations = all(client, 24, move |client| client.post_text("/v1/jobs/validate", large));
+    let large: &'static str = ball_on_block(40).to_string().leak();
+    let validations = all(client, 12, move |client| client.post_text("/v1/jobs/validate", large));
     std::thread::sleep(Duration::from_millis(200));
     let begun = Instant::now();
     let innocent = submit(client, &ball_on_block(2));

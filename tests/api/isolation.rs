@@ -250,6 +250,18 @@ fn reading_an_upload_has_limits_of_time_and_memory() {
 }
 
 #[test]
+fn validating_a_large_scene_has_limits_of_time_and_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let task = folder.path().join("task");
+    let death = format!("echo \"$task\" > {}\nkill -XCPU $$", task.display());
+    let server = Server::running(&scripted(&folder, &death), |_| {});
+    let answer = server.client().post_json("/v1/jobs/validate", &ball_on_block(32, 1e-6));
+    let refused = problem(&answer, 422, "invalid-scene");
+    assert!(refused["errors"][0]["message"].as_str().unwrap().contains("more than 300 s"), "{refused}");
+    assert!(std::fs::read_to_string(&task).unwrap().contains("\"cpu_s\":300"));
+}
+
+#[test]
 fn an_upload_that_no_one_waits_for_is_not_read_on() {
     let folder = tempfile::tempdir().unwrap();
     let (script, id) = ("echo $$ > \"$0.id\"; exec sleep 600", folder.path().join("run.id"));

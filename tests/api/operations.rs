@@ -175,3 +175,31 @@ fn a_backup_of_a_running_service_is_restored() {
     wait_for(&client, &running, "succeeded");
     assert_eq!(client.get(&later).status, 404);
 }
+
+#[test]
+fn lines_of_the_log_are_objects_with_the_ids_of_request_and_job() {
+    let data = tempfile::tempdir().unwrap();
+    let log = data.path().join("log");
+    let mut command = Command::new("sh");
+    // As an operator sets it.
+    command.args(["-c", "RUST_LOG=info exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_contuse")]);
+    command.args(SERVE).arg(data.path().join("data")).args(["--log-format", "json"]);
+    command.stderr(std::fs::File::create(&log).unwrap());
+    let program = Program::spawn(command);
+    let headers = [("Content-Type", "application/json"), ("X-Request-Id", "of-the-proxy")];
+    let answer = program.client.send("POST", "/v1/jobs", &headers, small().as_bytes());
+    let job = answer.json()["id"].clone();
+    wait_for(&program.client, answer.header("location").unwrap(), "succeeded");
+    program.terminate();
+    let text = std::fs::read_to_string(&log).unwrap();
+    let lines: Vec<serde_json::Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}")))
+        .collect();
+    let line = |message: &str| lines.iter().find(|line| line["message"] == message).unwrap();
+    let accepted = line("accepted");
+    assert_eq!((&accepted["job"], &accepted["span"]["id"]), (&job, &serde_json::json!("of-the-proxy")));
+    for message in ["running", "ended"] {
+        assert_eq!(line(message)["job"], job, "{message}");
+    }
+}

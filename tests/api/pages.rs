@@ -115,7 +115,7 @@ fn metrics_say_how_long_jobs_wait_and_what_runs() {
         let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
         line.trim().parse().unwrap()
     };
-    assert_eq!(of("contuse_queue_depth "), 1.0);
+    assert!(text.lines().any(|line| line == "contuse_queue_depth 1"), "{text}");
     assert!((0.25..60.0).contains(&of("contuse_queue_age_seconds ")), "{text}");
     assert!(of("contuse_running_memory_bytes ") >= f64::from(256 << 20), "{text}");
 }

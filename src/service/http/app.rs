@@ -1,6 +1,7 @@
 //! What all handlers share.
 
 use super::attempts::Attempts;
+use super::bodies::Bodies;
 use super::rates::Rates;
 use super::slots::{Slots, ValidationSlots};
 use crate::service::access::Access;
@@ -32,6 +33,8 @@ pub struct App {
     pub rates: Rates,
     /// Limits of uploads, downloads and event streams.
     pub permits: AllPermits,
+    /// Memory of bodies.
+    pub bodies: Bodies,
     /// Threads for the validation of scenes and meshes.
     pub validation_slots: ValidationSlots,
     /// Threads for archives, which are made as fast as their clients read: they delay no validation.

@@ -1,6 +1,7 @@
 //! Extractors of request data. Those of axum answer errors in plain text; these answer problem documents.
 
 use super::app::App;
+use super::bodies::HeldMemory;
 use super::problem::Problem;
 use crate::service::jobs::JobId;
 use crate::service::tokens::{Grant, Scope};
@@ -121,9 +122,10 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
     }
 }
 
-/// The text of a JSON body, not yet parsed: that takes a slot, since it takes more memory than the text.
+/// The text of a JSON body, not yet parsed: that takes a slot, since it takes more memory than the text. The second part holds the memory
+/// of the text until the request is answered.
 #[derive(Debug)]
-pub struct JsonBody(pub Vec<u8>);
+pub struct JsonBody(pub Vec<u8>, pub HeldMemory);
 
 impl FromRequest<Arc<App>> for JsonBody {
     type Rejection = Problem;
@@ -137,14 +139,11 @@ impl FromRequest<Arc<App>> for JsonBody {
             return Err(Problem::too_large(limit));
         }
         let _permit = app.permits.uploads.take(peer_of(request.extensions()).0)?;
-        let reading = axum::body::to_bytes(request.into_body(), usize::try_from(limit).unwrap_or(usize::MAX));
-        let bytes = match tokio::time::timeout(app.config.request_timeout, reading).await {
-            Err(_) => return Err(Problem::too_slow()),
-            Ok(Err(error)) if is_over_limit(&error) => return Err(Problem::too_large(limit)),
-            Ok(Err(_)) => return Err(Problem::broken_body()),
-            Ok(Ok(bytes)) => bytes,
-        };
-        Ok(Self(bytes.into()))
+        let reading = app.bodies.receive(request.into_body(), limit);
+        match tokio::time::timeout(app.config.request_timeout, reading).await {
+            Err(_) => Err(Problem::too_slow()),
+            Ok(received) => received.map(|(text, held)| Self(text, held)),
+        }
     }
 }
 
@@ -162,16 +161,4 @@ fn is_json(headers: &HeaderMap) -> bool {
 pub fn media_type(headers: &HeaderMap) -> Option<String> {
     let text = headers.get(header::CONTENT_TYPE)?.to_str().ok()?;
     Some(text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase())
-}
-
-/// Whether reading stopped at the limit, rather than because the client disconnected.
-fn is_over_limit(error: &axum::Error) -> bool {
-    let mut source: Option<&dyn std::error::Error> = Some(error);
-    while let Some(e) = source {
-        if e.to_string().contains("length limit exceeded") {
-            return true;
-        }
-        source = e.source();
-    }
-    false
 }

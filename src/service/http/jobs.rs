@@ -32,7 +32,7 @@ pub async fn submit(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonBody(body): JsonBody,
+    JsonBody(body, _held): JsonBody,
 ) -> Result<Response, Problem> {
     accept(&app, &owner, JobKind::Simulation, &headers, body, async |scene| Ok(scene)).await
 }
@@ -57,7 +57,7 @@ pub async fn submit(
 pub async fn validate(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
-    JsonBody(body): JsonBody,
+    JsonBody(body, _held): JsonBody,
 ) -> Result<Json<Validation>, Problem> {
     let scene = parsed(&app, &owner, body).await?;
     let engine = Arc::clone(&app.queue.engine);

@@ -2,6 +2,7 @@
 
 mod app;
 mod attempts;
+mod bodies;
 mod calls;
 mod contract;
 mod edge;
@@ -32,6 +33,7 @@ mod wire;
 
 pub use app::App;
 pub use attempts::Attempts;
+pub use bodies::Bodies;
 pub use extract::Peer;
 pub use openapi::text as openapi_text;
 pub use rates::Rates;

@@ -175,10 +175,15 @@ impl Problem {
 
     /// The body is invalid JSON.
     pub fn bad_json(error: &serde_json::Error) -> Self {
-        let mut problem = Self::new(StatusCode::BAD_REQUEST, "bad-json", "Not JSON", error.to_string());
+        let mut problem = Self::not_json(error.to_string());
         problem.body.line = Some(error.line());
         problem.body.column = Some(error.column());
         problem
+    }
+
+    /// The body is no JSON that can be used, as whoever parsed it says.
+    pub fn not_json(detail: String) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, "bad-json", "Not JSON", detail)
     }
 
     /// A query parameter is invalid.
@@ -365,6 +370,12 @@ impl Problem {
         Self::new(StatusCode::FORBIDDEN, "quota-used", "Quota used", detail).remedy(
             "Delete jobs or meshes that are not needed any more, or ask the operator for a larger quota.",
         )
+    }
+
+    /// The bodies of other requests take all the memory for them.
+    pub fn no_memory() -> Self {
+        Self::busy("The bodies of other requests take all the memory for them.", PERMIT_WAIT_S)
+            .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
     /// An owner asks more often than one may.

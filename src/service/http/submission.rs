@@ -106,7 +106,8 @@ pub(super) async fn accept(
     let (checked, document, meshes) = validated(app, owner, kind, document, move |document, shelf| {
         let checked = engine.check(kind, &document, shelf);
         // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
-        let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
+        let reported = document.parsed().filter(|_| kind != JobKind::Simulation);
+        let repeated = reported.map(|parsed| parsed.problems.clone()).unwrap_or_default();
         Ok((Problems(repeated).then(checked)?, document.text, shelf.found()))
     })
     .await?;

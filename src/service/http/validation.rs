@@ -5,15 +5,14 @@ use super::problem::Problem;
 use crate::scene::Problems;
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobKind;
-use crate::service::jobs::engine::JsonDocument;
+use crate::service::jobs::engine::{JsonDocument, NOT_JSON};
 use crate::service::meshes::{MeshShelf, is_id};
-use serde_json::Value;
 use std::sync::Arc;
 
 /// Largest number of elements of a scene that is validated in well below a second.
 const SMALL_SCENE: u64 = 20_000;
 
-/// Parses a document in a slot of validation: it may have megabytes.
+/// Reads a document in a slot of validation: it may have megabytes.
 pub(super) async fn parsed(app: &App, owner: &str, text: Vec<u8>) -> Result<JsonDocument, Problem> {
     let read = app.validation_slots.call(owner, Lane::Small, move || JsonDocument::read(text)).await?;
     read.map_err(|e| Problem::bad_json(&e))
@@ -29,7 +28,7 @@ pub(super) async fn validated<T: Send + 'static>(
     check: impl FnOnce(JsonDocument, &MeshShelf) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
     let (shelf, engine) = (app.queue.shelf(owner), Arc::clone(&app.queue.engine));
-    let names_meshes = names_meshes(&document.parsed.value);
+    let names_meshes = names_meshes(&document.text);
     let if_small = move || {
         if engine.elements(kind, &document, &shelf) <= SMALL_SCENE {
             Ok(check(document, &shelf))
@@ -44,17 +43,15 @@ pub(super) async fn validated<T: Send + 'static>(
         }
     };
     let checked = if names_meshes { app.queue.unless_silent(checked).await? } else { checked.await };
-    checked?.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
+    checked?.map_err(|errors| match errors.0.as_slice() {
+        [one] if one.code == NOT_JSON => Problem::not_json(one.message.clone()),
+        _ => Problem::invalid_scene(kind.document(), errors),
+    })
 }
 
 /// Whether a document names uploaded meshes, wherever it does.
-fn names_meshes(document: &Value) -> bool {
-    match document {
-        Value::String(text) => is_id(text),
-        Value::Array(items) => items.iter().any(names_meshes),
-        Value::Object(members) => members.values().any(names_meshes),
-        _ => false,
-    }
+fn names_meshes(text: &[u8]) -> bool {
+    text.split(|byte| *byte == b'"').any(|part| std::str::from_utf8(part).is_ok_and(is_id))
 }
 
 #[cfg(test)]
@@ -98,6 +95,7 @@ mod tests {
             audit: Audit::open(dir).unwrap(),
             attempts: crate::service::http::Attempts::default(),
             rates: Rates::new(1),
+            bodies: crate::service::http::Bodies::default(),
             exports: Slots::new(1),
         };
         (Arc::new(app), blobs, pulse)

@@ -13,6 +13,8 @@ use crate::study::what_if::WhatIfDocument;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -30,21 +32,35 @@ pub async fn ask(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonBody(body): JsonBody,
+    JsonBody(body, _held): JsonBody,
 ) -> Result<Response, Problem> {
     let completed = async |question| with_scene(&app, &owner, question).await;
     accept(&app, &owner, JobKind::WhatIf, &headers, body, completed).await
 }
 
+/// The part of a long question that names a job, read without the rest.
+#[derive(Deserialize)]
+struct Based {
+    job: Option<IgnoredAny>,
+}
+
 /// Replaces a named job by its scene, so that the question no longer depends on that job.
 async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDocument, Problem> {
     // Any other body is left to the validation.
-    let Value::Object(mut question) = body.parsed.value.clone() else { return Ok(body) };
+    let names_job = match body.parsed() {
+        Some(content) => content.value.get("job").is_some(),
+        None => matches!(serde_json::from_slice(&body.text), Ok(Based { job: Some(_) })),
+    };
+    if !names_job {
+        return Ok(body);
+    }
+    let content = body.content().map_err(|errors| Problem::invalid_scene("question", errors))?.into_owned();
+    let Value::Object(mut question) = content.value else { return Ok(body) };
     let Some(job) = question.remove("job") else { return Ok(body) };
     let refuse = |code: &'static str, message: &str, limit: &str, remedy: &str| {
         let problem = scene::Problem::error(code, &Pointer::root().key("job"), message);
         let problem = problem.value(job.clone()).limit(limit).remedy(remedy);
-        let all: Problems = body.parsed.problems.iter().cloned().chain([problem]).collect();
+        let all: Problems = content.problems.iter().cloned().chain([problem]).collect();
         Problem::invalid_scene("question", all)
     };
     // The base must be a job that runs a scene.
@@ -76,5 +92,5 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
     question.insert("scene".into(), scene);
     let value = Value::Object(question);
     let text = value.to_string().into_bytes();
-    Ok(JsonDocument { text, parsed: Parsed { value, problems: body.parsed.problems } })
+    Ok(JsonDocument::of(text, Parsed { value, problems: content.problems }))
 }

@@ -13,13 +13,16 @@ use crate::mesh::section::{Plane, Section};
 use crate::plan::PlanReport;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::json::{Parsed, read};
+use crate::scene::problem::Pointer;
 use crate::scene::summary::BodySummary;
 use crate::scene::{MeshSource, MeshSourceError, Problem, Problems};
 use crate::service::meshes::{MeshRefusal, MeshShelf};
 use crate::step::{Ending, Failure};
 use crate::study::what_if::Note;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
@@ -29,30 +32,70 @@ const LEAST_MEMORY: u64 = 16 << 20;
 /// Memory beyond that for each byte of its text [bytes]: a list of numbers takes less, a list of empty objects more.
 const MEMORY_PER_BYTE: u64 = 32;
 
-/// A received document: its text, which is stored, and its content, parsed once.
+/// Longest text that is parsed when it is received [bytes]. What a longer one means may take many times its memory: whoever validates it
+/// parses it, in a process of its own.
+const LONGEST_PARSED: usize = 64 << 10;
+/// Code of the problem of a text that is not JSON, or takes too much memory.
+pub const NOT_JSON: &str = "syntax";
+
+/// A received document: its text, which is stored, and its content, parsed once if it is short.
 #[derive(Clone, Debug)]
 pub struct JsonDocument {
     /// Text of the document as received.
     pub text: Vec<u8>,
-    /// Parsed content, and repeated keys.
-    pub parsed: Parsed,
+    parsed: Option<Parsed>,
 }
 
 impl JsonDocument {
-    /// Parses a text.
+    /// Reads a text: parses it, or looks only whether it is JSON if it is long.
     ///
     /// # Errors
-    /// If it is not JSON, or takes many times more memory than its text.
+    /// If it is not JSON, or short and takes many times more memory than its text.
     pub fn read(text: Vec<u8>) -> Result<Self, serde_json::Error> {
-        let most = LEAST_MEMORY + MEMORY_PER_BYTE * text.len() as u64;
-        let parsed = read(&text, most)?;
-        Ok(Self { text, parsed })
+        if text.len() <= LONGEST_PARSED {
+            let parsed = Some(read(&text, most_memory(&text))?);
+            return Ok(Self { text, parsed });
+        }
+        serde_json::from_slice::<IgnoredAny>(&text)?;
+        Ok(Self { text, parsed: None })
+    }
+
+    /// A document whose content is known.
+    pub fn of(text: Vec<u8>, parsed: Parsed) -> Self {
+        Self { text, parsed: Some(parsed) }
+    }
+
+    /// Its content and the keys that it repeats, unless it is long.
+    pub fn parsed(&self) -> Option<&Parsed> {
+        self.parsed.as_ref()
+    }
+
+    /// Its content and the keys that it repeats; a long one is parsed.
+    ///
+    /// # Errors
+    /// A problem with the code [`NOT_JSON`]: a number is out of range, or it takes many times more memory than its text.
+    pub fn content(&self) -> Result<Cow<'_, Parsed>, Problems> {
+        if let Some(parsed) = &self.parsed {
+            return Ok(Cow::Borrowed(parsed));
+        }
+        let parsed = read(&self.text, most_memory(&self.text));
+        parsed.map(Cow::Owned).map_err(|error| not_json(&error))
     }
 
     /// SHA-256 of the text, hexadecimal.
     pub fn digest(&self) -> String {
         hexadecimal(&Sha256::digest(&self.text))
     }
+}
+
+/// Memory that the values of a text may take [bytes].
+fn most_memory(text: &[u8]) -> u64 {
+    LEAST_MEMORY + MEMORY_PER_BYTE * text.len() as u64
+}
+
+/// The problem of a text that is not JSON, or takes too much memory.
+pub fn not_json(error: &serde_json::Error) -> Problems {
+    Problem::error(NOT_JSON, &Pointer::root(), error.to_string()).alone()
 }
 
 /// Properties of a scene that can run.
@@ -170,7 +213,7 @@ pub trait Engine: Send + Sync + 'static {
     }
 
     /// Approximate number of elements that the validation of a document makes or reads, without making any; 0 where the
-    /// document does not say. Blocks on the store: not for threads of the runtime.
+    /// document does not say, `u64::MAX` if it is long. Blocks on the store: not for threads of the runtime.
     fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64;
 
     /// Validates the document of a job without compiling its scene. The scene of a study or of a what-if question is

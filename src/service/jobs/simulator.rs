@@ -2,6 +2,7 @@
 
 use super::engine::{
     CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NamedUpload, RunOrder, RunReport, ScenePreview,
+    not_json,
 };
 use super::failures::{internal, invalid_scene, without_paths};
 use super::scene_loader::{SceneLoader, checked};
@@ -52,11 +53,16 @@ impl Simulator {
         document: &JsonDocument,
         meshes: &dyn Meshes,
     ) -> Result<CheckedScene, Problems> {
-        match kind {
-            JobKind::Simulation => Ok(checked(&self.scenes.load(&document.parsed, meshes)?)),
-            JobKind::Study => study_job::check(&self.scenes, document, meshes),
-            JobKind::WhatIf => what_if_job::check(&self.scenes, document, meshes),
-        }
+        let content = document.content()?;
+        // For scenes the schema reports repeated keys; members read by name would silently lose one of them. Those of a document that was
+        // parsed when it was received are reported there.
+        let is_reported = kind == JobKind::Simulation || document.parsed().is_some();
+        let repeated = if is_reported { Vec::new() } else { content.problems.clone() };
+        Problems(repeated).then(match kind {
+            JobKind::Simulation => self.scenes.load(&content, meshes).map(|loaded| checked(&loaded)),
+            JobKind::Study => study_job::check(&self.scenes, document, &content.value, meshes),
+            JobKind::WhatIf => what_if_job::check(&self.scenes, document, &content.value, meshes),
+        })
     }
 
     /// [`Engine::preview`] on any meshes.
@@ -65,7 +71,7 @@ impl Simulator {
         scene: &JsonDocument,
         meshes: &dyn Meshes,
     ) -> Result<ScenePreview, Problems> {
-        let loaded = self.scenes.load(&scene.parsed, meshes)?;
+        let loaded = self.scenes.load(&*scene.content()?, meshes)?;
         let plan = compile(&loaded.scene).map_err(|error| not_compilable(&error).alone())?;
         Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
     }
@@ -132,7 +138,7 @@ impl Simulator {
 
 impl Engine for Simulator {
     fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64 {
-        scene_size::elements(kind, &document.parsed.value, meshes)
+        document.parsed().map_or(u64::MAX, |parsed| scene_size::elements(kind, &parsed.value, meshes))
     }
 
     fn check(
@@ -150,9 +156,7 @@ impl Engine for Simulator {
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {
         let document = order.document;
-        let parsed = json::read(document, u64::MAX).map_err(|error| {
-            invalid_scene(&Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
-        })?;
+        let parsed = json::read(document, u64::MAX).map_err(|error| invalid_scene(&not_json(&error)))?;
         match order.kind {
             JobKind::Simulation => {
                 let loaded = self.scenes.scene_of(&parsed, order.meshes)?;

@@ -120,9 +120,10 @@ impl StudyDocument {
 pub(super) fn check(
     scenes: &SceneLoader,
     document: &JsonDocument,
+    content: &Value,
     meshes: &dyn Meshes,
 ) -> Result<CheckedScene, Problems> {
-    match StudyDocument::read(document.parsed.value.clone()).map_err(Problem::alone)? {
+    match StudyDocument::read(content.clone()).map_err(Problem::alone)? {
         StudyDocument::Error(study) => check_error(scenes, study, meshes),
         StudyDocument::Stability(study) => problems_of_ratios(&study.implicit).then(Ok(CheckedScene {
             name: "stability".into(),

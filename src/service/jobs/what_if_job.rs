@@ -22,9 +22,10 @@ use std::sync::Arc;
 pub(super) fn check(
     scenes: &SceneLoader,
     document: &JsonDocument,
+    content: &Value,
     meshes: &dyn Meshes,
 ) -> Result<CheckedScene, Problems> {
-    let question = read(&document.parsed.value).map_err(Problem::alone)?;
+    let question = read(content).map_err(Problem::alone)?;
     let scene = scene_of(&question).map_err(Problem::alone)?;
     let base = scenes.load(&scene, meshes).map_err(|problems| problems.under(&scene_place()))?;
     let runs = count(&question);

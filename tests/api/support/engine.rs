@@ -95,7 +95,7 @@ fn report() -> MeshReport {
 
 impl Engine for ScriptedEngine {
     fn elements(&self, _: JobKind, document: &JsonDocument, _: &MeshShelf) -> u64 {
-        document.parsed.value["elements"].as_u64().unwrap_or(1)
+        document.parsed().and_then(|parsed| parsed.value["elements"].as_u64()).unwrap_or(1)
     }
 
     fn check(
@@ -104,7 +104,8 @@ impl Engine for ScriptedEngine {
         document: &JsonDocument,
         meshes: &MeshShelf,
     ) -> Result<CheckedScene, Problems> {
-        let document = &document.parsed.value;
+        let content = document.content()?;
+        let document = &content.value;
         // The scene of a study or a question is in it.
         let document = if kind == JobKind::Simulation { document } else { &document["scene"] };
         assert!(document["panic_in_check"] != true, "as the script says");

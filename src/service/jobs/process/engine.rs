@@ -38,6 +38,8 @@ const START_INTERVAL: Duration = Duration::from_secs(1);
 const SPARE_CPU_S: u64 = 60;
 /// Largest number of elements that the service validates itself, in a moment and in little memory.
 const OWN_ELEMENTS: u64 = 4_000;
+/// Time, and processor time, that a validation may take: a question tries its scene for each parameter.
+const LONGEST_VALIDATION: Duration = Duration::from_secs(300);
 /// Time, and processor time, that reading any mesh may take [s].
 const LEAST_READING_S: u64 = 20;
 /// Bytes of a mesh for each further second: a tenth of what is read on a slow processor.
@@ -103,7 +105,8 @@ impl ProcessEngine {
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
         let text = (document.text.len() as u64, &mut document.text.as_slice() as &mut dyn Read);
-        let patience = Patience { within: self.runs.deadline, is_wanted: &|| true };
+        let within = LONGEST_VALIDATION.min(self.runs.deadline);
+        let patience = Patience { within, is_wanted: &|| true };
         self.ask(work, text, Some(meshes), &patience, answer)
     }
 

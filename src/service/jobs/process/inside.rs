@@ -5,10 +5,9 @@ use super::limits;
 use super::wire::{self, FromChild, Task, ToChild, Work};
 use crate::blobs::BlobStore;
 use crate::mesh::read::MeshFormat;
-use crate::scene::problem::Pointer;
-use crate::scene::{Problem, Problems};
+use crate::scene::Problems;
 use crate::service::jobs::control::RunControl;
-use crate::service::jobs::engine::{Engine, JsonDocument, MeshFile, RunOrder, RunReport};
+use crate::service::jobs::engine::{Engine, JsonDocument, MeshFile, RunOrder, RunReport, not_json};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
 use crate::service::jobs::{JobId, JobKind, Phase, Progress};
@@ -94,8 +93,7 @@ fn whole<'a>(bytes: &'a mut &[u8], format: Option<MeshFormat>) -> MeshFile<'a> {
 
 /// Reads a document, which the service has read before.
 fn document(text: Vec<u8>) -> Result<JsonDocument, Problems> {
-    JsonDocument::read(text)
-        .map_err(|error| Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
+    JsonDocument::read(text).map_err(|error| not_json(&error))
 }
 
 /// The run of a job.
