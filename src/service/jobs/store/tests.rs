@@ -45,6 +45,11 @@ pub(super) fn new(name: &str) -> NewJob {
     }
 }
 
+/// Limits of one waiting job of each owner.
+fn one_of_owner() -> Quotas {
+    Quotas { waiting_of_owner: 1, ..Quotas::NONE }
+}
+
 /// Limits of a queue for so many jobs.
 pub fn queue_of(waiting: u64) -> Quotas {
     Quotas { waiting, ..Quotas::NONE }
@@ -190,7 +195,7 @@ async fn queue_has_an_end(store: &dyn JobStore) {
 
 async fn owners_keep_what_they_may(store: &dyn JobStore) {
     let (anna, bert) = (new("a"), NewJob { owner: "bert".into(), ..new("b") });
-    let one = Quotas { waiting_of_owner: 1, ..Quotas::NONE };
+    let one = one_of_owner();
     let first = submitted(store, "a").await;
     assert!(matches!(store.submit(&anna, one).await, Err(JobsError::OwnerWaits { waiting: 1 })));
     store.submit(&bert, one).await.unwrap();
@@ -355,6 +360,11 @@ async fn counts_follow_the_jobs(store: &dyn JobStore) {
     store.erase(jobs[1].seq).await.unwrap();
     let counts: Vec<u64> = store.counts().await.unwrap().into_iter().map(|(_, count)| count).collect();
     assert_eq!(counts, [1, 0, 1, 0, 0]);
+    // So do those of owners: one waits, and with another one two would.
+    assert!(matches!(
+        store.submit(&new("d"), one_of_owner()).await,
+        Err(JobsError::OwnerWaits { waiting: 1 })
+    ));
     let page = Page { states: vec![JobState::Queued, JobState::Succeeded], before: None, limit: 10 };
     let rows = store.jobs("anna", &page).await.unwrap();
     let positions: Vec<_> = rows.iter().map(|row| (row.seq, row.queue_position)).collect();

@@ -51,14 +51,11 @@ impl SqlStore {
             return Ok(());
         }
         waiting.sort_by_key(|row| (row.priority, row.seq));
-        let of_priorities: Vec<(i64, i64)> = sqlx::query_as(concat!(
-            "SELECT priority, COUNT(*) FROM jobs",
-            by_owner!(),
-            " WHERE owner = $1 AND state = 'queued' AND deleted = 0 GROUP BY priority"
-        ))
-        .bind(owner)
-        .fetch_all(&self.pool)
-        .await?;
+        let of_priorities: Vec<(i64, i64)> =
+            sqlx::query_as("SELECT priority, n FROM waiting_counts WHERE owner = $1")
+                .bind(owner)
+                .fetch_all(&self.pool)
+                .await?;
         let (mut counted_to, mut position) = ((None, i64::MIN), 0);
         for row in waiting {
             if counted_to.0 != Some(row.priority) {

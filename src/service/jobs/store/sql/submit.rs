@@ -86,12 +86,10 @@ async fn within_quotas(transaction: &mut Write<'_>, new: &NewJob, quotas: Quotas
         sqlx::query_as("SELECT COALESCE(MAX(n), 0) FROM state_counts WHERE state = 'queued'")
             .fetch_one(&mut **transaction)
             .await?;
-    let (of_owner, position): (i64, i64) = sqlx::query_as(concat!(
-        "SELECT COUNT(*), COUNT(CASE WHEN priority >= $2 THEN 1 END) FROM jobs",
-        by_owner!(),
-        "
-         WHERE owner = $1 AND state = 'queued' AND deleted = 0"
-    ))
+    let (of_owner, position): (i64, i64) = sqlx::query_as(
+        "SELECT CAST(COALESCE(SUM(n), 0) AS BIGINT), CAST(COALESCE(SUM(CASE WHEN priority >= $2 THEN n END), 0) AS BIGINT)
+         FROM waiting_counts WHERE owner = $1",
+    )
     .bind(&new.owner)
     .bind(new.priority.number())
     .fetch_one(&mut **transaction)

@@ -2,6 +2,9 @@
 ALTER TABLE jobs ADD COLUMN priority BIGINT NOT NULL DEFAULT 1;
 CREATE INDEX jobs_waiting_of_owner ON jobs (owner, priority DESC, seq) WHERE state = 'queued' AND deleted = 0;
 CREATE INDEX jobs_running_of_owner ON jobs (owner) WHERE state = 'running';
+-- Number of waiting jobs of an owner, by priority: counted, as those of the states are.
+CREATE VIEW waiting_counts AS
+SELECT owner, priority, COUNT(*) AS n FROM jobs WHERE state = 'queued' AND deleted = 0 GROUP BY owner, priority;
 -- When an owner had a turn, as a count of all turns.
 CREATE TABLE owners (
     owner  TEXT   PRIMARY KEY,

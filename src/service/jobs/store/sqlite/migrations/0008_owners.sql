@@ -2,6 +2,23 @@
 ALTER TABLE jobs ADD COLUMN priority INTEGER NOT NULL DEFAULT 1;
 CREATE INDEX jobs_waiting_of_owner ON jobs (owner, priority DESC, seq) WHERE state = 'queued' AND deleted = 0;
 CREATE INDEX jobs_running_of_owner ON jobs (owner) WHERE state = 'running';
+-- Number of waiting jobs of an owner, by priority.
+CREATE TABLE waiting_counts (
+    owner     TEXT    NOT NULL,
+    priority  INTEGER NOT NULL,
+    n         INTEGER NOT NULL,
+    PRIMARY KEY (owner, priority)
+) WITHOUT ROWID;
+INSERT INTO waiting_counts (owner, priority, n)
+SELECT owner, priority, COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0 GROUP BY owner, priority;
+CREATE TRIGGER jobs_waiting_in AFTER INSERT ON jobs WHEN NEW.state = 'queued' AND NEW.deleted = 0
+BEGIN INSERT INTO waiting_counts (owner, priority, n) VALUES (NEW.owner, NEW.priority, 1) ON CONFLICT DO UPDATE SET n = n + 1; END;
+CREATE TRIGGER jobs_waiting_out AFTER DELETE ON jobs WHEN OLD.state = 'queued' AND OLD.deleted = 0
+BEGIN UPDATE waiting_counts SET n = n - 1 WHERE owner = OLD.owner AND priority = OLD.priority; END;
+CREATE TRIGGER jobs_waiting_from AFTER UPDATE OF state, deleted ON jobs WHEN OLD.state = 'queued' AND OLD.deleted = 0
+BEGIN UPDATE waiting_counts SET n = n - 1 WHERE owner = OLD.owner AND priority = OLD.priority; END;
+CREATE TRIGGER jobs_waiting_to AFTER UPDATE OF state, deleted ON jobs WHEN NEW.state = 'queued' AND NEW.deleted = 0
+BEGIN INSERT INTO waiting_counts (owner, priority, n) VALUES (NEW.owner, NEW.priority, 1) ON CONFLICT DO UPDATE SET n = n + 1; END;
 -- When an owner had a turn, as a count of all turns.
 CREATE TABLE owners (
     owner  TEXT    PRIMARY KEY,
