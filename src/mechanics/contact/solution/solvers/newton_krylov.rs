@@ -26,6 +26,9 @@ const BETTER: f64 = 0.999;
 /// Residuals of the linear systems relative to their right sides: before the iteration converges fast, and the least.
 const COARSE: f64 = 1e-2;
 const FINEST: f64 = 1e-9;
+/// Compliance that a block of the preconditioner has along each axis, relative to its mean: a node in a plane of symmetry has none along the
+/// normal, or one of rounding.
+const LEAST_COMPLIANCE: f64 = 1e-6;
 /// Part of the tolerance that the linear system may leave.
 const PART: f64 = 0.1;
 
@@ -84,7 +87,8 @@ impl NewtonSystem {
         let at: Vec<Linearised> = (0..own.len()).map(linearise).collect();
         let matrix = |block: &Block| Mat3::from_fn(|i, j| block[i][j]);
         let inverse = |(at, own): (&Linearised, &Block)| {
-            let block = matrix(&at.by_r) + matrix(&at.by_u) * matrix(own);
+            let own = matrix(own) + Mat3::from_diagonal_element(LEAST_COMPLIANCE);
+            let block = matrix(&at.by_r) + matrix(&at.by_u) * own;
             block.try_inverse().unwrap_or_else(Mat3::identity)
         };
         let preconditioner = at.iter().zip(own).map(inverse).collect();
