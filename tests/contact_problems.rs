@@ -330,6 +330,31 @@ fn products_with_w_are_enough() {
 }
 
 #[test]
+fn nodes_held_along_a_tangent_do_not_slow_newton_steps() {
+    // As in a plane of symmetry: along a tangent every third contact has no compliance but rounding.
+    let (_, NamedContactProblem { problem, .. }) = read(
+        &Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("tests/data/contact_problems/g12_hex_400c_nu49_mu06.json"),
+    );
+    let part = |i: usize| if i % 9 == 2 { 1e-16 } else { 1.0 };
+    let parts = |x: &[f64]| x.iter().enumerate().map(|(i, x)| part(i) * x).collect::<Vec<f64>>();
+    let (zero, q) = (vec![0.0; problem.q().len()], parts(problem.q()));
+    let block = |c: usize| {
+        let own = problem.W().diagonal_block(c);
+        std::array::from_fn(|i| std::array::from_fn(|j| part(3 * c + i) * own[i][j] * part(3 * c + j)))
+    };
+    let diagonal: Vec<_> = (0..problem.contacts()).map(block).collect();
+    let product = &mut |r: &[f64], u: &mut [f64]| {
+        problem.W().apply(&parts(r), &zero, u);
+        let held = parts(u);
+        u.copy_from_slice(&held);
+    };
+    let mut free = MatrixFree { product, diagonal: &diagonal, q: &q, mu: problem.mu() };
+    let report = solve_matrix_free(&mut free, &mut zero.clone(), &Options::default()).unwrap();
+    assert!(report.converged && report.solver == Method::Newton, "{report:?}");
+}
+
+#[test]
 fn products_with_nonsense_are_refused() {
     let diagonal = [[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]];
     let solve = |q: &[f64], mu: &[f64]| {

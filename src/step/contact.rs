@@ -192,6 +192,10 @@ impl<'p> ContactStep<'p> {
     ) -> Result<(), (FailureCause, String)> {
         self.find(plan, rigid, x, h, phase, v)?;
         self.complete(plan, phase);
+        let sides = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
+        for contact in self.contacts.iter_mut().filter(|c| sides.of_pair(c.pair) == [None; 2]) {
+            contact.align_with_supports(&plan.inverse_mass);
+        }
         let followers = plan.assembly.followers();
         if followers.is_empty() {
             return Ok(());

@@ -95,6 +95,10 @@ impl ContactLaw {
     }
 }
 
+/// Largest component of a normal along an axis that counts as a tangent, which changes the limit of friction by its square, and the largest
+/// distance from the nodes that do not move along it, as a fraction of a face.
+const MOST_TILT: f64 = 0.05;
+
 /// Discretisation of the contact of two meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Discretisation {
@@ -145,6 +149,32 @@ impl Contact {
     pub fn complete(&mut self, law: ContactLaw, drift: Vec3) {
         self.law = if self.kind.has_friction { law } else { ContactLaw::Frictionless };
         self.drift = drift;
+    }
+}
+
+impl Contact {
+    /// Makes an axis along which the slave does not move, as in a plane of symmetry, a tangent without compliance: the frame is turned, and the
+    /// master is met at those of its nodes that do not move either. A face beside such a plane is slightly tilted, so that the closest point is
+    /// slightly beside the plane, and along a tangent of almost no compliance rounding becomes large reactions. `inverse_mass` per node and axis
+    /// [1/kg]; not for sides that are rigid, which also rotate.
+    pub fn align_with_supports(&mut self, inverse_mass: &[Vec3]) {
+        let is_held = |axis: usize, node: u32| inverse_mass[node as usize][axis] == 0.0;
+        let stencil = &self.stencil;
+        let of_held = |axis: usize| stencil.side(true).filter(move |(node, _)| is_held(axis, *node));
+        let share = |axis: usize| of_held(axis).map(|(_, weight)| weight).sum::<f64>();
+        let is_tangent = |axis: &usize| {
+            self.frame[0][*axis].abs() <= MOST_TILT
+                && stencil.side(false).all(|(node, _)| is_held(*axis, node))
+                && share(*axis) >= 1.0 - MOST_TILT
+        };
+        let Some(axis) = (0..3).find(is_tangent) else { return };
+        let share = share(axis);
+        let master = of_held(axis).map(|(node, weight)| (node, weight / share));
+        let Some(aligned) = Stencil::new(stencil.side(false), master) else { return };
+        let mut normal = self.frame[0];
+        normal[axis] = 0.0;
+        let (normal, held) = (normal.normalize(), Vec3::ith(axis, 1.0));
+        (self.stencil, self.frame) = (aligned, [normal, held.cross(&normal), held]);
     }
 }
 

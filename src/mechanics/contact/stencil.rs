@@ -4,6 +4,8 @@ use crate::followers::Followers;
 use crate::tensor::Vec3;
 use std::ops::Range;
 
+/// Largest weight of a node that is rounding.
+const ROUNDING: f64 = 1e-13;
 /// Largest number of nodes of a contact, both sides together.
 pub const MOST_NODES: usize = 32;
 
@@ -47,9 +49,17 @@ impl Stencil {
     }
 
     /// A slave node against a point of a face, given by its nodes and shape functions; zero weights for a plane.
+    ///
+    /// Weights that are rounding belong to the largest: a node on an edge in a plane of symmetry meets that edge alone.
     pub fn node_on_face(slave: u32, face: &[u32; 4], weights: &[f64; 4]) -> Self {
         let mut stencil = Self::of_node(slave);
-        for (&node, &weight) in face.iter().zip(weights) {
+        let mut exact = weights.map(|weight| if weight.abs() < ROUNDING { 0.0 } else { weight });
+        let lost = weights.iter().zip(exact).map(|(weight, exact)| weight - exact).sum::<f64>();
+        if lost != 0.0 {
+            let largest = (1..4).fold(0, |largest, i| if exact[i] > exact[largest] { i } else { largest });
+            exact[largest] += lost;
+        }
+        for (&node, weight) in face.iter().zip(exact) {
             // Five nodes always fit.
             let _ = stencil.add(1, node, -weight);
         }
