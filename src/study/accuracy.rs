@@ -2,7 +2,8 @@
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
 //! and one with a looser contact tolerance on the first mesh of all. Generated meshes get √2 times the numbers of
-//! elements from one level to the next; meshes from a file have every element split into eight.
+//! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
+//! have every element split into eight.
 
 use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
@@ -18,7 +19,7 @@ use crate::measure::{
     RequestedAccuracy, Sink, Summary,
 };
 use crate::plan::{Plan, compile};
-use crate::scene::document::{AccuracyDocument, SceneDocument};
+use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::cell::OnceCell;
@@ -31,6 +32,8 @@ const FEWEST_ELEMENTS: f64 = 100.0;
 const LEVELS_USED: usize = 2;
 /// Numbers of elements of the coarsest mesh relative to the scene's own [-].
 const COARSEST: f64 = 0.25;
+/// Most elements of a direction in which √2 times the number is no refinement by √2 (1 stays 1, 2 becomes 3) [-].
+const THIN: u32 = 2;
 /// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: f64 = 4.0;
 /// The least it can be: a thin direction keeps its elements, and they limit the step.
@@ -38,9 +41,13 @@ const LEAST_ORDER_OF_TIME: f64 = 2.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
-/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them.
+/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them, and so must the
+/// sequence of a mesh with a thin direction, or its levels would differ in the ratio of thickness to width, too. Below the scene's own
+/// mesh thin directions keep their elements whatever the ratio, so that it is √2 for every generated mesh.
 fn ratio(document: &SceneDocument) -> f64 {
-    if document.has_mesh_file() { 2.0 } else { SQRT_2 }
+    let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
+    let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
+    if document.has_mesh_file() || counts.into_iter().any(is_thin) { 2.0 } else { SQRT_2 }
 }
 
 /// The sequence of meshes of a scene.
