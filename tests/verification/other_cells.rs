@@ -59,15 +59,25 @@ fn every_kind_of_cell_gives_the_same_impulse() {
     let bar = 3.0 * (coarse - fine).abs();
     println!("hexahedra: {coarse:.5} and, of half the size, {fine:.5} N s");
     assert_at_most(bar / fine, 0.3, "relative error bar of the hexahedra");
+    let wedges = |n: u32| block(n).split_to_wedges();
+    let quadratic = |n: u32| block(n).split_to_tetrahedra().to_quadratic_tetrahedra();
+    let linear = |n: u32| block(n).split_to_tetrahedra();
     let cases = [
-        ("wedges", block(6).split_to_wedges()),
-        ("tetrahedra of ten nodes", block(3).split_to_tetrahedra().to_quadratic_tetrahedra()),
-        ("tetrahedra of four nodes", block(6).split_to_tetrahedra()),
+        ("wedges", [wedges(6), wedges(12)]),
+        ("tetrahedra of ten nodes", [quadratic(3), quadratic(6)]),
+        ("tetrahedra of four nodes", [linear(6), linear(12)]),
     ];
-    for (what, mesh) in cases {
-        let (found, balance) = impulse(mesh);
-        println!("{what}: {found:.5} N s, balance {balance:.1e}");
-        assert_at_most((found - fine).abs(), bar, &format!("difference of the impulse [N s], {what}"));
+    // The error bars of both meet.
+    for (what, meshes) in cases {
+        let [(found, balance), (finer, _)] = meshes.map(impulse);
+        println!("{what}: {found:.5} and, of half the size, {finer:.5} N s, balance {balance:.1e}");
+        let own = 3.0 * (found - finer).abs();
+        assert_at_most((found - fine).abs(), bar + own, &format!("difference of the impulse [N s], {what}"));
+        assert_at_most(
+            (finer - fine).abs(),
+            0.05 * fine,
+            &format!("difference of the finer meshes [N s], {what}"),
+        );
         assert_at_most(balance, 1e-3, &format!("error of the energy balance, {what}"));
     }
 }

@@ -146,8 +146,8 @@ fn a_beam_across_a_warped_face_is_held_by_its_bulge_and_by_no_edge() {
 #[test]
 fn nodes_on_a_round_shape_keep_it_out_of_the_faces_between_them() {
     let ball = Shape::Ball { radius: 40.0 };
-    // All corners on the ball, however the face is stretched; then half a bow deeper.
-    for stretch in [0.5, 1.0, 1.5] {
+    // All corners on the ball, however the face is stretched, as long as the bow is within its bound; then half a bow deeper.
+    for stretch in [0.5, 1.0, 1.4] {
         let flat = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]];
         let radius = stretch * AROUND;
         let low = |z: f64| Patch {
