@@ -44,7 +44,8 @@ async fn it_keeps_what_a_store_promises() {
         return;
     }
     // Leases end at once: every running job is an orphan.
-    check(async || PostgresStore::open(&schema().await.unwrap(), Duration::ZERO).await.unwrap()).await;
+    Box::pin(check(async || PostgresStore::open(&schema().await.unwrap(), Duration::ZERO).await.unwrap()))
+        .await;
 }
 
 #[tokio::test]
