@@ -4,7 +4,7 @@ use super::accuracy_document::AccuracyDocument;
 use super::document::{ErrorBarsDocument, Role, SceneDocument};
 
 /// Limit of the estimated run times on one core of an accuracy that the scene does not state [s]. Estimates include neither contact that
-/// limits the step nor the recording: such a run takes 20 to 80 s of wall time on two threads of one core (docs/accuracy.md).
+/// limits the step nor the recording: such a run takes 20 to 50 s of wall time on two threads of one core (docs/accuracy.md).
 const IMPLIED_TIME_S: f64 = 50.0;
 
 impl SceneDocument {
