@@ -11,7 +11,7 @@ use super::scene_body::SceneBody;
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cell;
-use crate::mesh::surface::{boundary, boundary_nodes};
+use crate::mesh::surface::boundary_nodes;
 use serde::{Deserialize, Serialize};
 
 /// Default number of implicit steps of a run, unless a body moves faster.
@@ -154,10 +154,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         body.part_entry.iter().zip(body.mesh.cells.iter()).map(of_element).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
-    let boundary_nodes_of_all: usize = bodies
-        .iter()
-        .map(|body| boundary_nodes(&body.mesh.hanging.boundary(boundary(&body.mesh.cells))).len())
-        .sum();
+    let boundary_nodes_of_all: usize = bodies.iter().map(|body| boundary_nodes(&body.boundary()).len()).sum();
     StepLoad {
         elements,
         forces_s: document.bodies.iter().zip(bodies).map(evaluate).sum(),

@@ -95,11 +95,14 @@ fn metrics_count() {
     ] {
         assert!(text.lines().any(|l| l == line), "{line:?} is not in\n{text}");
     }
-    let of = |name: &str| -> f64 {
-        let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
-        line.trim().parse().unwrap()
-    };
+    let of = |name: &str| value_of(&text, name);
     assert!(of("contuse_resident_memory_bytes ") > 1e6 && of("contuse_free_disk_bytes ") > 1e6, "{text}");
+}
+
+/// Value of a metric that has no labels; `name` with the blank after it.
+fn value_of(text: &str, name: &str) -> f64 {
+    let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+    line.trim().parse().unwrap()
 }
 
 #[test]
@@ -111,10 +114,7 @@ fn metrics_say_how_long_jobs_wait_and_what_runs() {
     submit(&client, &quick());
     std::thread::sleep(std::time::Duration::from_millis(300));
     let text = client.get("/metrics").text();
-    let of = |name: &str| -> f64 {
-        let line = text.lines().find_map(|line| line.strip_prefix(name)).unwrap();
-        line.trim().parse().unwrap()
-    };
+    let of = |name: &str| value_of(&text, name);
     assert!(text.lines().any(|line| line == "contuse_queue_depth 1"), "{text}");
     assert!((0.25..60.0).contains(&of("contuse_queue_age_seconds ")), "{text}");
     assert!(of("contuse_running_memory_bytes ") >= f64::from(256 << 20), "{text}");

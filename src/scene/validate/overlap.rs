@@ -10,7 +10,7 @@ use crate::mechanics::contact::detection::rigid_detection::RigidDetector;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::surface::{boundary, boundary_nodes};
+use crate::mesh::surface::boundary_nodes;
 use crate::scene::document::{ContactPairs, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::scene_body::{RigidSceneBody, SceneBody};
@@ -115,7 +115,7 @@ impl Start {
                 continue;
             }
             start.x.extend(body.mesh.nodes.iter().map(|X| written.start_position(X)));
-            let faces = body.mesh.hanging.boundary(boundary(&body.mesh.cells));
+            let faces = body.boundary();
             let faces: Vec<[u32; 4]> = faces.iter().map(|f| f.map(|a| a + first)).collect();
             start.boxes.push(bounds(&start.x[first as usize..]));
             start.surfaces.push(Surface::new(boundary_nodes(&faces), faces));
