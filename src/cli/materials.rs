@@ -107,6 +107,9 @@ fn write_set(set: &MaterialSet, out: &mut dyn Write) -> Result<(), CliError> {
         let whose = if set.material.valid_to().stretch.is_some() { "" } else { " (those of the law)" };
         line("stretches", &format!("{from} to {to}{whose}; withheld beyond {least} to {most}"))?;
     }
+    if let Some([from, to]) = set.material.valid_to().strain_rate_per_s {
+        line("strain rates", &if from < to { format!("{from} to {to} /s") } else { format!("{to} /s") })?;
+    }
     line("temperature", &set.temperature)?;
     line("strain", &set.strain_range)?;
     line("rate", &set.rate_range)?;

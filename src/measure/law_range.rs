@@ -68,6 +68,10 @@ pub struct PartRange {
     pub stretch: [f64; 2],
     /// Least and largest J so far [-].
     pub jacobian: [f64; 2],
+    /// Largest strain rate so far [1/s]; 0 where the range of the law has no rates.
+    pub strain_rate: f64,
+    /// Volume that is deformed faster than in any test of the law.
+    pub faster: Outside,
     /// Volume whose stress has softened.
     pub softened: Outside,
     /// Volume that has lost more than half of its stress.
@@ -102,6 +106,8 @@ impl PartRange {
             beyond: Outside::default(),
             stretch: [1.0; 2],
             jacobian: [1.0; 2],
+            strain_rate: 0.0,
+            faster: Outside::default(),
             softened: Outside::default(),
             torn: Outside::default(),
             energy_beyond: Largest::default(),
@@ -111,8 +117,8 @@ impl PartRange {
         }
     }
     /// Volumes outside each of the limits.
-    fn volumes(&mut self) -> [&mut Outside; 4] {
-        [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
+    fn volumes(&mut self) -> [&mut Outside; 5] {
+        [&mut self.left, &mut self.beyond, &mut self.faster, &mut self.softened, &mut self.torn]
     }
     /// Accumulates the points in some lanes of a batch.
     fn accumulate(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
@@ -124,6 +130,9 @@ impl PartRange {
         let of = |scalar: &PointScalar| Extremes::new(&scalar[..points.count], lanes.clone());
         if of(&points.damage).largest > 0.0 {
             self.accumulate_damage(lanes.clone(), points);
+        }
+        if let Some([_, fastest]) = self.validity.strain_rate {
+            self.accumulate_rate(fastest, lanes.clone(), points);
         }
         // Stretch and excess are monotonic, also in floating-point numbers: where the extremes of all points are within
         // the ranges, each point is.
@@ -151,6 +160,19 @@ impl PartRange {
                 }
                 if damage > TORN {
                     self.torn.volume.now += volume;
+                }
+            }
+        }
+    }
+
+    /// Compares strain rates with that of the fastest test [1/s].
+    fn accumulate_rate(&mut self, fastest: f64, lanes: Range<usize>, points: &PointBatch) {
+        for lane in lanes {
+            for q in 0..points.count {
+                let rate = points.strain_rate[q][lane];
+                self.strain_rate = self.strain_rate.max(rate);
+                if rate > fastest {
+                    self.faster.volume.now += points.volume[q][lane];
                 }
             }
         }
@@ -268,6 +290,11 @@ impl LawRanges {
         ranges
     }
 
+    /// Whether strain rates are compared: the range of some law has them.
+    pub fn have_rates(&self) -> bool {
+        self.parts.iter().any(|part| part.validity.strain_rate.is_some())
+    }
+
     /// Begins a pass over all points.
     pub fn begin(&mut self) {
         for part in &mut self.parts {
@@ -297,7 +324,7 @@ impl LawRanges {
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
-            let input = PointInput { v: &[], with_stress: false, ..frame.points() };
+            let input = PointInput { with_stress: false, with_rate: self.have_rates(), ..frame.points() };
             block.for_each_moved_batch(input, &mut |slots, points| {
                 self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
             });

@@ -12,6 +12,7 @@ use super::penetration::Penetration;
 use super::stress_depth::StressDepth;
 use super::summary::{ErrorBars, RequestedAccuracy};
 use super::wave_reach::WaveSpeed;
+use crate::mechanics::force::PointInput;
 use crate::mesh::MeshError;
 use crate::plan::{ByPair, MOST_LISTED_PAIRS, Plan};
 use crate::step::{Energy, Frame};
@@ -116,9 +117,10 @@ impl Measures {
         if let Some(fields) = fields {
             fields.clear();
         }
+        let input = PointInput { with_rate: laws.have_rates(), ..frame.points() };
         // One pass over the moved elements serves all three measures.
         for block in &frame.plan.blocks {
-            block.for_each_moved_batch(frame.points(), &mut |slots, points| {
+            block.for_each_moved_batch(input, &mut |slots, points| {
                 let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
                 laws.accumulate(among_all.clone(), points);
                 if let Some(stress) = stress {

@@ -19,6 +19,12 @@ use crate::scene::document::Keep;
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
+/// Bulk modulus of water [Pa], and about that of soft tissue and rubber.
+const WATER_PA: f64 = 2.2e9;
+
+/// K/G from which on a part counts as nearly incompressible [-]: Poisson's ratio is 0.495.
+const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
+
 /// Relative amount by which a step may exceed its nominal length, as in the stepper.
 const ROUNDING: f64 = 1e-9;
 
@@ -67,6 +73,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
             rigid_bodies.len()
         ));
     }
+    kept.extend(capped_bulk_moduli(plan));
     kept.extend(pairs.iter().map(PairReport::in_words));
     let pair_count = plan.contact.as_ref().map_or(0, |contact| contact.pairs.len());
     if pair_count > pairs.len() {
@@ -106,6 +113,26 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         omitted: omitted(plan, scene),
         restored: scene.document.solver.keep.clone(),
     }
+}
+
+/// Nearly incompressible parts with a bulk modulus below that of water, in words.
+fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
+    let mut capped = BTreeSet::new();
+    for block in &plan.blocks {
+        let (shear, bulk) = block.parameters.material.moduli_at_rest();
+        if bulk < WATER_PA && bulk > NEARLY_INCOMPRESSIBLE * shear {
+            let body = &plan.bodies[block.body];
+            let part = body.part_of[(block.elements[0] - body.elements.start) as usize];
+            capped.insert(format!("{} ({}) {:.3} MPa", body.parts[part as usize], body.name, 1e-6 * bulk));
+        }
+    }
+    let listed = capped.into_iter().take(MOST_LISTED_BODIES).collect::<Vec<_>>().join(", ");
+    (!listed.is_empty()).then(|| {
+        format!(
+            "bulk modulus capped: {listed}; that of water is 2.2 GPa. `contuse study bulk-modulus` measures the effect on the results, \
+             `--lower-bulk-modulus` adds it to the error bars"
+        )
+    })
 }
 
 /// The quasi-static preload or run, in words.

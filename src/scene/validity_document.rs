@@ -15,6 +15,9 @@ pub struct ValidityDocument {
     /// Volume ratios J to which it was fitted, from … to [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jacobian: Option<[f64; 2]>,
+    /// Strain rates of the tests, from … to [1/s]. A part that is deformed faster is reported; nothing is withheld.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strain_rate_per_s: Option<[f64; 2]>,
     /// Principal stretches beyond which the results of the run are withheld [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_stretch: Option<[f64; 2]>,
@@ -24,7 +27,7 @@ pub struct ValidityDocument {
 }
 
 impl ValidityDocument {
-    /// The given ranges by name, in the order of the fields.
+    /// The given ranges of deformation by name, in the order of the fields.
     pub fn given(&self) -> [(&'static str, Option<[f64; 2]>); 4] {
         [
             ("stretch", self.stretch),
@@ -49,6 +52,6 @@ impl ValidityDocument {
         let given = Given { stretch: self.stretch.is_some(), jacobian: self.jacobian.is_some() };
         let declared =
             Given { stretch: self.limit_stretch.is_some(), jacobian: self.limit_jacobian.is_some() };
-        Validity { fitted, given, declared, limit }
+        Validity { fitted, given, declared, limit, strain_rate: self.strain_rate_per_s }
     }
 }

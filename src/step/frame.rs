@@ -61,7 +61,14 @@ impl Frame<'_> {
     }
     /// Input for the evaluation of stresses at quadrature points.
     pub fn points(&self) -> PointInput<'_> {
-        PointInput { u: self.u, v: self.v, history: self.history, erosion: self.erosion, with_stress: true }
+        PointInput {
+            u: self.u,
+            v: self.v,
+            history: self.history,
+            erosion: self.erosion,
+            with_stress: true,
+            with_rate: false,
+        }
     }
     /// Position x = X + V_b t + u of a node at t_n [m].
     pub fn position(&self, node: u32) -> Vec3 {

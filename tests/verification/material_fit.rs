@@ -185,6 +185,7 @@ fn sets_of_the_library_come_out_of_the_numbers_of_their_sources() {
     let law = |name: &str| serde_json::to_value(&find(name).unwrap().material).unwrap();
     for (file, name) in [
         ("skin_across.json", "skin/manschot_1986_across"),
+        ("skin_to_failure.json", "skin/manschot_1986_to_failure"),
         ("muscle_at_220_per_s.json", "muscle/takaza_2012_220_per_s"),
         ("ecoflex_00_30.json", "silicone/ecoflex_00_30_marechal_2020"),
     ] {

@@ -10,6 +10,7 @@ fn ranges() -> LawRanges {
             given: Given::default(),
             declared: Given { stretch: declared, jacobian: false },
             limit: Deformations { stretch, jacobian: [0.1, 10.0] },
+            strain_rate: Some([0.0, 50.0]),
         };
         PartRange::at_rest("body".into(), "part".into(), validity, 0)
     };
@@ -32,6 +33,7 @@ fn points(size: f64, damage: f64) -> PointBatch {
             points.least_principal_strain[q][lane] = -0.45 * size.min(1.0) * wave(4.0).abs();
             points.jacobian[q][lane] = 1.0 + 0.3 * size * wave(5.0);
             points.damage[q][lane] = damage * wave(6.0);
+            points.strain_rate[q][lane] = 100.0 * wave(7.0).abs();
         }
     }
     points
@@ -46,6 +48,7 @@ fn point_by_point(ranges: &mut LawRanges, points: &PointBatch) {
             body.all.now += points.volume[q][lane] * points.psi[q][lane];
         }
         part.accumulate_damage(lane..lane + 1, points);
+        part.accumulate_rate(50.0, lane..lane + 1, points);
         part.accumulate_deformation(body, lane..lane + 1, points);
     }
 }

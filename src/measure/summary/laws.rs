@@ -84,7 +84,55 @@ impl LawRange {
     }
 }
 
-/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 0.1 % of its volume from 40 µs on",
+/// A part whose strain rates are compared with those of the tests that its parameters are from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LawRate {
+    /// Name of the body, as in the scene.
+    pub body: String,
+    /// Name of the part, as in the scene.
+    pub part: String,
+    /// Largest strain rate at any field time, the largest principal value of the deviatoric rate of deformation [1/s].
+    pub strain_rate_per_s: f64,
+    /// Slowest and fastest test [1/s].
+    pub tested_strain_rate_per_s: [f64; 2],
+    /// Largest fraction of the part's volume that was deformed faster than in any test [-].
+    pub fraction_faster: f64,
+}
+
+/// All parts whose law has strain rates of its tests, in the order of the plan; none before anything has moved.
+pub(super) fn law_rates(ranges: &LawRanges) -> Vec<LawRate> {
+    let of = |part: &PartRange| {
+        Some(LawRate {
+            body: part.body.clone(),
+            part: part.part.clone(),
+            strain_rate_per_s: part.strain_rate,
+            tested_strain_rate_per_s: part.validity.strain_rate?,
+            fraction_faster: part.fraction(&part.faster),
+        })
+    };
+    ranges.parts.iter().filter(|part| part.strain_rate > 0.0).filter_map(of).collect()
+}
+
+impl LawRate {
+    /// "muscle (thigh) was deformed at up to 5100 /s, and 35 % of its volume faster than in any test of its parameters (378 /s).";
+    /// `None` within the range of the tests.
+    pub fn in_words(&self) -> Option<String> {
+        let [from, to] = self.tested_strain_rate_per_s.map(number);
+        let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
+        let (whose, rate) = (format!("{} ({})", self.part, self.body), number(self.strain_rate_per_s));
+        if self.fraction_faster > NOTABLE_FRACTION {
+            let percent = number(100.0 * self.fraction_faster);
+            return Some(format!(
+                "{whose} was deformed at up to {rate} /s, and {percent} % of its volume faster than in any test of its parameters ({tests})."
+            ));
+        }
+        (self.strain_rate_per_s < self.tested_strain_rate_per_s[0]).then(|| {
+            format!("{whose} was deformed at up to {rate} /s, slower than in any test of its parameters ({tests}).")
+        })
+    }
+}
+
+/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 12 mm³ (0.1 % of its volume) from 40 µs on",
 /// for the part with most strain energy there.
 pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
     let part = ranges.worst()?;
@@ -102,11 +150,12 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
         }
     }
     Some(format!(
-        "{} ({}) was {}, beyond the {} limit of its law, in {} % of its volume from {} on",
+        "{} ({}) was {}, beyond the {} limit of its law, in {} mm³ ({} % of its volume) from {} on",
         part.part,
         part.body,
         what.join(", "),
         if part.energy_beyond_declared.largest > 0.0 { "declared" } else { "usual" },
+        number(1e9 * part.beyond.volume()),
         number(100.0 * part.fraction(&part.beyond)),
         seconds(part.beyond.since.unwrap_or_default())
     ))
@@ -131,6 +180,24 @@ pub(super) fn numerical_stress(stress: &StressDepth) -> impl Iterator<Item = Str
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn strain_rates_are_told_where_they_leave_those_of_the_tests() {
+        let rate =
+            |strain_rate_per_s: f64, tested_strain_rate_per_s: [f64; 2], fraction_faster: f64| LawRate {
+                body: "thigh".into(),
+                part: "muscle".into(),
+                strain_rate_per_s,
+                tested_strain_rate_per_s,
+                fraction_faster,
+            };
+        let faster = rate(5100.0, [378.0; 2], 0.35).in_words().unwrap();
+        assert!(faster.contains("at up to 5100 /s, and 35.00 % of its volume faster"), "{faster}");
+        assert!(faster.ends_with("(378.0 /s)."), "{faster}");
+        let slower = rate(20.0, [116.0, 378.0], 0.0).in_words().unwrap();
+        assert!(slower.contains("slower than in any test of its parameters (116.0 to 378.0 /s)"), "{slower}");
+        assert_eq!(rate(200.0, [116.0, 378.0], 0.0).in_words(), None);
+    }
 
     #[test]
     fn ranges_that_no_source_gives_are_not_called_fitted() {

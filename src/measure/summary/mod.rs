@@ -27,7 +27,7 @@ pub use accuracy::{Accuracy, AccuracyOf, AccuracyScale, RequestedAccuracy};
 pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
-pub use laws::LawRange;
+pub use laws::{LawRange, LawRate};
 pub use listing::{Group, Row, listing};
 pub use numerics::{Numerics, numerics_group};
 pub use of_interest::QuantityOfInterest;
@@ -47,7 +47,7 @@ use erosion::{ErosionOfPart, erosion};
 use from_measures::{Mint, results};
 use gates::{Withholding, gates, withholding};
 use injury::injury_measures;
-use laws::left_laws;
+use laws::{law_rates, left_laws};
 use numerics::numerics;
 use relaxation::relaxation;
 use serde::{Serialize, Serializer};
@@ -96,6 +96,9 @@ pub struct Summary {
     /// Parts whose law was used beyond the range that it was fitted to, or usually is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
+    /// Strain rates of the parts whose law says at which its parameters were tested.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub law_rates: Vec<LawRate>,
     /// Energy of the branches of relaxation of each body.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relaxation: Vec<RelaxationOfBody>,
@@ -176,6 +179,7 @@ impl Summary {
             results,
             numerics,
             law_ranges,
+            law_rates: law_rates(&measures.laws),
             relaxation: relaxation(&measures.energy, plan),
             softening,
             erosion,

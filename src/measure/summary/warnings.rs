@@ -6,7 +6,7 @@ use super::super::pair::PairMeasures;
 use super::super::penetration::{Depth, TOO_DEEP};
 use super::erosion::{ErosionOfPart, erosion};
 use super::gates::{LAW_LIMIT, fraction_in_words, projection_work};
-use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
+use super::laws::{LawRange, LawRate, beyond_limit, law_rates, left_laws, numerical_stress};
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
 use super::softening::{SofteningOfPart, softening};
@@ -107,6 +107,7 @@ pub(super) fn warnings(
     all.add(Gravity::Remark, erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     let left = left_laws(&measures.laws);
     all.add(Gravity::BeyondRange, left.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
+    all.add(Gravity::BeyondRange, law_rates(&measures.laws).iter().filter_map(LawRate::in_words));
     all.add(Gravity::Excluded, beyond_limit_warning(measures, numerics));
     // Artefacts, penetration and projection.
     all.add(Gravity::Excluded, measures.stress.iter().flat_map(numerical_stress));

@@ -50,6 +50,9 @@ pub struct PointBatch {
     pub least_principal_strain: PointScalar,
     /// J = det F [-].
     pub jacobian: PointScalar,
+    /// Strain rate: the largest magnitude of a principal value of dev d, d the rate of deformation [1/s]; means nothing unless
+    /// [`PointInput::with_rate`].
+    pub strain_rate: PointScalar,
     /// Damage: fraction by which the isochoric stress is degraded, irreversibly [-]; 0 without softening, or without a history.
     pub damage: PointScalar,
 }
@@ -68,6 +71,7 @@ impl Default for PointBatch {
             principal_strain: zero,
             least_principal_strain: zero,
             jacobian: zero,
+            strain_rate: zero,
             damage: zero,
         }
     }
@@ -101,12 +105,14 @@ pub struct PointInput<'a> {
     pub erosion: &'a Erosion,
     /// Whether stress is requested; otherwise F, σ, von Mises stress and pressure of a [`PointBatch`] mean nothing.
     pub with_stress: bool,
+    /// Whether strain rates are requested.
+    pub with_rate: bool,
 }
 
 impl<'a> PointInput<'a> {
     /// At rest and relaxed at displacements [m], nodes × 3.
     pub fn at_rest(u: &'a [Vec3]) -> Self {
-        Self { u, v: &[], history: &[], erosion: Erosion::none(), with_stress: true }
+        Self { u, v: &[], history: &[], erosion: Erosion::none(), with_stress: true, with_rate: false }
     }
 }
 
@@ -184,8 +190,8 @@ impl ElementBlock {
 
     /// All points of one batch.
     fn eval_points(&self, b: usize, input: PointInput, at_nodes: &[NodalResponse], points: &mut PointBatch) {
-        let PointInput { u, v, history, erosion, with_stress } = input;
-        let eta = self.parameters.shear_viscosity;
+        let PointInput { u, v, history, erosion, with_stress, with_rate } = input;
+        let eta = if with_stress { self.parameters.shear_viscosity } else { 0.0 };
         with_elements!(&self.packed, elements => dispatch_rare(Points {
             response: PointResponse {
                 block: self,
@@ -201,7 +207,7 @@ impl ElementBlock {
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             eroded: erosion.of_batch(self, b),
             u,
-            viscosity: Some((eta, v)).filter(|_| with_stress && eta > 0.0 && !v.is_empty()),
+            rates: Some(Rates { v, eta, are_stored: with_rate }).filter(|_| (with_rate || eta > 0.0) && !v.is_empty()),
             to: points,
         }));
     }
@@ -267,9 +273,19 @@ struct Points<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     /// Bit mask of eroded elements, one bit per lane.
     eroded: u8,
     u: &'a [Vec3],
-    /// η [Pa s] and velocities [m/s], where there is a viscous stress.
-    viscosity: Option<(f64, &'a [Vec3])>,
+    rates: Option<Rates<'a>>,
     to: &'a mut PointBatch,
+}
+
+/// What rates of deformation are evaluated for.
+#[derive(Clone, Copy)]
+struct Rates<'a> {
+    /// Velocities [m/s], nodes × 3.
+    v: &'a [Vec3],
+    /// Shear viscosity η [Pa s]; 0 where no viscous stress is requested.
+    eta: f64,
+    /// Whether strain rates are stored.
+    are_stored: bool,
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Points<'_, E, N, Q> {
@@ -281,9 +297,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Points<'_, 
         self.to.damage = [Row::default(); MOST_POINTS];
         self.to.volume[Q..].fill(Row::default());
         let u = self.gather(self.u);
-        let rates = self.viscosity.map(|(eta, v)| (eta, self.gather(v)));
+        let v = self.rates.map(|rates| self.gather(rates.v));
         for part in 0..BATCH / S::F64_LANES {
-            self.eval::<S>(simd, part, &u, rates.as_ref());
+            self.eval::<S>(simd, part, &u, v.as_ref());
         }
     }
 }
@@ -298,29 +314,27 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, E, N, Q> {
 
     /// The elements of a register.
     #[inline(always)]
-    fn eval<S: Simd>(
-        &mut self,
-        simd: S,
-        part: usize,
-        u: &[[Row; N]; 3],
-        rates: Option<&(f64, [[Row; N]; 3])>,
-    ) {
+    fn eval<S: Simd>(&mut self, simd: S, part: usize, u: &[[Row; N]; 3], v: Option<&[[Row; N]; 3]>) {
         let zero = Lane::splat(simd, 0.0);
         // Displacement gradients at all points, mean dilatation.
         let first_pass = self.batch.first_pass(simd, part, u);
         let FirstPass { cof_X, w, H, j, .. } = &first_pass;
         // Padding has no volume.
         let is_element = Lane::load(simd, &self.batch.volume, part).select_positive(zero + 1.0, zero);
-        // Rate of deformation only where the part has a shear viscosity η.
-        let local_v = rates.map(|(eta, v)| (*eta, E::local_gradients(&load_corners(simd, v, part))));
+        let rates = self.rates.zip(v.map(|v| E::local_gradients(&load_corners(simd, v, part))));
         for q in 0..Q {
             // Weight of the point in averages over the volume at rest.
             (w.0[q] * E::SCALE * is_element).store(&mut self.to.volume[q], part);
             let mut k = Kinematics::with_volume_change(&H.0[q], j.0[q], inverse_cbrt_m1(j.0[q]));
             let mut viscous = None;
-            if let Some((eta, local_v)) = &local_v {
+            if let Some((Rates { eta, are_stored, .. }, local_v)) = &rates {
                 let rate = self.batch.gradient_at(simd, part, local_v, (q, &cof_X.0[q]));
-                viscous = Some(stress_over_viscosity(&rate, &k.cof, k.j).scaled(zero.constant(*eta)));
+                let twice_dev_d = stress_over_viscosity(&rate, &k.cof, k.j);
+                if *are_stored {
+                    let [least, largest] = twice_dev_d.extreme_principals();
+                    (largest.max(-least) * 0.5).store(&mut self.to.strain_rate[q], part);
+                }
+                viscous = (*eta > 0.0).then(|| twice_dev_d.scaled(zero.constant(*eta)));
             }
             // Reduced integration evaluates the law at the mean gradient only.
             if let Some(reduced) = self.reduced {

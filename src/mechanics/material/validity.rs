@@ -42,6 +42,8 @@ pub struct Validity {
     pub declared: Given,
     /// Deformations beyond which its results are not those of an intact tissue.
     pub limit: Deformations,
+    /// Strain rates of the tests that its parameters are fitted to, from … to [1/s]; `None` where no source gives them.
+    pub strain_rate: Option<[f64; 2]>,
 }
 
 /// No limit of a stretch or volume ratio [-].
@@ -68,7 +70,7 @@ impl Validity {
     }
     /// Range of a law fitted to these, unless a scene specifies another.
     pub(super) fn fitted_to(fitted: Deformations) -> Self {
-        Self { fitted, given: Given::default(), declared: Given::default(), limit: LIMIT }
+        Self { fitted, given: Given::default(), declared: Given::default(), limit: LIMIT, strain_rate: None }
     }
 }
 

@@ -44,6 +44,14 @@ pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Fi
                 .remedy("30 % tension is a stretch of 1.3, 30 % compression one of 0.7")
         });
     }
+    if let Some([from, to]) = valid_to.strain_rate_per_s {
+        out.require(from >= 0.0 && from <= to && to > 0.0, || {
+            Problem::error("out_of_range", &here.key("strain_rate_per_s"), "the range holds no strain rate")
+                .value(format!("{from} to {to}"))
+                .limit("0 <= from <= to, to > 0")
+                .remedy("give the slowest and the fastest test in 1/s, the slowest first")
+        });
+    }
     for (limit, inner, name) in [
         (valid_to.limit_stretch, valid_to.stretch, "limit_stretch"),
         (valid_to.limit_jacobian, valid_to.jacobian, "limit_jacobian"),

@@ -192,6 +192,12 @@ class Summary:
         return ranges
 
     @property
+    def law_rates(self) -> list[dict[str, Any]]:
+        """Strain rates of parts whose law gives those of its tests."""
+        rates: list[dict[str, Any]] = self.body.get("law_rates", [])
+        return rates
+
+    @property
     def softening(self) -> list[dict[str, Any]]:
         """Parts that exceeded their strength: the softened and the torn volume, and since when."""
         parts: list[dict[str, Any]] = self.body.get("softening", [])

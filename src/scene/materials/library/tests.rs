@@ -12,7 +12,7 @@ fn close(found: f64, expected: f64, tolerance: f64, what: &str) {
 
 /// Engine: shear stress over a small amount of shear of `(i, j)`.
 fn shear_modulus(law: &Material, i: usize, j: usize) -> f64 {
-    let small = 1e-4;
+    let small = 1e-5;
     let mut F = Mat3::identity();
     F[(i, j)] = small;
     eval_point(law, &F).unwrap().cauchy[(i, j)] / small
@@ -198,14 +198,18 @@ fn fits_come_out_of_their_points_again() {
                 close(law.mu_pa, ln_mu.exp(), 1e-4, &set.name);
                 close(law.b, b, 1e-4, &set.name);
             }
+            // Fitted again by `tests/verification/material_fit.rs`: it has no formula here.
+            MaterialDocument::Weiss(_) => {}
             other => panic!("{} is fitted by no test: {}", set.name, other.law_name()),
         }
-        let error = |p: &[f64; 2]| (tension_by_hand(&set.material, p[0]).unwrap() / p[1] - 1.0).abs();
+        let stress =
+            |l: f64| tension_by_hand(&set.material, l).unwrap_or_else(|| tension(&set.law().unwrap(), l));
+        let error = |p: &[f64; 2]| (stress(p[0]) / p[1] - 1.0).abs();
         let largest = fit.points.iter().map(error).fold(0.0, f64::max);
         close(largest, fit.relative_error, 0.06, &format!("error of the fit of {}", set.name));
         count += 1;
     }
-    assert_eq!(count, 4);
+    assert_eq!(count, 5);
 }
 
 #[test]
