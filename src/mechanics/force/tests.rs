@@ -5,7 +5,7 @@ use super::internal::{Evaluation, GaussPoints};
 use super::one_point::OnePoint;
 use super::packed::Elements;
 use super::{
-    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, PointInput,
     StiffnessBatch, Threads, corner_pair,
 };
 use crate::element::{Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty};
@@ -410,4 +410,30 @@ fn history_has_rows_where_something_is_remembered_and_only_there() {
         [0, 1, 2, 3, 4, 5, 6, 7].map(|a| forces.viscous_at_node(&assembly, a))
     });
     assert!(forces[0] == forces[1] && forces[0][0].norm() > 1.0);
+}
+
+#[test]
+fn the_strain_rate_is_the_largest_principal_value_of_the_deviatoric_rate_of_deformation() {
+    let mut random = Random(5);
+    for formulation in FORMULATIONS {
+        for X in shapes() {
+            let element = Element::new(X, laws()[0], formulation);
+            let F = Mat3::identity() + Mat3::from_iterator(random.numbers::<9>()) * 0.2;
+            let L = Mat3::from_iterator(random.numbers::<9>()) * 400.0;
+            let u = X.map(|X| F * X - X);
+            let input = PointInput { v: &X.map(|X| L * F * X), with_rate: true, ..PointInput::at_rest(&u) };
+            let d = (L + L.transpose()) * 0.5;
+            let deviator = d - Mat3::identity() * (d.trace() / 3.0);
+            let expected = deviator.symmetric_eigenvalues().amax();
+            let mut count = 0;
+            element.blocks[0].for_each_moved_batch(input, &mut |_, points| {
+                for q in 0..points.count {
+                    let found = points.strain_rate[q].0[0];
+                    assert!((found / expected - 1.0).abs() < 1e-9, "{formulation:?}: {found} and not {expected}");
+                    count += 1;
+                }
+            });
+            assert_eq!(count, 8);
+        }
+    }
 }
