@@ -5,7 +5,7 @@ use super::jobs::data_folder::DataFolder;
 use super::jobs::found::Found;
 use super::jobs::store::{Identity, KnownBlobs, PROBE_PATIENCE, StoreAddress};
 use super::jobs::{JobId, JobsError, ownership};
-use super::opening::{LOST_LOG, on_a_thread};
+use super::opening::{lost_log, on_a_thread};
 use crate::blobs::BlobStore;
 use crate::report::RecordedRun;
 use std::path::Path;
@@ -59,10 +59,8 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
     let _folder = DataFolder::open(&address.data)?;
     let blobs = address.open_blobs(PROBE_PATIENCE).map_err(JobsError::from)?;
     let mut diagnosis = Diagnosis::default();
-    let has_lost_log = address.has_lost_log();
-    if has_lost_log {
-        diagnosis.store.push(LOST_LOG.to_owned());
-    }
+    let lost_log = lost_log(address).await;
+    diagnosis.store.extend(lost_log.iter().map(|(_, words)| words.clone()));
     let store = if address.exists() {
         match address.open().await {
             // Nothing is known to be damaged.
@@ -83,8 +81,8 @@ pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> 
                 None => None,
             };
             store.close().await;
-            if has_lost_log {
-                address.note_lost_log()?;
+            if let Some((lost, _)) = lost_log {
+                address.note_lost_changes(lost).await?;
             }
             (known, identity)
         }

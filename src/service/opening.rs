@@ -14,8 +14,15 @@ use crate::blobs::{BlobError, BlobStore};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-/// The last transactions of the job store are lost.
-pub(super) const LOST_LOG: &str = "the log of jobs.sqlite is lost, and with it the last changes before the process that wrote them was ended";
+/// What is lost with the last changes of the job store, if any are.
+pub(super) async fn lost_log(address: &StoreAddress) -> Option<(u32, String)> {
+    let lost = address.lost_changes().await;
+    let words = format!(
+        "the log of jobs.sqlite is lost, or a part of it, and with it the last changes ({lost}) before the process that made them was \
+         ended: jobs submitted with them are missing, jobs that ended run again, and jobs that were deleted are back"
+    );
+    (lost > 0).then_some((lost, words))
+}
 
 /// Why the service did not start.
 #[derive(Debug, thiserror::Error)]
@@ -52,8 +59,8 @@ pub(super) async fn open_queue(
     metrics: &Arc<Metrics>,
 ) -> Result<Arc<Queue>, JobsError> {
     let folder = DataFolder::open(&config.store.data)?;
-    if config.store.has_lost_log() {
-        tracing::error!("{LOST_LOG}: `contuse doctor` says what can be recovered");
+    if let Some((_, words)) = lost_log(&config.store).await {
+        tracing::error!("{words}; `contuse doctor` says what can be recovered");
     }
     let tried = check_blobs(&config.store).await?;
     let blobs = config.store.open_blobs(PATIENCE)?;

@@ -83,30 +83,44 @@ fn a_lost_store_takes_neither_recordings_nor_meshes_with_it() {
     assert_eq!(left, kept);
 }
 
+/// A service that ran a job and was killed; and its job.
+fn killed_after_a_job(data: &Path) -> String {
+    let scene = serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
+    let program = Program::start(data, &[]);
+    let (job, _) = finished(&program.client, &scene);
+    program.kill();
+    job
+}
+
 #[test]
 fn a_lost_log_is_reported_at_the_start_and_by_the_doctor() {
     let data = tempfile::tempdir().unwrap();
-    let scene = serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
-    let program = Program::start(data.path(), &[]);
-    finished(&program.client, &scene);
-    program.kill();
+    killed_after_a_job(data.path());
     // Killed, with its log: nothing is lost.
     assert!(diagnosis(data.path()).is_sound());
-    let program = Program::start(data.path(), &[]);
-    let (job, _) = finished(&program.client, &scene);
-    program.kill();
-    for end in ["-wal", "-shm"] {
-        std::fs::remove_file(data.path().join(format!("jobs.sqlite{end}"))).unwrap();
+    let job = killed_after_a_job(data.path());
+    let log = data.path().join("jobs.sqlite-wal");
+    let length = std::fs::metadata(&log).unwrap().len();
+    let removed = || std::fs::remove_file(&log).unwrap();
+    let shortened =
+        |length| std::fs::File::options().write(true).open(&log).unwrap().set_len(length).unwrap();
+    let ways: [(&str, &dyn Fn()); 3] =
+        [("cut", &|| shortened(length / 2)), ("emptied", &|| shortened(0)), ("removed", &removed)];
+    for (way, lose) in ways {
+        lose();
+        let _ = std::fs::remove_file(data.path().join("jobs.sqlite-shm"));
+        let copy = tempfile::tempdir().unwrap();
+        let folder = data.path().join(".");
+        assert!(Command::new("cp").arg("-a").arg(folder).arg(copy.path()).status().unwrap().success());
+        // The second time as the first.
+        diagnosis(copy.path());
+        let found = diagnosis(copy.path());
+        let is_reported = found.store.len() == 1 && found.store[0].contains("the log of jobs.sqlite is lost");
+        assert!(is_reported, "{way}: {found:?}");
+        // The recording of the job that went with the log can still be had.
+        let recordings = found.without_job.iter().filter(|lost| lost.readable.is_ok()).count();
+        assert!(recordings == 1 || way == "cut", "{way}: {found:?}");
     }
-    let copy = tempfile::tempdir().unwrap();
-    assert!(
-        Command::new("cp").arg("-a").arg(data.path().join(".")).arg(copy.path()).status().unwrap().success()
-    );
-    // The recording of the job that went with the log can still be had.
-    diagnosis(copy.path());
-    let found = diagnosis(copy.path());
-    assert!(found.store.len() == 1 && found.store[0].contains("the log of jobs.sqlite is lost"), "{found:?}");
-    assert!(found.without_job.len() == 1 && found.without_job[0].readable.is_ok(), "{found:?}");
     let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
     command.args(SERVE).arg(data.path()).stderr(Stdio::piped());
     let mut program = Program::spawn(command);
@@ -115,6 +129,21 @@ fn a_lost_log_is_reported_at_the_start_and_by_the_doctor() {
     program.terminate();
     let log = std::io::read_to_string(log).unwrap();
     assert!(log.contains("the log of jobs.sqlite is lost") && log.contains("contuse doctor"), "{log}");
+    assert!(diagnosis(data.path()).store.is_empty(), "reported once");
+}
+
+#[test]
+fn a_log_that_was_emptied_in_order_is_not_lost() {
+    let data = tempfile::tempdir().unwrap();
+    let program = Program::start(data.path(), &[]);
+    let scene = serde_json::from_str(include_str!("../recording/small_ball_on_block.json")).unwrap();
+    let (job, _) = finished(&program.client, &scene);
+    // What is erased is erased from the log, too.
+    assert_eq!(program.client.delete(&job).status, 204);
+    let log = data.path().join("jobs.sqlite-wal");
+    eventually("the log is empty", || std::fs::metadata(&log).unwrap().len() == 0);
+    program.kill();
+    assert!(diagnosis(data.path()).is_sound());
 }
 
 #[test]

@@ -11,7 +11,7 @@ use contuse::service::jobs::store::{
     CancelAnswer, DeleteAnswer, Event, Job, JobEnd, JobStore, MeshDeletion, NewJob, OwnerRequest, Page,
     Quotas, Requeued, Submitted,
 };
-use contuse::service::jobs::{JobKind, JobState, JobsError, Progress};
+use contuse::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
 use contuse::{service, step};
 use std::io::Write as _;
 

@@ -1,6 +1,7 @@
 //! The contract, and what processes that share a database rely on. The database is that of `CONTUSE_TEST_POSTGRES`, in which every store
 //! gets a schema of its own.
 
+use crate::job_contract::upgraded::{Words, check_upgraded, filling};
 use crate::job_contract::{check, new, queue_of, submitted};
 use contuse::service::jobs::store::{
     CancelAnswer, Change, JobEnd, JobStore, NewJob, OwnerRequest, PostgresStore, Requeued,
@@ -9,7 +10,9 @@ use contuse::service::jobs::{JobId, JobState, JobsError};
 use contuse::step::Ending;
 use futures::StreamExt as _;
 use futures::future::{join, join_all};
+use sqlx::migrate::Migrator;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Duration;
 
 const LONG: Duration = Duration::from_secs(60);
@@ -46,6 +49,29 @@ async fn it_keeps_what_a_store_promises() {
     // Leases end at once: every running job is an orphan.
     Box::pin(check(async || PostgresStore::open(&schema().await.unwrap(), Duration::ZERO).await.unwrap()))
         .await;
+}
+
+#[tokio::test]
+async fn a_filled_database_of_each_earlier_version_is_taken_up() {
+    let words = Words {
+        document: "convert_to('{}', 'UTF8')",
+        yes: "TRUE",
+        further: (", kind, memory_bytes, worker, lease_until", ", 'simulation', 0, 'lost', now()"),
+    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/service/jobs/store/postgres/migrations");
+    let migrations = Migrator::new(folder).await.unwrap().migrations;
+    assert!(migrations.len() > 2);
+    for version in 1..migrations.len() {
+        let Some(url) = schema().await else { return };
+        let pool = sqlx::PgPool::connect(&url).await.unwrap();
+        Migrator::with_migrations(migrations[..version].to_vec()).run(&pool).await.unwrap();
+        for statement in filling(&words) {
+            sqlx::query(sqlx::AssertSqlSafe(statement)).execute(&pool).await.unwrap();
+        }
+        pool.close().await;
+        let store = PostgresStore::open(&url, Duration::from_secs(1)).await.unwrap();
+        Box::pin(check_upgraded(&store)).await;
+    }
 }
 
 #[tokio::test]

@@ -57,17 +57,17 @@ impl StoreAddress {
         self.is_shared() || self.data.join(FILE).is_file()
     }
 
-    /// Whether the last transactions of the job store are lost; PostgreSQL cares for its own.
-    pub fn has_lost_log(&self) -> bool {
-        !self.is_shared() && SqliteStore::has_lost_log(&self.data.join(FILE))
+    /// Number of the last changes of the job store that are lost; PostgreSQL cares for its own. Only while no process uses it.
+    pub async fn lost_changes(&self) -> u32 {
+        if self.is_shared() { 0 } else { SqliteStore::lost_changes(&self.data.join(FILE)).await }
     }
 
     /// Keeps in mind that they are lost, after the store was opened and closed.
     ///
     /// # Errors
     /// If the note cannot be written.
-    pub fn note_lost_log(&self) -> Result<(), JobsError> {
-        SqliteStore::mark(&self.data.join(FILE))
+    pub async fn note_lost_changes(&self, lost: u32) -> Result<(), JobsError> {
+        SqliteStore::note_lost_changes(&self.data.join(FILE), lost).await
     }
 
     /// What has to be restored from a backup if the job store is damaged, for people.

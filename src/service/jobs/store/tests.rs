@@ -1,5 +1,8 @@
 //! Guarantees of every job store, without HTTP.
 
+#[path = "tests/upgraded.rs"]
+pub mod upgraded;
+
 use super::*;
 use crate::service::jobs::failures::{internal, worker_lost};
 use crate::service::jobs::{FinalRecording, Phase, Priority};

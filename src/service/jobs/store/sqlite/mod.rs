@@ -2,6 +2,7 @@
 
 #[macro_use]
 mod dialect;
+mod mark;
 // The statements are one text for both databases.
 #[allow(clippy::duplicate_mod)]
 #[path = "../sql/mod.rs"]
@@ -14,12 +15,11 @@ pub use sql::SqlStore as SqliteStore;
 
 use super::SharedStore;
 use crate::service::jobs::JobsError;
-use sqlx::Sqlite;
+use mark::Mark;
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use std::fs::File;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use sqlx::{Connection as _, Sqlite, SqliteConnection};
+use std::path::Path;
 use std::time::Duration;
 use writer::Writer;
 
@@ -28,31 +28,20 @@ type Row = sqlx::sqlite::SqliteRow;
 type Turn = Writer;
 type Write<'a> = writer::Write;
 
-/// End of the name of the file with the last transactions.
-const LOG: &str = "-wal";
-/// End of the name of an empty file, which is there from the first write of a process to its orderly end: so long there is a log, too.
-const OPEN: &str = "-open";
-
-/// A file whose name is that of the store with an ending.
-fn beside(file: &Path, ending: &str) -> PathBuf {
-    let mut name = file.as_os_str().to_owned();
-    name.push(ending);
-    name.into()
-}
-
 impl SqliteStore {
-    /// Whether the last transactions in a file are lost: the process that wrote them did not end in order, and their log is missing.
-    pub fn has_lost_log(file: &Path) -> bool {
-        beside(file, OPEN).exists() && !beside(file, LOG).exists()
+    /// Number of changes that were durable in a file and no longer are: the process that made them did not end in order, and their log was
+    /// removed, emptied or cut. Only while no process has the store; 0 if it cannot be read.
+    pub async fn lost_changes(file: &Path) -> u32 {
+        let Some(noted) = Mark::beside(file).noted() else { return 0 };
+        changes_in(file).await.map_or(0, |there| noted.wrapping_sub(there).max(0).cast_unsigned())
     }
 
-    /// Notes that there is a log, or that it is lost.
+    /// Keeps in mind that so many changes are lost, after the store was opened and closed.
     ///
     /// # Errors
-    /// If the file for that cannot be created.
-    pub fn mark(file: &Path) -> Result<(), JobsError> {
-        let open = beside(file, OPEN);
-        File::create(&open).map(drop).map_err(|error| JobsError::file(open, error))
+    /// If the store cannot be read, or the note not be written.
+    pub async fn note_lost_changes(file: &Path, lost: u32) -> Result<(), JobsError> {
+        Mark::beside(file).note(changes_in(file).await?.wrapping_add_unsigned(lost))
     }
 
     /// Opens the store in a file, which is created if necessary, and migrates its tables to this version.
@@ -79,15 +68,12 @@ impl SqliteStore {
         let writer = Writer::beside(&pool).await?;
         let store = Self::migrated(pool, writer, &migrations(), Duration::MAX).await?;
         store.try_write().await?;
-        Self::mark(file)?;
         Ok(store)
     }
 
+    /// A change of nothing is counted in the file.
     async fn try_write(&self) -> Result<(), JobsError> {
-        let mut transaction = self.begin().await?;
-        // A field of the file header that is otherwise unused.
-        sqlx::query("PRAGMA user_version = 0").execute(&mut *transaction).await?;
-        transaction.commit().await
+        self.begin().await?.commit().await
     }
 
     async fn begin(&self) -> Result<Write<'_>, JobsError> {
@@ -107,8 +93,8 @@ impl SqliteStore {
     }
 
     async fn shut(&self) {
-        let file = self.pool.connect_options().get_filename().to_owned();
-        match self.turn.checkpoint().await.and_then(|()| forget(&beside(&file, OPEN))) {
+        let mark = Mark::beside(self.pool.connect_options().get_filename());
+        match self.turn.checkpoint().await.and_then(|()| mark.forget()) {
             Ok(()) => {}
             Err(error) => tracing::warn!(%error, "the log of the job store is emptied at the next start"),
         }
@@ -121,12 +107,13 @@ impl SqliteStore {
     }
 }
 
-/// Removes a file, if it exists.
-fn forget(file: &Path) -> Result<(), JobsError> {
-    match std::fs::remove_file(file) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(JobsError::file(file, error)),
-        _ => Ok(()),
-    }
+/// Number of changes in a file, with those in its log.
+async fn changes_in(file: &Path) -> Result<i32, JobsError> {
+    let options = SqliteConnectOptions::new().filename(file);
+    let mut connection = SqliteConnection::connect_with(&options).await?;
+    let changes = writer::changes_of(&mut connection).await;
+    connection.close().await?;
+    Ok(changes?)
 }
 
 /// The files of `migrations/` in order.

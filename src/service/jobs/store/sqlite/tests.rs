@@ -1,11 +1,12 @@
 //! Properties of SQLite that the guarantees of the store rely on.
 
+use super::super::tests::upgraded::{Words, check_upgraded, filling};
 use super::super::tests::{check, new, queue_of, submitted};
 use super::*;
 use crate::service::jobs::store::{JobStore as _, NewJob, Submitted};
 use crate::service::jobs::{JobId, JobKind, JobState, Phase};
 use futures::future::join_all;
-use sqlx::SqlitePool;
+use sqlx::{AssertSqlSafe, SqlitePool};
 use std::cell::Cell;
 
 async fn store() -> (tempfile::TempDir, SqliteStore) {
@@ -61,6 +62,27 @@ async fn jobs_of_before_there_were_kinds_are_known_by_their_documents() {
         kinds.push(store.document("anna", JobId::from_u128(id)).await.unwrap().unwrap().0);
     }
     assert_eq!(kinds, [JobKind::Simulation, JobKind::Study, JobKind::WhatIf, JobKind::Simulation]);
+}
+
+#[tokio::test]
+async fn a_filled_store_of_each_earlier_version_is_taken_up() {
+    let words = Words { document: "CAST('{}' AS BLOB)", yes: "1", further: ("", "") };
+    for version in 1..migrations().migrations.len() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("jobs.sqlite");
+        let options = SqliteConnectOptions::new().filename(&file).create_if_missing(true);
+        let pool = SqlitePool::connect_with(options).await.unwrap();
+        let mut earlier = migrations();
+        earlier.migrations.to_mut().truncate(version);
+        earlier.run(&pool).await.unwrap();
+        for statement in filling(&words) {
+            sqlx::query(AssertSqlSafe(statement)).execute(&pool).await.unwrap();
+        }
+        pool.close().await;
+        let store = SqliteStore::open(&file).await.unwrap();
+        check_upgraded(&store).await;
+        store.close().await;
+    }
 }
 
 #[tokio::test]

@@ -1,9 +1,10 @@
 //! The one writer of SQLite. Changes that wait for their turn at the same time share a transaction, and with it the wait for the
-//! disk; each is a savepoint, which is kept or undone by itself.
+//! disk; each is a savepoint, which is kept or undone by itself. Transactions with changes are counted, in the file and in its [`Mark`].
 
+use super::mark::Mark;
 use crate::service::jobs::{JobsError, StoreFault};
 use sqlx::sqlite::SqliteConnectOptions;
-use sqlx::{Connection as _, SqliteConnection, SqlitePool};
+use sqlx::{AssertSqlSafe, Connection as _, SqliteConnection, SqlitePool};
 use std::io;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -28,6 +29,9 @@ struct Turn {
     number: u64,
     /// Those whose changes are in the open transaction.
     waiting: Vec<oneshot::Sender<Committed>>,
+    /// Number of changes that are durable, from the first one to the file; after the largest number comes the smallest.
+    changes: i32,
+    mark: Mark,
 }
 
 /// Outcome of a transaction, for each of its changes.
@@ -49,9 +53,11 @@ impl Writer {
     /// A writer beside the readers of a pool.
     pub async fn beside(pool: &SqlitePool) -> Result<Self, sqlx::Error> {
         let options = pool.connect_options();
-        let connection = SqliteConnection::connect_with(&options).await?;
-        let (pool, stage) = (pool.clone(), Stage::Idle);
-        Ok(Self(Arc::new(Mutex::new(Turn { connection, options, pool, stage, number: 0, waiting: vec![] }))))
+        let mut connection = SqliteConnection::connect_with(&options).await?;
+        let (changes, mark) = (changes_of(&mut connection).await?, Mark::beside(options.get_filename()));
+        let (pool, stage, number, waiting) = (pool.clone(), Stage::Idle, 0, Vec::new());
+        let turn = Turn { connection, options, pool, stage, number, waiting, changes, mark };
+        Ok(Self(Arc::new(Mutex::new(turn))))
     }
 
     /// Begins a change when it is its turn, with the write lock from the start: one that reads first and writes later could be refused
@@ -122,6 +128,7 @@ impl Turn {
         if self.stage == Stage::Lost {
             // The transaction of the old connection ends with it.
             self.connection = SqliteConnection::connect_with(&self.options).await?;
+            self.changes = changes_of(&mut self.connection).await?;
             self.stage = Stage::Idle;
         }
         if self.stage == Stage::Idle {
@@ -163,11 +170,30 @@ impl Turn {
             self.undo().await;
         }
         if self.number == number && self.stage == Stage::Open {
-            match self.say("COMMIT").await {
+            match self.count_and_commit().await {
                 Ok(()) => self.end(Stage::Idle, &Ok(())),
                 Err(error) => drop(self.lose(error)),
             }
         }
+    }
+
+    /// Makes the transaction durable. One with changes has a number, which is noted when it is durable, before anyone hears of it.
+    async fn count_and_commit(&mut self) -> Result<(), sqlx::Error> {
+        if self.waiting.is_empty() {
+            return self.say("COMMIT").await;
+        }
+        let changes = self.changes.wrapping_add(1);
+        // A field of the header of the file that is otherwise unused.
+        let count = sqlx::query(AssertSqlSafe(format!("PRAGMA user_version = {changes}"))).persistent(false);
+        count.execute(&mut self.connection).await?;
+        self.say("COMMIT").await?;
+        self.changes = changes;
+        let mark = self.mark.clone();
+        let noted = tokio::task::spawn_blocking(move || mark.note(changes)).await;
+        if let Err(error) = noted.unwrap_or_else(|error| Err(not_to_its_end(error))) {
+            tracing::warn!(%error, "a loss of the log of the job store would not be noticed");
+        }
+        Ok(())
     }
 
     /// Ends the transaction without its changes.
@@ -198,6 +224,11 @@ impl DerefMut for Write {
     fn deref_mut(&mut self) -> &mut SqliteConnection {
         &mut self.0.connection
     }
+}
+
+/// Number of changes in the file of a connection.
+pub(super) async fn changes_of(connection: &mut SqliteConnection) -> Result<i32, sqlx::Error> {
+    sqlx::query_scalar("PRAGMA user_version").fetch_one(connection).await
 }
 
 /// Does what must not be given up midway with the request that asks for it.
