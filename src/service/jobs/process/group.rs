@@ -1,8 +1,8 @@
 //! A group of processes (cgroup) for each run, where the operator gives the service a folder of them. It counts what the limits of a
 //! process do not: pages of files, memory that is mapped or shared, and processes that a run might start.
 
-use std::fs;
-use std::io;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -11,6 +11,10 @@ const NAME: &str = "contuse-run-";
 /// Attempts to remove a group whose processes are ending, and the pause between them.
 const REMOVALS: u32 = 50;
 const PAUSE: Duration = Duration::from_millis(10);
+
+/// What is done about a folder in which there can be no groups.
+const REMEDY: &str = "give a folder of version 2 that is delegated to this user and has no processes of its own (systemd: Delegate=yes, \
+    DelegateSubgroup=service), or one of the memory controller of version 1; or omit --cgroup";
 
 /// A folder for groups: of version 2 of the interface, or of the memory controller of version 1.
 #[derive(Clone, Debug)]
@@ -29,10 +33,15 @@ impl Groups {
     /// If it is not a folder of groups in which memory can be limited.
     pub fn open(folder: &Path) -> io::Result<Self> {
         let folder = folder.to_owned();
+        if !is_of_groups(&folder)? {
+            return Err(io::Error::other(format!("it is not a folder of cgroups; {REMEDY}")));
+        }
         let groups = if folder.join("memory.limit_in_bytes").exists() {
             Self { folder, limit: "memory.limit_in_bytes", events: "memory.oom_control" }
         } else {
-            fs::write(folder.join("cgroup.subtree_control"), "+memory")?;
+            let unusable =
+                |error| io::Error::other(format!("memory cannot be limited in it ({error}); {REMEDY}"));
+            set(&folder.join("cgroup.subtree_control"), "+memory").map_err(unusable)?;
             Self { folder, limit: "memory.max", events: "memory.events" }
         };
         for entry in fs::read_dir(&groups.folder)?.flatten() {
@@ -50,17 +59,37 @@ impl Groups {
         let folder = self.folder.join(format!("{NAME}{process}"));
         fs::create_dir(&folder)?;
         let group = Group { folder, events: self.events };
-        fs::write(group.folder.join(self.limit), memory_bytes.to_string())?;
+        set(&group.folder.join(self.limit), &memory_bytes.to_string())?;
         // Only where the kernel counts swap.
         for (file, most) in [("memory.swap.max", 0), ("memory.memsw.limit_in_bytes", memory_bytes)] {
             let path = group.folder.join(file);
             if path.exists() {
-                fs::write(path, most.to_string())?;
+                set(&path, &most.to_string())?;
             }
         }
-        fs::write(group.folder.join("cgroup.procs"), process.to_string())?;
+        set(&group.folder.join("cgroup.procs"), &process.to_string())?;
         Ok(group)
     }
+}
+
+/// Writes to a file of the kernel, which is there already.
+fn set(file: &Path, text: &str) -> io::Result<()> {
+    OpenOptions::new().write(true).open(file)?.write_all(text.as_bytes())
+}
+
+/// Whether a folder is of the file system of cgroups, version 1 or 2 (`linux/magic.h`).
+#[cfg(target_os = "linux")]
+fn is_of_groups(folder: &Path) -> io::Result<bool> {
+    const VERSION_1: i64 = 0x0027_e0eb;
+    const VERSION_2: i64 = 0x6367_7270;
+    let kind = rustix::fs::statfs(folder)?.f_type;
+    Ok([VERSION_1, VERSION_2].contains(&i64::from(kind)))
+}
+
+/// Only Linux has such folders.
+#[cfg(not(target_os = "linux"))]
+fn is_of_groups(_: &Path) -> io::Result<bool> {
+    Ok(false)
 }
 
 /// The group of a run. Dropped, it is removed, which waits for its process to end.
