@@ -32,6 +32,8 @@ mod study_coverage;
 pub mod study_error;
 pub mod study_stability;
 #[cfg(feature = "service")]
+mod this_process;
+#[cfg(feature = "service")]
 pub mod token;
 pub mod validate;
 pub mod what_if;

@@ -1,5 +1,6 @@
 //! `contuse serve`, `contuse openapi`, `contuse health`: the service and its tools.
 
+use super::this_process::{give_memory_back, this_program};
 use super::work_args::{WorkArgs, size};
 use super::{CliError, Exit};
 use crate::service::access::read_tokens;
@@ -118,6 +119,7 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
 /// # Errors
 /// If the service cannot start.
 pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    give_memory_back();
     let config = args.config()?;
     let (engine, runtime) = prepare(&config)?;
     let served = runtime.block_on(async {
@@ -147,12 +149,6 @@ pub(super) fn prepare(
     });
     let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?, groups.transpose()?));
     Ok((engine, tokio::runtime::Builder::new_multi_thread().enable_all().build()?))
-}
-
-/// The file of this program. Linux finds it even if another one has taken its place.
-pub(super) fn this_program() -> io::Result<PathBuf> {
-    let of_process = Path::new("/proc/self/exe");
-    if of_process.exists() { Ok(of_process.to_owned()) } else { std::env::current_exe() }
 }
 
 /// Files and folders made from now on are for the user of this process alone.

@@ -20,12 +20,14 @@ pub mod doctor;
 pub mod fair_queue;
 pub mod http;
 pub mod jobs;
+mod linger;
 pub mod memory;
 pub mod meshes;
 pub mod metrics;
 mod opening;
 pub mod permits;
 pub mod readiness;
+mod refusals;
 pub mod server;
 pub mod shelves;
 mod stall;
@@ -135,7 +137,8 @@ impl Service {
         let address = listener.local_addr().map_err(listen)?;
         let metrics = Arc::new(Metrics::default());
         let queue = open_queue(&config, engine, &metrics).await?;
-        let audit = Audit::open(&config.store.data)?;
+        let audit = Arc::new(Audit::open(&config.store.data)?);
+        tokio::spawn(Audit::write_counts(Arc::downgrade(&audit)));
         if let Some(days) = config.keep_days {
             tokio::spawn(keep_for_days(Arc::clone(&queue), days));
         }

@@ -5,6 +5,7 @@
 
 use super::config::ServiceConfig;
 use super::http::Peer;
+use super::linger::Lingering;
 use super::permits::Permits;
 use super::stall::StallTimeout;
 use axum::Router;
@@ -60,6 +61,7 @@ pub async fn serve(
             request.extensions_mut().insert(Peer(peer));
             routes.call(request)
         });
+        let stream = Lingering::new(stream, (permit, of_address));
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(config.request_timeout)
@@ -74,7 +76,6 @@ pub async fn serve(
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "a connection broke");
             }
-            drop((permit, of_address));
         });
     }
     // No new connections from here on.

@@ -2,6 +2,7 @@
 
 use crate::support::client::{Client, read_answer};
 use crate::support::*;
+use contuse::service::tokens::Tokens;
 use std::io::{BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::Duration;
@@ -118,4 +119,48 @@ fn jobs_wait_for_a_disk_without_room() {
     assert_eq!(client.get(&job).json()["state"], "queued");
     let again = Server::on(full.stop(), |_| {});
     wait_for(&again.client(), &job, "succeeded");
+}
+
+/// The status of a large body that is refused before it was read, and whether the whole answer arrived.
+fn refusal(client: &Client, (path, token): (&str, &str), megabytes: usize) -> u16 {
+    let length = megabytes << 20;
+    let head = format!(
+        "POST {path} HTTP/1.1\r\nHost: {}\r\nAuthorization: Bearer {token}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\n\r\n",
+        client.address
+    );
+    let mut stream = client.raw(head.as_bytes());
+    // As clients do that read the answer when they have sent everything.
+    let piece = vec![b' '; 1 << 20];
+    for _ in 0..megabytes {
+        stream.write_all(&piece).unwrap();
+    }
+    let answer = read_answer(&mut BufReader::new(stream), false);
+    assert!(answer.json()["detail"].is_string());
+    answer.status
+}
+
+#[test]
+fn a_refused_upload_has_its_answer() {
+    let tokens = Tokens::parse("anna anna-0123456789abcdef\nread read-0123456789abcdef read").unwrap();
+    let server = Server::with(|c| {
+        c.tokens = tokens;
+        c.runs.budget.mesh_bytes = 8 << 20;
+    });
+    let client = server.client();
+    for megabytes in [5, 60] {
+        let octets = "/v1/meshes?format=msh";
+        for (request, status) in [
+            (("/v1/jobs", "anna-0123456789abcdef"), 413),
+            (("/v1/jobs", "read-0123456789abcdef"), 403),
+            (("/v1/jobs", "stranger"), 401),
+            ((octets, "stranger"), 401),
+            ((octets, "anna-0123456789abcdef"), 415),
+        ] {
+            assert_eq!(refusal(&client, request, megabytes), status, "{request:?}, {megabytes} MB");
+        }
+    }
+    for _ in 0..10 {
+        client.with_token("stranger").get("/v1/jobs");
+    }
+    assert_eq!(refusal(&client, ("/v1/jobs", "stranger"), 60), 429);
 }

@@ -141,12 +141,25 @@ fn a_run_has_a_group_where_there_are_groups() {
     assert!((256 << 20..1 << 30).contains(&limit), "twice what is expected, and 256 MB: {limit}");
     client.post(&format!("{job}/cancel"));
     eventually("its group is gone", || cgroup.groups().is_empty());
-    let refused = Command::new(env!("CARGO_BIN_EXE_contuse"))
-        .args(["serve", "--listen", "127.0.0.1:0", "--cgroup", "/proc", "--data"])
-        .arg(data.path().join("other"))
-        .output()
-        .unwrap();
-    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("--cgroup /proc"));
+}
+
+#[test]
+fn a_folder_without_groups_is_refused_and_left_as_it_is() {
+    let (data, plain) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    for folder in [Path::new("/proc"), plain.path()] {
+        let refused = Command::new(env!("CARGO_BIN_EXE_contuse"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+            .arg(data.path())
+            .arg("--cgroup")
+            .arg(folder)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(!refused.status.success(), "{folder:?}");
+        assert!(said.contains(&format!("--cgroup {}", folder.display())), "{said}");
+        assert!(said.contains("not a folder of cgroups") && said.contains("omit --cgroup"), "{said}");
+    }
+    assert_eq!(std::fs::read_dir(plain.path()).unwrap().count(), 0);
 }
 
 #[test]
@@ -262,21 +275,33 @@ fn validating_a_large_scene_has_limits_of_time_and_memory() {
 }
 
 #[test]
-fn an_upload_that_no_one_waits_for_is_not_read_on() {
+fn what_no_one_waits_for_is_not_read_on() {
     let folder = tempfile::tempdir().unwrap();
     let (script, id) = ("echo $$ > \"$0.id\"; exec sleep 600", folder.path().join("run.id"));
     let server = Server::running(&scripted(&folder, script), |_| {});
-    let request = "POST /v1/meshes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 11\r\n\r\n$MeshFormat";
-    let connection = server.client().raw(request.as_bytes());
-    let mut process = String::new();
-    eventually("it is read", || {
-        process = std::fs::read_to_string(&id).unwrap_or_default();
-        process.ends_with('\n')
-    });
-    let place = format!("/proc/{}/exe", process.trim());
-    assert!(Path::new(&place).exists());
-    drop(connection);
-    eventually("its process ends", || !Path::new(&place).exists());
+    let large = ball_on_block(32, 1e-6).to_string();
+    for (address, body) in
+        [("/v1/meshes", "$MeshFormat"), ("/v1/jobs/validate", &large), ("/v1/jobs", &large)]
+    {
+        let _ = std::fs::remove_file(&id);
+        let kind = if body.starts_with('$') { "octet-stream" } else { "json" };
+        let length = body.len();
+        let request = format!(
+            "POST {address} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/{kind}\r\nContent-Length: {length}\r\n\r\n{body}"
+        );
+        let connection = server.client().raw(request.as_bytes());
+        let mut process = String::new();
+        eventually("it is read", || {
+            process = std::fs::read_to_string(&id).unwrap_or_default();
+            process.ends_with('\n')
+        });
+        let place = format!("/proc/{}/exe", process.trim());
+        assert!(Path::new(&place).exists());
+        drop(connection);
+        let closed = Instant::now();
+        eventually("its process ends", || !Path::new(&place).exists());
+        assert!(closed.elapsed() < Duration::from_secs(30), "{address}: {:?}", closed.elapsed());
+    }
 }
 
 #[test]

@@ -134,6 +134,21 @@ fn a_read_only_disk_pauses_the_workers_and_refuses_jobs() {
     again.kill();
 }
 
+#[test]
+fn a_line_of_the_audit_log_is_whole_or_not_there() {
+    let data = tempfile::tempdir().unwrap();
+    let log = data.path().join("audit.jsonl");
+    // No file grows beyond 8 MB, from which the log is as far as half a line.
+    let lines = format!("{:>100}\n", "{}").repeat((8 << 20) / 101);
+    assert!((8 << 20) - lines.len() < 100);
+    std::fs::write(&log, &lines).unwrap();
+    let program = Program::limited(data.path(), 16 << 10);
+    let (job, _) = finished(&program.client, &serde_json::from_str(&small()).unwrap());
+    program.client.get(&format!("{job}/summary"));
+    program.kill();
+    assert!(std::fs::read_to_string(&log).unwrap() == lines);
+}
+
 /// Copies a folder with all in it, if it exists.
 fn copy(from: &Path, to: &Path) {
     assert!(!from.exists() || command("cp", &["-a", from.to_str().unwrap(), to.to_str().unwrap()]));

@@ -131,7 +131,7 @@ def main() -> None:
             # The only worker has a long job: the others wait, and only their submission writes.
             submit(service.address, 1, [], {**SCENE, "end_time_s": 10.0})
             latencies = post(service.address, arguments.clients, arguments.jobs)
-            print(f"202 at {arguments.clients} clients, nothing else: {percentiles(latencies)}")
+            print(f"202 at {arguments.clients} clients, one long run beside them: {percentiles(latencies)}")
         print(f"fsync of 4 kB on the same disk: {percentiles(fsyncs(folder))}")
         before = processor_s()
         with Service(arguments.program, os.path.join(folder, "busy"), arguments.workers) as service:

@@ -26,7 +26,7 @@ pub struct App {
     /// Whether the service accepts work.
     pub readiness: Readiness,
     /// Log of who did what.
-    pub audit: Audit,
+    pub audit: Arc<Audit>,
     /// Wrong tokens of each address.
     pub attempts: Attempts,
     /// Requests of each owner.

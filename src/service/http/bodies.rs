@@ -1,22 +1,25 @@
-//! Bodies that are held in memory: all together take no more than a fixed part of it.
+//! Documents that are held in memory: all together take no more than a fixed part of it.
 
 use super::problem::Problem;
-use axum::body::Body;
+use crate::service::jobs::held_text::HeldText;
+use axum::body::{Body, HttpBody as _};
 use futures::StreamExt as _;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Memory of all bodies [bytes]: the largest document that the service accepts by default has a twelfth of it.
+/// Memory of all large documents [bytes]: the largest that the service accepts by default has a twelfth of it.
 const ALL: usize = 48 << 20;
 /// What is counted [bytes].
 const UNIT: usize = 1 << 10;
+/// Largest body that is not counted [bytes]: as many are received as there are connections for uploads.
+const SMALL: usize = 64 << 10;
+/// How long a document waits for memory. Most are answered in less.
+const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The memory of bodies, which requests take as they receive theirs.
+/// The memory of documents, which requests take before they receive or load theirs.
 #[derive(Debug)]
 pub struct Bodies(Arc<Semaphore>);
-
-/// Memory that is held, free again when it is dropped.
-pub type HeldMemory = Option<OwnedSemaphorePermit>;
 
 impl Default for Bodies {
     fn default() -> Self {
@@ -25,35 +28,60 @@ impl Default for Bodies {
 }
 
 impl Bodies {
-    /// Receives a body of at most `limit` bytes, with the memory that it takes.
+    /// Receives a body of at most `limit` bytes. A large one waits for the memory of all of it, so that none holds a part and waits for the
+    /// rest.
     ///
     /// # Errors
-    /// If it is longer, is interrupted, or no memory is left for it.
-    pub async fn receive(&self, body: Body, limit: u64) -> Result<(Vec<u8>, HeldMemory), Problem> {
-        let (mut text, mut held): (Vec<u8>, HeldMemory) = (Vec::new(), None);
+    /// If it is longer, is interrupted, or no memory becomes free for it.
+    pub async fn receive(&self, body: Body, limit: u64) -> Result<HeldText, Problem> {
+        let expected = body.size_hint().upper().map_or(limit, |declared| declared.min(limit)) as usize;
+        let (mut text, mut memory) = (Vec::new(), None);
         let mut pieces = body.into_data_stream();
         while let Some(piece) = pieces.next().await {
             let piece = piece.map_err(|_| Problem::broken_body())?;
-            if (text.len() + piece.len()) as u64 > limit {
+            let length = text.len() + piece.len();
+            if length as u64 > limit {
                 return Err(Problem::too_large(limit));
             }
-            self.hold(&mut held, text.len() + piece.len())?;
+            if length > SMALL && memory.is_none() {
+                memory = Some(self.hold(expected).await?);
+                text.reserve_exact(expected.max(length) - text.len());
+            }
             text.extend_from_slice(&piece);
         }
-        Ok((text, held))
+        Ok(held(text, memory))
     }
 
-    /// Holds memory for so many bytes.
-    fn hold(&self, held: &mut HeldMemory, bytes: usize) -> Result<(), Problem> {
-        let missing = bytes.div_ceil(UNIT) - held.as_ref().map_or(0, OwnedSemaphorePermit::num_permits);
-        let Ok(missing) = u32::try_from(missing) else { return Err(Problem::no_memory()) };
-        let more = Arc::clone(&self.0).try_acquire_many_owned(missing).map_err(|_| Problem::no_memory())?;
-        match held {
-            Some(held) => held.merge(more),
-            None => *held = Some(more),
-        }
-        Ok(())
+    /// Loads a document that may have `most` bytes, and holds memory for those that it has.
+    ///
+    /// # Errors
+    /// Those of `load`, or if no memory becomes free for it.
+    pub async fn load(
+        &self,
+        most: usize,
+        load: impl Future<Output = Result<Vec<u8>, Problem>>,
+    ) -> Result<HeldText, Problem> {
+        let memory = self.hold(most).await?;
+        Ok(held(load.await?, Some(memory)))
     }
+
+    /// Holds memory for so many bytes, or all that there is.
+    async fn hold(&self, bytes: usize) -> Result<OwnedSemaphorePermit, Problem> {
+        let units = bytes.min(ALL).div_ceil(UNIT) as u32;
+        let free = Arc::clone(&self.0).acquire_many_owned(units);
+        let held = tokio::time::timeout(PATIENCE, free).await.map_err(|_| Problem::no_memory())?;
+        held.map_err(|closed| Problem::internal(&closed))
+    }
+}
+
+/// A text with the part of some memory that it needs.
+fn held(text: Vec<u8>, memory: Option<OwnedSemaphorePermit>) -> HeldText {
+    let memory = memory.map(|mut memory| {
+        let needed = text.len().div_ceil(UNIT).min(memory.num_permits());
+        // What is left of it is free again.
+        memory.split(needed).unwrap_or(memory)
+    });
+    HeldText::new(text, memory)
 }
 
 #[cfg(test)]
@@ -61,21 +89,41 @@ mod tests {
     use super::*;
     use axum::http::StatusCode;
     use axum::response::IntoResponse as _;
+    use futures::future::join;
 
     #[tokio::test]
-    async fn bodies_share_a_fixed_memory() {
+    async fn large_bodies_share_a_fixed_memory() {
         let bodies = Bodies::default();
-        let receive = |length: usize| bodies.receive(Body::from(vec![b' '; length]), 32 << 20);
-        let (text, first) = receive(30 << 20).await.unwrap();
-        assert_eq!(text.len(), 30 << 20);
-        let refused = receive(20 << 20).await.unwrap_err().into_response();
-        assert_eq!(refused.status(), StatusCode::SERVICE_UNAVAILABLE);
-        let second = receive(10 << 20).await.unwrap();
-        drop(first);
-        receive(20 << 20).await.unwrap();
-        drop(second);
+        let receive = |length: usize| bodies.receive(Body::from(vec![b' '; length]), 64 << 20);
+        let first = receive(30 << 20).await.unwrap();
+        assert_eq!(first.len(), 30 << 20);
+        let small = receive(SMALL).await.unwrap();
+        // None becomes free for this one, and enough for that.
+        let (refused, second) = join(receive(20 << 20), async {
+            tokio::time::sleep(PATIENCE / 2).await;
+            receive(10 << 20).await
+        })
+        .await;
+        assert_eq!(refused.unwrap_err().into_response().status(), StatusCode::SERVICE_UNAVAILABLE);
+        let later = async {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+            drop(first);
+        };
+        join(async { receive(20 << 20).await.unwrap() }, later).await;
+        drop((small, second));
+        assert_eq!(receive(50 << 20).await.unwrap().len(), 50 << 20, "alone");
         assert_eq!(bodies.0.available_permits(), ALL / UNIT);
-        let refused = receive((32 << 20) + 1).await.unwrap_err().into_response();
+        let refused = receive((64 << 20) + 1).await.unwrap_err().into_response();
         assert_eq!(refused.status(), StatusCode::PAYLOAD_TOO_LARGE);
+    }
+
+    #[tokio::test]
+    async fn a_document_holds_what_it_has() {
+        let bodies = Bodies::default();
+        let loaded = bodies.load(4 << 20, async { Ok(vec![b' '; 3000]) }).await.unwrap();
+        assert_eq!(bodies.0.available_permits(), ALL / UNIT - 3);
+        let (text, memory) = loaded.into_parts();
+        drop(memory);
+        assert_eq!((text.len(), bodies.0.available_permits()), (3000, ALL / UNIT));
     }
 }

@@ -134,14 +134,22 @@ fn request_id(headers: &HeaderMap) -> HeaderValue {
     given.cloned().or_else(|| new().ok()).unwrap_or(HeaderValue::from_static("none"))
 }
 
-/// Whether a request is written to the audit log: it changed or read data of a patient, or tried to without a right. The path has the
-/// ids of jobs and meshes. Lists, states and progress are read again and again, and say nothing of a patient.
-fn is_audited(method: &Method, route: &str, status: u16) -> bool {
+/// Writes a request to the audit log if it changed or read data of a patient, or tried to. The path has the ids of jobs and meshes. Lists,
+/// states and progress are read again and again, and say nothing of a patient. Requests of strangers, and those that are too many of an
+/// owner, are only counted.
+fn audit(app: &App, entry: &Entry<'_>, route: &str) {
+    let Entry { owner, address, method, status, .. } = *entry;
     if !route.starts_with("/v1/") || route.starts_with("/v1/materials") {
-        return false;
+        return;
     }
-    let is_refused = matches!(status, 401 | 403 | 429);
-    is_refused || ![Method::GET, Method::HEAD].contains(method) || route.starts_with(RESULTS)
+    let is_act = !["GET", "HEAD"].contains(&method) || route.starts_with(RESULTS);
+    if owner.is_none() || status == 429 {
+        if status >= 400 {
+            app.audit.refused(owner, address, status);
+        }
+    } else if is_act || matches!(status, 401 | 403) {
+        app.audit.record(entry);
+    }
 }
 
 /// Name of a method in series and spans. Methods are chosen by the client: unknown ones do not create series of their own.
@@ -173,17 +181,15 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
     span.record("http.response.status_code", status);
     let label = method_label(&method);
     app.metrics.answered(label, &route, status, duration);
-    if is_audited(&method, &route, status) {
-        let created = response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok());
-        app.audit.record(&Entry {
-            owner: who.0.get().map(String::as_str),
-            address: peer,
-            method: label,
-            path: path.get(..LONGEST_PATH).unwrap_or(&path),
-            created,
-            status,
-        });
-    }
+    let entry = Entry {
+        owner: who.0.get().map(String::as_str),
+        address: peer,
+        method: label,
+        path: path.get(..LONGEST_PATH).unwrap_or(&path),
+        created: response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok()),
+        status,
+    };
+    audit(&app, &entry, &route);
     span.in_scope(|| tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered"));
     let headers = response.headers_mut();
     headers.insert(REQUEST_ID, id);

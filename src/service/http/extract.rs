@@ -1,9 +1,9 @@
 //! Extractors of request data. Those of axum answer errors in plain text; these answer problem documents.
 
 use super::app::App;
-use super::bodies::HeldMemory;
 use super::problem::Problem;
 use crate::service::jobs::JobId;
+use crate::service::jobs::held_text::HeldText;
 use crate::service::tokens::{Grant, Scope};
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
@@ -49,13 +49,14 @@ impl FromRequestParts<Arc<App>> for Owner {
         if let Some(grant) = token.and_then(|(_, token)| tokens.grant(token.trim())) {
             let owner = known(grant.owner);
             let needed = needed_scope(parts);
+            // Whatever is refused below is in the audit log.
+            if let Some(wait_s) = app.rates.take(grant.owner) {
+                return Err(Problem::too_many_requests(wait_s));
+            }
             return match grant {
                 Grant { is_expired: true, .. } => Err(Problem::expired_token()),
                 Grant { scope, .. } if scope < needed => Err(Problem::beyond_scope(scope, needed)),
-                Grant { owner: name, .. } => match app.rates.take(name) {
-                    Some(wait_s) => Err(Problem::too_many_requests(wait_s)),
-                    None => owner,
-                },
+                Grant { .. } => owner,
             };
         }
         // A request without a token tries none.
@@ -122,10 +123,9 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
     }
 }
 
-/// The text of a JSON body, not yet parsed: that takes a slot, since it takes more memory than the text. The second part holds the memory
-/// of the text until the request is answered.
+/// The text of a JSON body, not yet parsed: that takes a slot, since it takes more memory than the text.
 #[derive(Debug)]
-pub struct JsonBody(pub Vec<u8>, pub HeldMemory);
+pub struct JsonBody(pub HeldText);
 
 impl FromRequest<Arc<App>> for JsonBody {
     type Rejection = Problem;
@@ -142,7 +142,7 @@ impl FromRequest<Arc<App>> for JsonBody {
         let reading = app.bodies.receive(request.into_body(), limit);
         match tokio::time::timeout(app.config.request_timeout, reading).await {
             Err(_) => Err(Problem::too_slow()),
-            Ok(received) => received.map(|(text, held)| Self(text, held)),
+            Ok(received) => received.map(Self),
         }
     }
 }

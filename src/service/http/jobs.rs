@@ -7,7 +7,8 @@ use super::submission::{SubmitAnswer, SubmitHeaders, accept};
 use super::validation::{parsed, validated};
 use super::wire::{JobList, SceneBody, Validation};
 use crate::plan::PlanReport;
-use crate::service::jobs::engine::JsonDocument;
+use crate::service::jobs::engine::{JsonDocument, ScenePreview};
+use crate::service::jobs::held_text::HeldText;
 use crate::service::jobs::store::{CancelAnswer, Job, Page};
 use crate::service::jobs::{JobKind, JobState};
 use crate::service::meshes::MeshShelf;
@@ -32,7 +33,7 @@ pub async fn submit(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonBody(body, _held): JsonBody,
+    JsonBody(body): JsonBody,
 ) -> Result<Response, Problem> {
     accept(&app, &owner, JobKind::Simulation, &headers, body, async |scene| Ok(scene)).await
 }
@@ -57,13 +58,9 @@ pub async fn submit(
 pub async fn validate(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
-    JsonBody(body, _held): JsonBody,
+    JsonBody(body): JsonBody,
 ) -> Result<Json<Validation>, Problem> {
-    let scene = parsed(&app, &owner, body).await?;
-    let engine = Arc::clone(&app.queue.engine);
-    let check = move |scene: JsonDocument, shelf: &MeshShelf| engine.preview(&scene, shelf);
-    let preview = validated(&app, &owner, JobKind::Simulation, scene, check).await?;
-    Ok(Json(Validation::of(preview)))
+    Ok(Json(Validation::of(previewed(&app, &owner, body).await?)))
 }
 
 /// Filter and page of a list of jobs.
@@ -203,15 +200,22 @@ pub async fn plan(
     Owner(owner): Owner,
     JobPath(id): JobPath,
 ) -> Result<Json<PlanReport>, Problem> {
-    let (kind, text) = app.queue.store.document(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
-    if let Some(purpose) = kind.purpose() {
-        return Err(Problem::no_plan(purpose));
-    }
+    let kept = async {
+        let (kind, text) = app.queue.store.document(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+        kind.purpose().map_or(Ok(text), |purpose| Err(Problem::no_plan(purpose)))
+    };
+    let text = app.bodies.load(app.config.runs.budget.document_bytes as usize, kept).await?;
+    Ok(Json(previewed(&app, &owner, text).await?.plan))
+}
+
+/// Validates a scene and compiles it.
+async fn previewed(app: &Arc<App>, owner: &str, text: HeldText) -> Result<ScenePreview, Problem> {
+    let scene = parsed(app, owner, text).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let scene = parsed(&app, &owner, text).await?;
-    let check = move |scene: JsonDocument, shelf: &MeshShelf| engine.preview(&scene, shelf);
-    let preview = validated(&app, &owner, kind, scene, check).await?;
-    Ok(Json(preview.plan))
+    let preview = move |scene: JsonDocument, shelf: &MeshShelf, is_wanted: &dyn Fn() -> bool| {
+        engine.preview(&scene, shelf, is_wanted)
+    };
+    validated(app, owner, JobKind::Simulation, scene, preview).await
 }
 
 fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {

@@ -24,7 +24,7 @@ pub async fn submit(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonBody(body, _held): JsonBody,
+    JsonBody(body): JsonBody,
 ) -> Result<Response, Problem> {
     accept(&app, &owner, JobKind::Study, &headers, body, async |study| Ok(study)).await
 }

@@ -6,6 +6,7 @@ use super::validation::{parsed, validated};
 use crate::blobs::hexadecimal;
 use crate::scene::Problems;
 use crate::service::jobs::engine::JsonDocument;
+use crate::service::jobs::held_text::HeldText;
 use crate::service::jobs::store::{Job, NewJob, Submitted};
 use crate::service::jobs::{JobKind, Priority};
 use crate::service::traces::context_of;
@@ -86,7 +87,7 @@ pub(super) async fn accept(
     owner: &str,
     kind: JobKind,
     headers: &HeaderMap,
-    text: Vec<u8>,
+    text: HeldText,
     completed: impl AsyncFnOnce(JsonDocument) -> Result<JsonDocument, Problem>,
 ) -> Result<Response, Problem> {
     if app.queue.is_closing() {
@@ -103,14 +104,16 @@ pub(super) async fn accept(
     // Validate the document and store the job.
     let document = completed(parsed(app, owner, text).await?).await?;
     let engine = Arc::clone(&app.queue.engine);
-    let (checked, document, meshes) = validated(app, owner, kind, document, move |document, shelf| {
-        let checked = engine.check(kind, &document, shelf);
-        // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
-        let reported = document.parsed().filter(|_| kind != JobKind::Simulation);
-        let repeated = reported.map(|parsed| parsed.problems.clone()).unwrap_or_default();
-        Ok((Problems(repeated).then(checked)?, document.text, shelf.found()))
-    })
-    .await?;
+    let (checked, document, meshes) =
+        validated(app, owner, kind, document, move |document, shelf, is_wanted| {
+            let checked = engine.check(kind, &document, shelf, is_wanted);
+            // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
+            let reported = document.parsed().filter(|_| kind != JobKind::Simulation);
+            let repeated = reported.map(|parsed| parsed.problems.clone()).unwrap_or_default();
+            Ok((Problems(repeated).then(checked)?, document.text, shelf.found()))
+        })
+        .await?;
+    let (document, _memory) = document.into_parts();
     let new = NewJob {
         owner: owner.to_owned(),
         idempotency_key,

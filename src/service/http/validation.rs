@@ -6,6 +6,7 @@ use crate::scene::Problems;
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobKind;
 use crate::service::jobs::engine::{JsonDocument, NOT_JSON};
+use crate::service::jobs::held_text::HeldText;
 use crate::service::meshes::{MeshShelf, is_id};
 use std::sync::Arc;
 
@@ -13,33 +14,33 @@ use std::sync::Arc;
 const SMALL_SCENE: u64 = 20_000;
 
 /// Reads a document in a slot of validation: it may have megabytes.
-pub(super) async fn parsed(app: &App, owner: &str, text: Vec<u8>) -> Result<JsonDocument, Problem> {
+pub(super) async fn parsed(app: &App, owner: &str, text: HeldText) -> Result<JsonDocument, Problem> {
     let read = app.validation_slots.call(owner, Lane::Small, move || JsonDocument::read(text)).await?;
     read.map_err(|e| Problem::bad_json(&e))
 }
 
-/// Validates a document with its scene, given the meshes of its owner. Large scenes have a queue of their own. One that names meshes is
+/// Validates a document with its scene, given the meshes of its owner and whether its client still waits. Large scenes have a queue of their own. One that names meshes is
 /// refused while the object store, which has them, does not answer.
 pub(super) async fn validated<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     kind: JobKind,
     document: JsonDocument,
-    check: impl FnOnce(JsonDocument, &MeshShelf) -> Result<T, Problems> + Send + 'static,
+    check: impl FnOnce(JsonDocument, &MeshShelf, &dyn Fn() -> bool) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
     let (shelf, engine) = (app.queue.shelf(owner), Arc::clone(&app.queue.engine));
     let names_meshes = names_meshes(&document.text);
-    let if_small = move || {
+    let if_small = move |is_wanted: &dyn Fn() -> bool| {
         if engine.elements(kind, &document, &shelf) <= SMALL_SCENE {
-            Ok(check(document, &shelf))
+            Ok(check(document, &shelf, is_wanted))
         } else {
-            Err(move || check(document, &shelf))
+            Err(move |is_wanted: &dyn Fn() -> bool| check(document, &shelf, is_wanted))
         }
     };
     let checked = async {
-        match app.validation_slots.call(owner, Lane::Small, if_small).await? {
+        match app.validation_slots.call_while_wanted(owner, Lane::Small, if_small).await? {
             Ok(checked) => Ok(checked),
-            Err(large) => app.validation_slots.call(owner, Lane::Large, large).await,
+            Err(large) => app.validation_slots.call_while_wanted(owner, Lane::Large, large).await,
         }
     };
     let checked = if names_meshes { app.queue.unless_silent(checked).await? } else { checked.await };
@@ -92,7 +93,7 @@ mod tests {
             access: Arc::default(),
             metrics: Arc::default(),
             readiness: crate::service::readiness::Readiness::default(),
-            audit: Audit::open(dir).unwrap(),
+            audit: Arc::new(Audit::open(dir).unwrap()),
             attempts: crate::service::http::Attempts::default(),
             rates: Rates::new(1),
             bodies: crate::service::http::Bodies::default(),
@@ -103,8 +104,8 @@ mod tests {
 
     /// Validates a document for so long.
     async fn answer(app: &Arc<App>, document: &str, takes: Duration) -> Result<(), Problem> {
-        let document = JsonDocument::read(document.into()).unwrap();
-        validated(app, "", JobKind::Study, document, move |_, _| {
+        let document = JsonDocument::read(Vec::from(document).into()).unwrap();
+        validated(app, "", JobKind::Study, document, move |_, _, _| {
             std::thread::sleep(takes);
             Ok(())
         })

@@ -4,6 +4,7 @@
 //! production engine is [`super::simulator::Simulator`].
 
 use super::control::RunControl;
+use super::held_text::HeldText;
 use super::store::Event;
 use super::{JobId, JobKind, Progress};
 use crate::blobs::{BlobStore, hexadecimal};
@@ -39,10 +40,10 @@ const LONGEST_PARSED: usize = 64 << 10;
 pub const NOT_JSON: &str = "syntax";
 
 /// A received document: its text, which is stored, and its content, parsed once if it is short.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct JsonDocument {
     /// Text of the document as received.
-    pub text: Vec<u8>,
+    pub text: HeldText,
     parsed: Option<Parsed>,
 }
 
@@ -51,18 +52,13 @@ impl JsonDocument {
     ///
     /// # Errors
     /// If it is not JSON, or short and takes many times more memory than its text.
-    pub fn read(text: Vec<u8>) -> Result<Self, serde_json::Error> {
+    pub fn read(text: HeldText) -> Result<Self, serde_json::Error> {
         if text.len() <= LONGEST_PARSED {
             let parsed = Some(read(&text, most_memory(&text))?);
             return Ok(Self { text, parsed });
         }
         serde_json::from_slice::<IgnoredAny>(&text)?;
         Ok(Self { text, parsed: None })
-    }
-
-    /// A document whose content is known.
-    pub fn of(text: Vec<u8>, parsed: Parsed) -> Self {
-        Self { text, parsed: Some(parsed) }
     }
 
     /// Its content and the keys that it repeats, unless it is long.
@@ -84,7 +80,7 @@ impl JsonDocument {
 
     /// SHA-256 of the text, hexadecimal.
     pub fn digest(&self) -> String {
-        hexadecimal(&Sha256::digest(&self.text))
+        hexadecimal(&Sha256::digest(&*self.text))
     }
 }
 
@@ -216,8 +212,8 @@ pub trait Engine: Send + Sync + 'static {
     /// document does not say, `u64::MAX` if it is long. Blocks on the store: not for threads of the runtime.
     fn elements(&self, kind: JobKind, document: &JsonDocument, meshes: &MeshShelf) -> u64;
 
-    /// Validates the document of a job without compiling its scene. The scene of a study or of a what-if question is
-    /// part of its document.
+    /// Validates the document of a job without compiling its scene, and ends early if no one waits for the answer any more. The scene of
+    /// a study or of a what-if question is part of its document.
     ///
     /// # Errors
     /// All problems of the document at once.
@@ -226,13 +222,19 @@ pub trait Engine: Send + Sync + 'static {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
+        is_wanted: &dyn Fn() -> bool,
     ) -> Result<CheckedScene, Problems>;
 
-    /// Validates a scene and compiles it, to preview its properties and its cost.
+    /// Validates a scene and compiles it, to preview its properties and its cost, and ends early if no one waits for the answer any more.
     ///
     /// # Errors
     /// All problems of the scene at once.
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems>;
+    fn preview(
+        &self,
+        scene: &JsonDocument,
+        meshes: &MeshShelf,
+        is_wanted: &dyn Fn() -> bool,
+    ) -> Result<ScenePreview, Problems>;
 
     /// Runs a job to its end. The recording is closed and readable if it gives a report.
     ///

@@ -19,6 +19,7 @@ pub mod engine;
 mod error;
 pub mod failures;
 pub mod found;
+pub mod held_text;
 mod kind;
 pub mod ownership;
 mod priority;

@@ -146,11 +146,17 @@ impl Engine for Simulator {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
+        _: &dyn Fn() -> bool,
     ) -> Result<CheckedScene, Problems> {
         self.check_on(kind, document, meshes)
     }
 
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
+    fn preview(
+        &self,
+        scene: &JsonDocument,
+        meshes: &MeshShelf,
+        _: &dyn Fn() -> bool,
+    ) -> Result<ScenePreview, Problems> {
         self.preview_on(scene, meshes)
     }
 

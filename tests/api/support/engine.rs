@@ -103,6 +103,7 @@ impl Engine for ScriptedEngine {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
+        _: &dyn Fn() -> bool,
     ) -> Result<CheckedScene, Problems> {
         let content = document.content()?;
         let document = &content.value;
@@ -140,8 +141,13 @@ impl Engine for ScriptedEngine {
         })
     }
 
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
-        let checked = self.check(JobKind::Simulation, scene, meshes)?;
+    fn preview(
+        &self,
+        scene: &JsonDocument,
+        meshes: &MeshShelf,
+        is_wanted: &dyn Fn() -> bool,
+    ) -> Result<ScenePreview, Problems> {
+        let checked = self.check(JobKind::Simulation, scene, meshes, is_wanted)?;
         let body = BodySummary {
             name: "cube".into(),
             nodes: 8,

@@ -75,8 +75,10 @@ impl Death {
     }
 }
 
-/// Beginnings of the names of environment variables that a run does not get.
-const SECRETS: [&str; 4] = ["AWS_", "PG", "CONTUSE_DATABASE", "CONTUSE_BLOBS"];
+/// Variable of glibc: the size from which an allocation is a mapping of its own [bytes].
+pub const MMAP_THRESHOLD: &str = "MALLOC_MMAP_THRESHOLD_";
+/// Beginnings of the names of environment variables that a run does not get: secrets, and how the service allocates.
+const NOT_FOR_RUNS: [&str; 5] = ["AWS_", "PG", "CONTUSE_DATABASE", "CONTUSE_BLOBS", MMAP_THRESHOLD];
 
 impl Child {
     /// Starts a process that waits for its task, and counts as `alive` until it has ended.
@@ -85,7 +87,7 @@ impl Child {
         command.arg("job-process").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         // A run reads what a client wrote, and needs no access to the stores.
         for (name, _) in std::env::vars_os() {
-            if SECRETS.iter().any(|start| name.as_encoded_bytes().starts_with(start.as_bytes())) {
+            if NOT_FOR_RUNS.iter().any(|start| name.as_encoded_bytes().starts_with(start.as_bytes())) {
                 command.env_remove(name);
             }
         }

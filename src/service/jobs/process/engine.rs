@@ -66,6 +66,8 @@ struct Lost {
     /// Time that it might take.
     within: Duration,
     is_late: bool,
+    /// Whether anyone waits for it.
+    is_wanted: bool,
 }
 
 /// For how long an answer is waited for.
@@ -101,12 +103,12 @@ impl ProcessEngine {
         &self,
         work: Work,
         document: &JsonDocument,
-        meshes: &MeshShelf,
+        (meshes, is_wanted): (&MeshShelf, &dyn Fn() -> bool),
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
-        let text = (document.text.len() as u64, &mut document.text.as_slice() as &mut dyn Read);
+        let text = (document.text.len() as u64, &mut &*document.text as &mut dyn Read);
         let within = LONGEST_VALIDATION.min(self.runs.deadline);
-        let patience = Patience { within, is_wanted: &|| true };
+        let patience = Patience { within, is_wanted };
         self.ask(work, text, Some(meshes), &patience, answer)
     }
 
@@ -133,7 +135,8 @@ impl ProcessEngine {
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
         let most_memory = self.runs.budget.memory_bytes.saturating_add(SPARE_MEMORY);
-        let mut lost = Lost { death: Death::default(), most_memory, within: *within, is_late: false };
+        let mut lost =
+            Lost { death: Death::default(), most_memory, within: *within, is_late: false, is_wanted: true };
         let mut child = match Child::start(&self.program, &self.alive) {
             Ok(child) => child,
             Err(error) => {
@@ -158,8 +161,8 @@ impl ProcessEngine {
                     },
                 },
                 Heard::Nothing => {
-                    lost.is_late = began.elapsed() > *within;
-                    if lost.is_late || !is_wanted() {
+                    (lost.is_late, lost.is_wanted) = (began.elapsed() > *within, is_wanted());
+                    if lost.is_late || !lost.is_wanted {
                         break;
                     }
                 }
@@ -201,26 +204,33 @@ impl Engine for ProcessEngine {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
+        is_wanted: &dyn Fn() -> bool,
     ) -> Result<CheckedScene, Problems> {
         if self.elements(kind, document, meshes) <= OWN_ELEMENTS {
-            return self.simulator.check(kind, document, meshes);
+            return self.simulator.check(kind, document, meshes, is_wanted);
         }
         let answer = |message| match message {
             FromChild::Checked(checked) => Some(checked),
             _ => None,
         };
-        self.validate(Work::Check { kind }, document, meshes, answer).unwrap_or_else(Lost::refuse)
+        self.validate(Work::Check { kind }, document, (meshes, is_wanted), answer)
+            .unwrap_or_else(Lost::refuse)
     }
 
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
+    fn preview(
+        &self,
+        scene: &JsonDocument,
+        meshes: &MeshShelf,
+        is_wanted: &dyn Fn() -> bool,
+    ) -> Result<ScenePreview, Problems> {
         if self.elements(JobKind::Simulation, scene, meshes) <= OWN_ELEMENTS {
-            return self.simulator.preview(scene, meshes);
+            return self.simulator.preview(scene, meshes, is_wanted);
         }
         let answer = |message| match message {
             FromChild::Previewed(preview) => Some(preview.map(|preview| *preview)),
             _ => None,
         };
-        self.validate(Work::Preview, scene, meshes, answer).unwrap_or_else(Lost::refuse)
+        self.validate(Work::Preview, scene, (meshes, is_wanted), answer).unwrap_or_else(Lost::refuse)
     }
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {
@@ -293,7 +303,9 @@ impl Lost {
 
     /// The problem of a scene that could not be validated.
     fn refuse<T>(self) -> Result<T, Problems> {
-        tracing::error!(how = self.death.how(), "a validation was lost");
+        if self.is_wanted {
+            tracing::error!(how = self.death.how(), "a validation was lost");
+        }
         let problem = Problem::error("not_validated", &Pointer::root(), self.words());
         Err(problem.remedy("take fewer or larger elements; if that does not help, report it").alone())
     }

@@ -93,7 +93,7 @@ fn whole<'a>(bytes: &'a mut &[u8], format: Option<MeshFormat>) -> MeshFile<'a> {
 
 /// Reads a document, which the service has read before.
 fn document(text: Vec<u8>) -> Result<JsonDocument, Problems> {
-    JsonDocument::read(text).map_err(|error| not_json(&error))
+    JsonDocument::read(text.into()).map_err(|error| not_json(&error))
 }
 
 /// The run of a job.

@@ -16,6 +16,7 @@ mod inside;
 mod limits;
 mod wire;
 
+pub use child::MMAP_THRESHOLD;
 pub use engine::ProcessEngine;
 pub use group::Groups;
 pub use inside::serve_one;
