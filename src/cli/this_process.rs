@@ -9,33 +9,25 @@ pub(super) fn this_program() -> io::Result<PathBuf> {
     if of_process.exists() { Ok(of_process.to_owned()) } else { std::env::current_exe() }
 }
 
+/// Begins this process again, once, such that memory of documents goes back to the system when it is free. glibc by itself raises the
+/// threshold to the largest document that was freed, and keeps several of that size for each of its arenas (`mallopt(3)`,
+/// `M_MMAP_THRESHOLD`); it reads the variable only at the start of a process.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
-pub(super) use glibc::give_memory_back;
+pub(super) fn give_memory_back() {
+    use crate::service::jobs::process::MMAP_THRESHOLD;
+    use std::os::unix::process::CommandExt as _;
+    /// Size from which an allocation is a mapping of its own [bytes]: that with which glibc begins.
+    const LARGE: &str = "131072";
+    if std::env::var_os(MMAP_THRESHOLD).is_some() {
+        return;
+    }
+    let mut arguments = std::env::args_os();
+    let (Some(name), Ok(program)) = (arguments.next(), this_program()) else { return };
+    let mut again = std::process::Command::new(program);
+    let error = again.arg0(name).args(arguments).env(MMAP_THRESHOLD, LARGE).exec();
+    tracing::warn!(%error, "the service keeps memory that it no longer needs");
+}
 
 /// Other allocators are left as they are.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub(super) fn give_memory_back() {}
-
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-mod glibc {
-    use super::this_program;
-    use crate::service::jobs::process::MMAP_THRESHOLD;
-    use std::os::unix::process::CommandExt as _;
-    use std::process::Command;
-
-    /// Size from which an allocation is a mapping of its own [bytes]: that with which glibc begins.
-    const LARGE: &str = "131072";
-
-    /// Begins this process again, once, such that memory of documents goes back to the system when it is free. glibc by itself raises the
-    /// threshold to the largest document that was freed, and keeps several of that size for each of its arenas (`mallopt(3)`,
-    /// `M_MMAP_THRESHOLD`); it reads the variable only at the start of a process.
-    pub fn give_memory_back() {
-        if std::env::var_os(MMAP_THRESHOLD).is_some() {
-            return;
-        }
-        let mut arguments = std::env::args_os();
-        let (Some(name), Ok(program)) = (arguments.next(), this_program()) else { return };
-        let error = Command::new(program).arg0(name).args(arguments).env(MMAP_THRESHOLD, LARGE).exec();
-        tracing::warn!(%error, "the service keeps memory that it no longer needs");
-    }
-}
