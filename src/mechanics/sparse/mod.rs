@@ -13,6 +13,8 @@ mod pattern_inverse;
 mod tests;
 mod unknowns;
 
+pub(crate) use ordering::Graph;
+
 pub use cholesky::{Cholesky, Definiteness};
 pub use matrix::SymmetricMatrix;
 pub use pattern_inverse::PatternInverse;

@@ -7,7 +7,7 @@ use super::SparseError;
 use feral_scotch::{CscPattern, scotch_order};
 
 /// A graph by its adjacency: symmetric, sorted, without loops.
-pub(super) struct Graph {
+pub(crate) struct Graph {
     /// Start of the neighbours of each vertex, vertices + 1.
     pub start: Vec<i32>,
     /// Neighbours, ascending for each vertex.

@@ -15,7 +15,7 @@
 //!
 //! A frictionless contact (μ = 0) has the half line alone.
 
-use super::linear_system::{Factors, LinearSystem};
+use super::block_system::{BlockFactors, BlockSystem};
 use super::options::{Ending, Limits};
 use super::scaled::Scaled;
 use super::second_order_cone::{Scaling, longest_step, product, quotient};
@@ -41,6 +41,7 @@ const STUCK: (f64, usize) = (1e-2, 4);
 /// The iterate, with the data of each contact that a step needs.
 struct Iterate<'a> {
     scaled: &'a Scaled,
+    system: BlockSystem,
     /// The diagonal of P⁻¹; 0 for frictionless directions.
     inverse: Vec<f64>,
     x: Vec<f64>,
@@ -56,7 +57,7 @@ struct Step {
     gradients: Vec<[f64; 2]>,
     /// Residual `M x + b + ‖y_t‖ e_0 − y`.
     residual: Vec<f64>,
-    factors: Factors,
+    factors: BlockFactors,
 }
 
 /// Steps until the error is within the tolerance, or they make no progress; ends with the best iterate. Requires
@@ -102,7 +103,7 @@ impl<'a> Iterate<'a> {
         let inverse: Vec<f64> = scaled.mu.iter().flat_map(row).collect();
         let scale = scaled.q.iter().zip(&inverse).fold(0.0, |m: f64, (q, p)| m.max((q * p).abs()));
         let x: Vec<f64> = (0..inverse.len()).map(|i| if i % 3 == 0 { scale } else { 0.0 }).collect();
-        Self { scaled, inverse, y: x.clone(), x, scale }
+        Self { scaled, system: BlockSystem::default(), inverse, y: x.clone(), x, scale }
     }
 
     /// Reactions `r = P⁻¹ x`.
@@ -111,7 +112,7 @@ impl<'a> Iterate<'a> {
     }
 
     /// The equations around the iterate, with `velocity = M x + b`; `None` where they are singular.
-    fn linearise(&self, velocity: &[f64], rounding: f64) -> Option<Step> {
+    fn linearise(&mut self, velocity: &[f64], rounding: f64) -> Option<Step> {
         let contacts = self.scaled.contacts;
         let scalings: Vec<Scaling> =
             (0..contacts).map(|c| Scaling::new(local(&self.x, c), local(&self.y, c))).collect();
@@ -124,18 +125,18 @@ impl<'a> Iterate<'a> {
             gradients.push(if rubs { [t1 / slip, t2 / slip] } else { [0.0; 2] });
             residual[3 * c] += if rubs { slip } else { 0.0 };
         }
-        let mut system = LinearSystem::new(3 * contacts);
+        self.system.begin(contacts);
         let every: Vec<usize> = (0..contacts).collect();
         for d in 0..contacts {
             let right = local(&self.inverse, d);
             self.scaled.for_column(d, &every, |c, block| {
                 let left = local(&self.inverse, c);
                 let block = [0, 1, 2].map(|i| [0, 1, 2].map(|j| left[i] * block[i][j] * right[j]));
-                system.add_block(c, d, &block);
+                self.system.add(c, d, &block);
             });
-            system.add_block(d, d, &through_slip(&scalings[d].square, gradients[d]));
+            self.system.add(d, d, &through_slip(&scalings[d].square, gradients[d]));
         }
-        Some(Step { scalings, gradients, residual, factors: system.factorise()? })
+        Some(Step { scalings, gradients, residual, factors: self.system.factorise()? })
     }
 
     /// One Newton step towards `x ∘ y = target e_0`; returns its length, or `None` if the system is singular.

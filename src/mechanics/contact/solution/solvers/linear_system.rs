@@ -1,6 +1,5 @@
 //! The linear systems of Newton's methods, dense, or sparse where few entries are non-zero.
 
-use crate::contact::solution::delassus::Block;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::sparse::linalg::solvers::Lu;
 use faer::sparse::{SparseColMat, Triplet};
@@ -34,15 +33,6 @@ impl LinearSystem {
     /// Adds `value` to an entry.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         self.entries.push(Triplet::new(row, column, value));
-    }
-
-    /// Adds a block to three rows and columns, with indices of blocks.
-    pub fn add_block(&mut self, row: usize, column: usize, block: &Block) {
-        for (i, values) in block.iter().enumerate() {
-            for (j, &x) in values.iter().enumerate() {
-                self.add(3 * row + i, 3 * column + j, x);
-            }
-        }
     }
 
     /// LU factors; `None` if the matrix is singular.

@@ -3,6 +3,8 @@
 //! All use the same dimensionless numbers, see `scaled.rs`.
 
 mod accelerated_gradient;
+mod block_lu;
+mod block_system;
 mod de_saxce;
 mod extragradient;
 mod fixed_point;

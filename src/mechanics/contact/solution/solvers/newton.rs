@@ -5,7 +5,7 @@
 //! singular where W is rank deficient: there W is replaced by `W + α I`, with α proportional to the error, which
 //! gives the least change of reactions that are not determined.
 
-use super::linear_system::LinearSystem;
+use super::block_system::BlockSystem;
 use super::options::{Ending, Limits};
 use super::scaled::Scaled;
 use crate::contact::solution::delassus::Block;
@@ -43,13 +43,14 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> E
     let mut error = scaled.error();
     let mut best = (error, scaled.r.clone());
     let (mut steps, mut idle) = (0, 0);
+    let mut system = BlockSystem::default();
     while error > limits.tolerance
         && steps < limits.iterations
         && idle <= caution.patience
         && !limits.interrupted()
     {
         let alpha = (caution.slope * error).clamp(LEAST_ALPHA, caution.most);
-        let Some(direction) = direction(scaled, alpha) else { break };
+        let Some(direction) = direction(scaled, alpha, &mut system) else { break };
         error = search(scaled, &direction, error);
         steps += 1;
         idle += 1;
@@ -84,7 +85,7 @@ fn search(scaled: &mut Scaled, direction: &[f64], error: f64) -> f64 {
 }
 
 /// The Newton step of all reactions; `None` if the system is singular.
-fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
+fn direction(scaled: &Scaled, alpha: f64, system: &mut BlockSystem) -> Option<Vec<f64>> {
     let at: Vec<Linearised> = (0..scaled.contacts)
         .map(|c| linearise_alart_curnier(local(&scaled.r, c), local(&scaled.u, c), scaled.mu[c]))
         .collect();
@@ -104,7 +105,7 @@ fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
         }
     }
     // The linear system of the pressing contacts, column by column.
-    let mut system = LinearSystem::new(3 * pressed.len());
+    system.begin(pressed.len());
     let mut step = Vec::with_capacity(3 * pressed.len());
     let own = alpha + scaled.proximal();
     for (k, &d) in pressed.iter().enumerate() {
@@ -112,7 +113,7 @@ fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
         scaled.for_column(d, &place, |l, block| {
             let at = &at[pressed[l]];
             let block = if l == k { diagonal(at, block, own) } else { product(&at.by_u, block) };
-            system.add_block(l, k, &block);
+            system.add(l, k, &block);
         });
     }
     if !system.factorise()?.solve(&mut step) {
