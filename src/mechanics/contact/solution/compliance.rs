@@ -13,9 +13,9 @@ use crate::contact::{Contact, RigidSides};
 use crate::sparse::{Cholesky, PatternInverse, Unknowns};
 use crate::tensor::{Mat3, Vec3};
 
-/// Number of contact nodes beyond which W is not formed: G of so many takes 72 MB, and forming W is no faster even where
-/// iterations with products converge slowly (docs/performance.md).
-pub const MOST_NODES: usize = 1000;
+/// Number of contact nodes beyond which W is not formed: products are as fast there even where iterations with them converge
+/// slowly (docs/performance.md).
+pub const MOST_NODES: usize = 400;
 /// Number of contacts whose diagonal blocks of W are computed together.
 const CONTACTS_AT_A_TIME: usize = 32;
 

@@ -82,9 +82,9 @@ impl Elimination {
         };
         let ends = symbolic.supernode_end();
         let mut panels: Vec<Panel> = Vec::with_capacity(ends.len());
-        for s in 0..ends.len() {
+        for (s, (start, end)) in symbolic.supernode_begin().iter().zip(ends).enumerate() {
             let behind = symbolic.supernode(s).pattern().to_vec();
-            panels.push(Panel { own: symbolic.supernode_begin()[s]..ends[s], behind, children: Vec::new() });
+            panels.push(Panel { own: *start..*end, behind, children: Vec::new() });
         }
         for s in 0..panels.len() {
             if let Some(first) = panels[s].behind.first() {
