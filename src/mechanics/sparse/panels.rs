@@ -109,13 +109,6 @@ impl<'a> Panels<'a> {
     }
 }
 
-/// Adds a multiple, `y += a x`.
-fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += a * x;
-    }
-}
-
 /// Forward and backward substitution with the registers of an instruction set.
 struct Solution<'a, 'b> {
     panels: &'a Panels<'b>,
