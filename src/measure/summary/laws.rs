@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strain_rates_are_told_where_they_leave_those_of_the_tests() {
+    fn strain_rates_are_reported_where_they_leave_those_of_the_tests() {
         let rate =
             |strain_rate_per_s: f64, tested_strain_rate_per_s: [f64; 2], fraction_faster: f64| LawRate {
                 body: "thigh".into(),

@@ -429,7 +429,10 @@ fn the_strain_rate_is_the_largest_principal_value_of_the_deviatoric_rate_of_defo
             element.blocks[0].for_each_moved_batch(input, &mut |_, points| {
                 for q in 0..points.count {
                     let found = points.strain_rate[q].0[0];
-                    assert!((found / expected - 1.0).abs() < 1e-9, "{formulation:?}: {found} and not {expected}");
+                    assert!(
+                        (found / expected - 1.0).abs() < 1e-9,
+                        "{formulation:?}: {found} and not {expected}"
+                    );
                     count += 1;
                 }
             });
