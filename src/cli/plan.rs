@@ -56,6 +56,9 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
     )?;
     write_elements(report, out)?;
     write_named_materials(report, out)?;
+    if let Some(capped) = &report.capped_bulk_moduli {
+        writeln!(out, "\n{capped}")?;
+    }
     write_refinements(report, out)?;
     write_step(report, out)?;
     write_rigid_bodies(report, out)?;

@@ -73,7 +73,8 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
             rigid_bodies.len()
         ));
     }
-    kept.extend(capped_bulk_moduli(plan));
+    let capped_bulk_moduli = capped_bulk_moduli(plan);
+    kept.extend(capped_bulk_moduli.clone());
     kept.extend(pairs.iter().map(PairReport::in_words));
     let pair_count = plan.contact.as_ref().map_or(0, |contact| contact.pairs.len());
     if pair_count > pairs.len() {
@@ -106,6 +107,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         blocks,
         block_count,
         named_materials: NamedMaterialReport::of(scene),
+        capped_bulk_moduli,
         refinements,
         rigid_bodies,
         pairs,
@@ -129,7 +131,7 @@ fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
     let listed = capped.into_iter().take(MOST_LISTED_BODIES).collect::<Vec<_>>().join(", ");
     (!listed.is_empty()).then(|| {
         format!(
-            "bulk modulus capped: {listed}; that of water is 2.2 GPa. `contuse study bulk-modulus` measures the effect on the results, \
+            "Bulk modulus capped: {listed}; that of water is 2.2 GPa. `contuse study bulk-modulus` measures the effect on the results, \
              `--lower-bulk-modulus` adds it to the error bars"
         )
     })
