@@ -123,7 +123,7 @@ impl Audit {
     /// The first name that no file has of `audit.jsonl.1`, `audit.jsonl.2`, ….
     fn unused_name(&self) -> PathBuf {
         let name = |n: u64| self.path.with_extension(format!("jsonl.{n}"));
-        (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
+        (1..u64::MAX).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
     }
 }
 

@@ -79,6 +79,7 @@ fn set(file: &Path, text: &str) -> io::Result<()> {
 
 /// Whether a folder is of the file system of cgroups, version 1 or 2 (`linux/magic.h`).
 #[cfg(target_os = "linux")]
+#[allow(clippy::useless_conversion)] // some machines have fewer bits here
 fn is_of_groups(folder: &Path) -> io::Result<bool> {
     const VERSION_1: i64 = 0x0027_e0eb;
     const VERSION_2: i64 = 0x6367_7270;
