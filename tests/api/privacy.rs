@@ -163,3 +163,33 @@ fn the_audit_log_says_who_did_what() {
     assert!(counts.iter().all(|line| line["owner"].is_null() && line["network"] == "127.0.0.0/24"));
     assert_eq!(lines.len(), 3 + counts.len());
 }
+
+#[test]
+fn the_audit_log_has_acts_whose_client_did_not_wait_for_the_answer() {
+    let server = Server::with(|c| {
+        c.workers = 0;
+        c.tokens = Tokens::parse(&format!("anna {ANNA}")).unwrap();
+    });
+    let anna = server.client().with_token(ANNA);
+    let jobs: Vec<String> = (0..20).map(|_| submit(&anna, &quick())).collect();
+    for job in &jobs {
+        let head =
+            format!("DELETE {job} HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {ANNA}\r\n\r\n");
+        let hung_up = anna.raw(head.as_bytes());
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        drop(hung_up);
+    }
+    let is_gone = |job: &String| anna.get(job).status != 200;
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let gone: Vec<&String> = jobs.iter().filter(|job| is_gone(job)).collect();
+    assert!(!gone.is_empty(), "some requests had arrived");
+    let data = server.stop();
+    let text = std::fs::read_to_string(data.path().join("audit.jsonl")).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    for job in gone {
+        let of_job = |line: &&Value| line["method"] == "DELETE" && line["path"] == json!(job);
+        let line = lines.iter().find(of_job).unwrap_or_else(|| panic!("{job} is gone without a line"));
+        assert!([204, 499].iter().any(|status| line["status"] == *status), "{line}");
+        assert_eq!(line["owner"], "anna");
+    }
+}

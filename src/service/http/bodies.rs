@@ -7,6 +7,7 @@ use futures::StreamExt as _;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{Instant, timeout_at};
 
 /// Memory of all large documents [bytes]: the largest that the service accepts by default has a twelfth of it.
 const ALL: usize = 48 << 20;
@@ -14,6 +15,9 @@ const ALL: usize = 48 << 20;
 const UNIT: usize = 1 << 10;
 /// Largest body that is not counted [bytes]: as many are received as there are connections for uploads.
 const SMALL: usize = 64 << 10;
+/// How long a body that holds memory may take to arrive, and how much longer for each byte [s]: 30 s for the largest by default. Slow
+/// ones would keep the memory from all others.
+const ARRIVAL: (f64, f64) = (10.0, 5e-6);
 /// How long a document waits for memory. Most are answered in less.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -32,12 +36,18 @@ impl Bodies {
     /// rest.
     ///
     /// # Errors
-    /// If it is longer, is interrupted, or no memory becomes free for it.
+    /// If it is longer, is interrupted or too slow, or no memory becomes free for it.
     pub async fn receive(&self, body: Body, limit: u64) -> Result<HeldText, Problem> {
         let expected = body.size_hint().upper().map_or(limit, |declared| declared.min(limit)) as usize;
         let (mut text, mut memory) = (Vec::new(), None);
         let mut pieces = body.into_data_stream();
-        while let Some(piece) = pieces.next().await {
+        let mut latest = None;
+        loop {
+            let next = match latest {
+                Some(latest) => timeout_at(latest, pieces.next()).await.map_err(|_| Problem::too_slow())?,
+                None => pieces.next().await,
+            };
+            let Some(piece) = next else { break };
             let piece = piece.map_err(|_| Problem::broken_body())?;
             let length = text.len() + piece.len();
             if length as u64 > limit {
@@ -45,6 +55,8 @@ impl Bodies {
             }
             if length > SMALL && memory.is_none() {
                 memory = Some(self.hold(expected).await?);
+                let (first, for_each) = ARRIVAL;
+                latest = Some(Instant::now() + Duration::from_secs_f64(first + for_each * expected as f64));
                 text.reserve_exact(expected.max(length) - text.len());
             }
             text.extend_from_slice(&piece);
@@ -115,6 +127,18 @@ mod tests {
         assert_eq!(bodies.0.available_permits(), ALL / UNIT);
         let refused = receive((64 << 20) + 1).await.unwrap_err().into_response();
         assert_eq!(refused.status(), StatusCode::PAYLOAD_TOO_LARGE);
+    }
+
+    #[tokio::test]
+    async fn a_body_that_holds_memory_arrives_in_time_or_not_at_all() {
+        let bodies = Bodies::default();
+        let begun = Instant::now();
+        let first = futures::stream::iter([Ok::<_, std::io::Error>(vec![b' '; SMALL + 1])]);
+        let stalled = Body::from_stream(first.chain(futures::stream::pending()));
+        let refused = bodies.receive(stalled, 100_000).await.unwrap_err().into_response();
+        assert_eq!(refused.status(), StatusCode::REQUEST_TIMEOUT);
+        assert!(begun.elapsed() < Duration::from_secs(15), "{:?}", begun.elapsed());
+        assert_eq!(bodies.0.available_permits(), ALL / UNIT);
     }
 
     #[tokio::test]

@@ -14,6 +14,7 @@ use axum::http::{Extensions, HeaderMap, HeaderName, HeaderValue, Method, StatusC
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use std::any::Any;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Instant;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -158,12 +159,52 @@ fn method_label(method: &Method) -> &str {
     if known.contains(method) { method.as_str() } else { "other" }
 }
 
+/// Status in counts and in the audit log of a request whose client closed the connection before its answer; what it asked for may have been
+/// done. No answer has it.
+const HUNG_UP: u16 = 499;
+
+/// A request until it is counted and, where it belongs there, in the audit log: with its answer, or when its client has hung up.
+struct Unanswered {
+    app: Arc<App>,
+    who: Who,
+    address: Option<IpAddr>,
+    method: Method,
+    path: String,
+    route: String,
+    started: Instant,
+    is_counted: bool,
+}
+
+impl Unanswered {
+    /// Counts the request and writes it to the audit log.
+    fn end(&mut self, status: u16, created: Option<&str>) {
+        self.is_counted = true;
+        let label = method_label(&self.method);
+        self.app.metrics.answered(label, &self.route, status, self.started.elapsed());
+        let entry = Entry {
+            owner: self.who.0.get().map(String::as_str),
+            address: self.address,
+            method: label,
+            path: self.path.get(..LONGEST_PATH).unwrap_or(&self.path),
+            created,
+            status,
+        };
+        audit(&self.app, &entry, &self.route);
+    }
+}
+
+impl Drop for Unanswered {
+    fn drop(&mut self) {
+        if !self.is_counted {
+            self.end(HUNG_UP, None);
+        }
+    }
+}
+
 /// Counts and logs a request, and adds the disclaimer to every answer.
 async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next) -> Response {
-    let started = Instant::now();
-    let method = request.method().clone();
-    let (who, path) = (Who::default(), request.uri().path().to_owned());
-    let peer = request.extensions().get::<Peer>().map(|Peer(address)| *address);
+    let (method, started) = (request.method().clone(), Instant::now());
+    let who = Who::default();
     request.extensions_mut().insert(who.clone());
     let route = request.extensions().get::<MatchedPath>().map_or("other", MatchedPath::as_str).to_owned();
     let id = request_id(request.headers());
@@ -176,21 +217,16 @@ async fn observed(State(app): State<Arc<App>>, mut request: Request, next: Next)
     );
     let trace = request.headers().get(TRACEPARENT).and_then(|value| value.to_str().ok());
     continue_from(&span, trace);
+    let address = request.extensions().get::<Peer>().map(|Peer(address)| *address);
+    let path = request.uri().path().to_owned();
+    let mut unanswered = Unanswered { app, who, address, method, path, route, started, is_counted: false };
     let mut response = next.run(request).instrument(span.clone()).await;
-    let (status, duration) = (response.status().as_u16(), started.elapsed());
+    let status = response.status().as_u16();
     span.record("http.response.status_code", status);
-    let label = method_label(&method);
-    app.metrics.answered(label, &route, status, duration);
-    let entry = Entry {
-        owner: who.0.get().map(String::as_str),
-        address: peer,
-        method: label,
-        path: path.get(..LONGEST_PATH).unwrap_or(&path),
-        created: response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok()),
-        status,
-    };
-    audit(&app, &entry, &route);
-    span.in_scope(|| tracing::debug!(%method, route, status, ms = duration.as_secs_f64() * 1e3, "answered"));
+    unanswered.end(status, response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok()));
+    let Unanswered { app, method, route, .. } = &unanswered;
+    let ms = started.elapsed().as_secs_f64() * 1e3;
+    span.in_scope(|| tracing::debug!(%method, route, status, ms, "answered"));
     let headers = response.headers_mut();
     headers.insert(REQUEST_ID, id);
     headers.insert(CONTUSE_NOTICE, HeaderValue::from_static(NOTICE));

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
 /// Bytes of the archive in a piece.
-const PIECE: usize = 256 << 10;
+const PIECE: usize = 64 << 10;
 /// Pieces that wait for the client; beyond them the work waits.
 const PIECES_AHEAD: usize = 2;
 

@@ -26,7 +26,7 @@ use utoipa::IntoParams;
 /// Digest of the whole file, regardless of the part that is sent (RFC 9530).
 pub const REPR_DIGEST: HeaderName = HeaderName::from_static("repr-digest");
 /// Bytes read from the file at a time.
-const PIECE: usize = 256 << 10;
+const PIECE: usize = 64 << 10;
 
 /// Query parameters that select a recording.
 #[derive(Debug, Deserialize, IntoParams)]
