@@ -22,7 +22,8 @@ pub(super) fn give_memory_back() {
         return;
     }
     let mut arguments = std::env::args_os();
-    let (Some(name), Ok(program)) = (arguments.next(), this_program()) else { return };
+    // By its name, which operators look for.
+    let (Some(name), Ok(program)) = (arguments.next(), std::env::current_exe()) else { return };
     let mut again = std::process::Command::new(program);
     let error = again.arg0(name).args(arguments).env(MMAP_THRESHOLD, LARGE).exec();
     tracing::warn!(%error, "the service keeps memory that it no longer needs");
