@@ -76,7 +76,7 @@ impl Client {
     /// Sends bytes as they are. A server may answer and close before it has taken them all.
     pub fn raw(&self, bytes: &[u8]) -> TcpStream {
         let mut stream = TcpStream::connect(self.address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         let _ = stream.write_all(bytes);
         stream
     }
