@@ -124,8 +124,9 @@ fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
         let (shear, bulk) = block.parameters.material.moduli_at_rest();
         if bulk < WATER_PA && bulk > NEARLY_INCOMPRESSIBLE * shear {
             let body = &plan.bodies[block.body];
-            let part = body.part_of[(block.elements[0] - body.elements.start) as usize];
-            capped.insert(format!("{} ({}) {:.3} MPa", body.parts[part as usize], body.name, 1e-6 * bulk));
+            let megapascals = 1e-6 * bulk;
+            let of_part = |part| format!("{part} ({}) {megapascals:.3} MPa", body.name);
+            capped.extend(parts_of(block, body).into_iter().map(of_part));
         }
     }
     let listed = capped.into_iter().take(MOST_LISTED_BODIES).collect::<Vec<_>>().join(", ");
@@ -168,6 +169,13 @@ fn solver_in_words(solver: Method, is_explicit: bool) -> String {
     format!("contact problems solved by {}, {how}", solver.name())
 }
 
+/// Names of the parts in a block of a body.
+fn parts_of(block: &ElementBlock, body: &PlanBody) -> Vec<String> {
+    let parts: BTreeSet<u32> =
+        block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
+    parts.into_iter().map(|part| body.parts[part as usize].clone()).collect()
+}
+
 fn of_block(
     plan: &Plan,
     block: &ElementBlock,
@@ -175,11 +183,9 @@ fn of_block(
     evaluated_bytes: usize,
 ) -> BlockReport {
     let (p, body) = (&block.parameters, &plan.bodies[block.body]);
-    let parts: BTreeSet<u32> =
-        block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
     BlockReport {
         body: body.name.clone(),
-        parts: parts.into_iter().map(|part| body.parts[part as usize].clone()).collect(),
+        parts: parts_of(block, body),
         elements: block.elements.len(),
         kind: body.cells.kind((block.elements[0] - body.elements.start) as usize).table().name.into(),
         law: p.material.name().into(),
