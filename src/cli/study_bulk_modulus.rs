@@ -77,7 +77,8 @@ fn write_study(study: &BulkStudy, out: &mut dyn Write) -> io::Result<()> {
         cells.extend(quantities.iter().map(|q| match (row.values.get(q), row.errors.get(q)) {
             (Some(value), Some(change)) => format!("{value:.4} ({:+.1} %)", 100.0 * change),
             (Some(value), None) => format!("{value:.4}"),
-            (None, _) => row.ending.clone(),
+            (None, _) if row.is_finished() => "–".to_owned(),
+            (None, _) => row.ending.replace('_', " "),
         }));
         cells
     };
