@@ -80,6 +80,43 @@ def test_an_instant_is_read_before_those_in_between(page, jobs):
     expect(shown).to_have_text(re.compile("^100"))
 
 
+def test_a_view_that_was_turned_stays_when_the_rest_has_come(page, jobs):
+    held = []
+    page.route("**/recording", lambda route: held.append(route))
+    page.goto("/")
+    page.goto(f"/#/job/{jobs['near']['id']}")
+    is_turned = False
+    while not page.locator(".plots .u-over").first.is_visible():
+        if not is_turned and page.locator(".mesh-view canvas").is_visible():
+            drag(page, 120)
+            is_turned = True
+        if held:
+            held.pop(0).continue_()
+        page.wait_for_timeout(50)
+    page.unroute("**/recording")
+    assert is_turned
+    page.get_by_label("Simulated time", exact=True).fill("0")
+    turned = middle_of_picture(page)
+    page.get_by_role("button", name="Impact").click()
+    assert middle_of_picture(page) != turned
+
+
+def middle_of_picture(page):
+    """The picture without the buttons and names at its edges."""
+    image = picture_of(page.locator(".mesh-view canvas"))
+    width, height = image.size
+    return image.crop((width // 3, height // 3, 2 * width // 3, 2 * height // 3)).tobytes()
+
+
+def drag(page, distance):
+    """Turns the view of the picture."""
+    point_at(page, 0.5, 0.5)
+    page.mouse.down()
+    box = page.locator(".mesh-view").bounding_box()
+    page.mouse.move(box["x"] + 0.5 * box["width"] + distance, box["y"] + 0.5 * box["height"], steps=4)
+    page.mouse.up()
+
+
 def point_at(page, x, y):
     box = page.locator(".mesh-view").bounding_box()
     page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])

@@ -11,6 +11,8 @@ export class Cameras {
   #canvas;
   #halfHeight = 0.1;
   isFlat = false;
+  /** Whether the reader has moved a camera. */
+  isMoved = false;
 
   /** `onMove()` when the reader has moved the camera. */
   constructor(canvas, onMove) {
@@ -35,6 +37,7 @@ export class Cameras {
     controls.touches = { ONE: null, TWO: THREE.TOUCH.DOLLY_ROTATE };
     controls.listenToKeyEvents(this.#canvas);
     controls.addEventListener("change", onMove);
+    controls.addEventListener("start", () => (this.isMoved = true));
     return controls;
   }
 

@@ -140,6 +140,11 @@ export class MeshView {
     return [...best.values()];
   }
 
+  /** Whether the reader has moved the camera. */
+  get isMoved() {
+    return this.#cameras.isMoved;
+  }
+
   /** Moves the cameras of these views with this one. */
   linkTo(views) {
     this.#linked = views.filter((view) => view !== this);

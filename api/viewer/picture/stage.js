@@ -20,6 +20,7 @@ export class Stage {
   #legend = new Legend();
   #skin = null;
   #count = 0;
+  #isChosen = false;
   #note = html("p", { class: "quiet", hidden: true });
   settings;
   time;
@@ -40,7 +41,7 @@ export class Stage {
     const { times, frames } = recording;
     this.time = new TimeBar(times, recording.endTime, () => this.#showFrame(), times.indexOf(frames[recording.frameNear(at)].time));
     const picture = button("PNG", async () => saveFile(`${name}.png`, await this.#view.picture()), { "aria-label": "Picture of the mesh as PNG" });
-    this.#view.corner.append(...cameraButtons((isWhole) => this.#look(isWhole)), picture);
+    this.#view.corner.append(...cameraButtons((isWhole) => this.#choose(isWhole)), picture);
     this.element = html(
       "section",
       { class: "panel stage", "aria-label": "Mesh" },
@@ -66,7 +67,7 @@ export class Stage {
     this.settings.refresh();
     // A body that was not in the first frame makes the picture anew.
     if (this.#recording.drawn.size !== this.#count) this.#setBodies();
-    this.#look(false);
+    if (!this.#isChosen && !this.#view.isMoved) this.#look(false);
     this.#settingsChanged();
     this.#note.hidden = stride === 1;
     this.#note.textContent = `The recording is long: one field time in ${stride} is shown.`;
@@ -80,21 +81,27 @@ export class Stage {
     this.#view.setBodies(this.#recording.drawn);
   }
 
+  /** Looks as the reader asks: no later frame changes that. */
+  #choose(isWhole) {
+    this.#isChosen = true;
+    this.#look(isWhole);
+  }
+
   #look(isWhole) {
     const { settings } = this;
-    this.#view.setLine(settings.line, settings.depth);
     if (settings.isFlat) this.#view.lookAcross(settings.flatCamera(isWhole));
     else this.#view.lookAt(settings.camera(isWhole));
   }
 
   #settingsChanged(isView = false) {
-    const { field, map, range, hidden, isLog, levels } = this.settings;
+    const { field, map, range, hidden, isLog, levels, line, depth } = this.settings;
+    this.#view.setLine(line, depth);
     for (const name of this.#recording.drawn.keys()) this.#view.setVisible(name, !hidden.has(name));
     if (field) {
       this.#view.setColours(map, range, { isLog, levels });
       this.#legend.show(FIELDS[field], range, map, { isLog, levels });
     }
-    if (isView) this.#look(false);
+    if (isView) this.#choose(false);
     this.onSettings();
     this.#showFrame();
   }
