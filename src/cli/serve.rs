@@ -21,6 +21,8 @@ use tokio::sync::watch;
 
 /// Largest age in days, a hundred years: databases have dates that far back.
 const MOST_DAYS: i64 = 36_500;
+/// Least size of the audit log [bytes]: that of some full files.
+const LEAST_AUDIT: u64 = 1 << 30;
 
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
@@ -43,6 +45,9 @@ pub struct ServeArgs {
     /// Maximum size in bytes of what jobs and meshes of each owner keep; suffixes k, M, G are accepted [default: no limit]
     #[arg(long, env = "CONTUSE_MAX_BYTES_PER_OWNER", value_parser = size)]
     max_bytes_per_owner: Option<u64>,
+    /// Maximum size of the audit log in bytes, at least 1G; beyond it the oldest of its full files, of 256 MB, is removed.
+    #[arg(long, env = "CONTUSE_MAX_AUDIT", default_value = "10G", value_parser = size)]
+    max_audit: u64,
     /// Maximum number of requests per second of each owner of a token; those of ten seconds may be saved up.
     #[arg(long, env = "CONTUSE_MAX_REQUESTS_PER_S", default_value_t = 100)]
     max_requests_per_s: u32,
@@ -82,12 +87,16 @@ impl ServeArgs {
         if self.max_connections == 0 {
             return Err(CliError::Usage("--max-connections must be at least 1".into()));
         }
+        if self.max_audit < LEAST_AUDIT {
+            return Err(CliError::Usage("--max-audit must be at least 1G".into()));
+        }
         Ok(ServiceConfig {
             listen: self.listen,
             max_queued: self.max_queued,
             max_queued_per_owner: self.max_queued_per_owner,
             max_jobs_per_owner: self.max_jobs_per_owner,
             max_bytes_per_owner: self.max_bytes_per_owner,
+            max_audit_bytes: self.max_audit,
             max_requests_per_s: self.max_requests_per_s,
             max_connections: self.max_connections,
             max_validations_waiting: self.max_validations_waiting.max(1),

@@ -8,6 +8,11 @@ pub fn now() -> String {
     rfc_3339(since)
 }
 
+/// Current time to the second, RFC 3339 without separators: a part of a file name.
+pub fn compact_now() -> String {
+    now().replace(['-', ':'], "")
+}
+
 /// Formats seconds since 1970 as a date: civil calendar from a day count (Hinnant).
 fn rfc_3339(seconds: u64) -> String {
     let (days, of_day) = (seconds / 86_400 + 719_468, seconds % 86_400);

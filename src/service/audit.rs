@@ -1,21 +1,20 @@
 //! The audit log: who did what, and when, as a line of JSON for each request that changes jobs or meshes or reads results.
 //!
-//! It names owners, addresses, ids and statuses, never scenes. It stays when jobs are deleted, and the service removes nothing of it.
+//! It names owners, addresses, ids and statuses, never scenes. It stays when jobs are deleted; of its files the oldest is removed when all
+//! are too large, which the log says.
 //! Refused requests, of which anyone can send any number, are counted, and their counts written every minute.
 
+use super::audit_file::AuditFile;
 use super::jobs::JobsError;
 use super::refusals::{Kind, Refusals};
 use crate::report::date::now;
 use serde::Serialize;
-use std::fs::{File, OpenOptions};
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::io;
 use std::net::IpAddr;
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError, Weak};
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-/// Size at which the log is continued in a new file [bytes].
-const MOST_BYTES: u64 = 256 << 20;
 /// Time for which refused requests are counted together.
 const COUNTED_FOR: Duration = Duration::from_secs(60);
 
@@ -45,11 +44,16 @@ struct Count {
     refused: u64,
 }
 
-/// An audit log in a file.
+/// A file of the log that was removed.
+#[derive(Serialize)]
+struct Removed<'a> {
+    removed: &'a str,
+}
+
+/// An audit log in files.
 #[derive(Debug)]
 pub struct Audit {
-    path: PathBuf,
-    file: Mutex<File>,
+    file: Mutex<AuditFile>,
     refusals: Refusals,
 }
 
@@ -61,14 +65,15 @@ struct Line<'a, T> {
 }
 
 impl Audit {
-    /// Opens the log in a folder, and continues it.
+    /// Opens the log in a folder, and continues it. All its files have at most `most_bytes`, beyond which the oldest are removed.
     ///
     /// # Errors
     /// If the file cannot be opened.
-    pub fn open(folder: &Path) -> Result<Self, JobsError> {
-        let path = folder.join("audit.jsonl");
-        let file = Mutex::new(continued(&path).map_err(|error| JobsError::file(&path, error))?);
-        Ok(Self { path, file, refusals: Refusals::default() })
+    pub fn open(folder: &Path, most_bytes: u64) -> Result<Self, JobsError> {
+        let file = Mutex::new(AuditFile::open(folder, most_bytes)?);
+        let log = Self { file, refusals: Refusals::default() };
+        Self::remove_oldest(&mut log.file()).map_err(|error| JobsError::file(folder, error))?;
+        Ok(log)
     }
 
     /// Appends an entry.
@@ -104,27 +109,35 @@ impl Audit {
     }
 
     fn try_append(&self, entry: &impl Serialize) -> io::Result<()> {
-        let mut line = serde_json::to_vec(&Line { at: &now(), entry })?;
-        line.push(b'\n');
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut length = file.metadata()?.len();
-        if length >= MOST_BYTES {
-            std::fs::rename(&self.path, self.unused_name())?;
-            (*file, length) = (continued(&self.path)?, 0);
+        let mut file = self.file();
+        if file.append(&line(entry)?)? {
+            Self::remove_oldest(&mut file)?;
         }
-        // A line that was not written whole, as on a full disk, is removed again.
-        file.write_all(&line).inspect_err(|_| {
-            if let Err(error) = file.set_len(length) {
-                tracing::error!(%error, "the audit log has a line that is not whole");
-            }
-        })
+        Ok(())
     }
 
-    /// The first name that no file has of `audit.jsonl.1`, `audit.jsonl.2`, ….
-    fn unused_name(&self) -> PathBuf {
-        let name = |n: u64| self.path.with_extension(format!("jsonl.{n}"));
-        (1..u64::MAX).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
+    /// Removes the oldest files while all are too large, and says so.
+    fn remove_oldest(file: &mut AuditFile) -> io::Result<()> {
+        for removed in file.remove_oldest()? {
+            tracing::warn!(
+                removed,
+                "the audit log is as large as it may be (--max-audit): its oldest file is removed"
+            );
+            file.append(&line(&Removed { removed: &removed })?)?;
+        }
+        Ok(())
     }
+
+    fn file(&self) -> MutexGuard<'_, AuditFile> {
+        self.file.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// An entry as a line of the log.
+fn line(entry: &impl Serialize) -> serde_json::Result<Vec<u8>> {
+    let mut line = serde_json::to_vec(&Line { at: &now(), entry })?;
+    line.push(b'\n');
+    Ok(line)
 }
 
 impl Drop for Audit {
@@ -133,23 +146,11 @@ impl Drop for Audit {
     }
 }
 
-/// Opens a file to append lines to it. Where its process ended within the last line, the next one begins on its own.
-fn continued(path: &Path) -> io::Result<File> {
-    let mut file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
-    let mut last = [b'\n'];
-    if file.metadata()?.len() > 0 {
-        file.seek(SeekFrom::End(-1))?;
-        file.read_exact(&mut last)?;
-    }
-    if last != [b'\n'] {
-        file.write_all(b"\n")?;
-    }
-    Ok(file)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::audit_file::FULL_BYTES;
     use super::*;
+    use std::fs::File;
 
     const ENTRY: Entry<'_> = Entry {
         owner: Some("anna"),
@@ -168,11 +169,11 @@ mod tests {
     fn a_log_is_continued_after_a_line_that_is_not_whole() {
         let folder = tempfile::tempdir().unwrap();
         for status in [202, 404] {
-            Audit::open(folder.path()).unwrap().record(&Entry { status, ..ENTRY });
+            Audit::open(folder.path(), u64::MAX).unwrap().record(&Entry { status, ..ENTRY });
         }
         std::fs::write(folder.path().join("audit.jsonl"), text(folder.path(), "audit.jsonl") + "{\"at\"")
             .unwrap();
-        Audit::open(folder.path()).unwrap().record(&ENTRY);
+        Audit::open(folder.path(), u64::MAX).unwrap().record(&ENTRY);
         let text = text(folder.path(), "audit.jsonl");
         let lines: Vec<&str> = text.lines().collect();
         let read = |line: &str| serde_json::from_str::<serde_json::Value>(line);
@@ -181,23 +182,77 @@ mod tests {
         assert!(read(lines[0]).unwrap()["at"].as_str().unwrap().ends_with('Z'));
     }
 
+    /// A log whose file is full, with a limit on the size of all.
+    fn full(folder: &Path, most_bytes: u64) -> Audit {
+        let file = File::create(folder.join("audit.jsonl")).unwrap();
+        file.set_len(FULL_BYTES - 1).unwrap();
+        Audit::open(folder, most_bytes).unwrap()
+    }
+
+    /// The full files, in the order of their names.
+    fn full_files(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap().flatten();
+        let mut names: Vec<String> = entries.map(|entry| entry.file_name().into_string().unwrap()).collect();
+        names.sort();
+        assert_eq!(names.remove(0), "audit.jsonl");
+        names
+    }
+
     #[test]
-    fn no_file_of_the_log_is_replaced() {
+    fn full_files_are_kept_in_the_order_of_time() {
         let folder = tempfile::tempdir().unwrap();
-        for n in 1..=3 {
-            let file = File::create(folder.path().join("audit.jsonl")).unwrap();
-            file.set_len(MOST_BYTES - 1).unwrap();
-            let audit = Audit::open(folder.path()).unwrap();
-            audit.record(&ENTRY);
+        let mut kept: Vec<String> = Vec::new();
+        for _ in 0..4 {
+            full(folder.path(), u64::MAX).record(&ENTRY);
             assert_eq!(text(folder.path(), "audit.jsonl").lines().count(), 1);
-            assert!(folder.path().join(format!("audit.jsonl.{n}")).exists());
+            let names = full_files(folder.path());
+            assert_eq!((&names[..kept.len()], names.len()), (&kept[..], kept.len() + 1), "a later one");
+            kept = names;
+            // Whoever removes an older one changes no other name, nor which one is next.
+            if kept.len() == 2 {
+                std::fs::remove_file(folder.path().join(kept.remove(0))).unwrap();
+            }
         }
+        assert!(
+            kept[0].starts_with("audit.jsonl.20") && kept[0].len() >= "audit.jsonl.20261231T235959Z".len()
+        );
+    }
+
+    #[test]
+    fn a_clock_that_was_set_back_does_not_change_their_order() {
+        let folder = tempfile::tempdir().unwrap();
+        File::create(folder.path().join("audit.jsonl.29991231T235959Z")).unwrap();
+        for count in 2..4 {
+            full(folder.path(), u64::MAX).record(&ENTRY);
+            let names = full_files(folder.path());
+            assert_eq!((names.len(), names[0].as_str()), (count, "audit.jsonl.29991231T235959Z"));
+        }
+    }
+
+    #[test]
+    fn the_oldest_file_is_removed_when_all_are_too_large_and_the_log_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let most = 3 * FULL_BYTES;
+        full(folder.path(), most).record(&ENTRY);
+        let oldest = full_files(folder.path()).remove(0);
+        for _ in 0..2 {
+            full(folder.path(), most).record(&ENTRY);
+        }
+        let kept = full_files(folder.path());
+        assert!(kept.len() == 2 && !kept.contains(&oldest), "{kept:?}");
+        let log = text(folder.path(), "audit.jsonl");
+        let last: serde_json::Value = serde_json::from_str(log.lines().last().unwrap()).unwrap();
+        assert_eq!((log.lines().count(), &last["removed"]), (2, &oldest.as_str().into()));
+        // A lower limit holds from the next start on.
+        drop(Audit::open(folder.path(), 1).unwrap());
+        assert!(full_files(folder.path()).is_empty());
+        assert_eq!(text(folder.path(), "audit.jsonl").lines().count(), 4);
     }
 
     #[test]
     fn a_flood_of_refused_requests_is_one_line() {
         let folder = tempfile::tempdir().unwrap();
-        let audit = Audit::open(folder.path()).unwrap();
+        let audit = Audit::open(folder.path(), u64::MAX).unwrap();
         for _ in 0..100_000 {
             audit.refused(None, Some([127, 0, 0, 1].into()), 401);
         }

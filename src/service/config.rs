@@ -67,9 +67,11 @@ pub struct ServiceConfig {
     pub max_jobs_per_owner: Option<u64>,
     /// Maximum size of what jobs and meshes of each owner keep [bytes].
     pub max_bytes_per_owner: Option<u64>,
+    /// Size of all files of the audit log beyond which the oldest is removed [bytes].
+    pub max_audit_bytes: u64,
     /// Requests per second of each owner of a token, who may save up those of ten seconds.
     pub max_requests_per_s: u32,
-    /// Maximum number of simultaneous connections; more wait in the listen queue of the system.
+    /// Maximum number of simultaneous connections; those beyond are answered `503`, probes apart.
     pub max_connections: usize,
     /// Maximum number of waiting validations of small scenes, and of large ones.
     pub max_validations_waiting: usize,
@@ -115,6 +117,7 @@ impl Default for ServiceConfig {
             max_queued_per_owner: None,
             max_jobs_per_owner: None,
             max_bytes_per_owner: None,
+            max_audit_bytes: 10 << 30,
             max_requests_per_s: 100,
             max_connections: 512,
             max_validations_waiting: 64,

@@ -15,7 +15,9 @@
 
 pub mod access;
 pub mod audit;
+mod audit_file;
 pub mod config;
+mod connection;
 pub mod doctor;
 pub mod fair_queue;
 pub mod http;
@@ -26,6 +28,7 @@ pub mod meshes;
 pub mod metrics;
 mod opening;
 pub mod permits;
+mod probes;
 pub mod readiness;
 mod refusals;
 pub mod server;
@@ -137,7 +140,7 @@ impl Service {
         let address = listener.local_addr().map_err(listen)?;
         let metrics = Arc::new(Metrics::default());
         let queue = open_queue(&config, engine, &metrics).await?;
-        let audit = Arc::new(Audit::open(&config.store.data)?);
+        let audit = Arc::new(Audit::open(&config.store.data, config.max_audit_bytes)?);
         tokio::spawn(Audit::write_counts(Arc::downgrade(&audit)));
         if let Some(days) = config.keep_days {
             tokio::spawn(keep_for_days(Arc::clone(&queue), days));

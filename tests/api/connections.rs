@@ -5,7 +5,7 @@ use crate::support::*;
 use contuse::service::tokens::Tokens;
 use std::io::{BufReader, Read as _, Write as _};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The beginning of an upload.
 fn stalled_head(client: &Client) -> String {
@@ -70,13 +70,35 @@ fn connections_of_one_address_are_limited() {
     let server = Server::with(|c| c.max_connections = 8);
     let client = server.client();
     let idle: Vec<TcpStream> = (0..6).map(|_| client.raw(b"")).collect();
-    eventually("one more is refused", || {
-        let mut text = String::new();
-        let _ = client.raw(b"").read_to_string(&mut text);
-        text.starts_with("HTTP/1.1 503") && text.contains("Too many connections")
-    });
+    std::thread::sleep(Duration::from_millis(100));
+    let refused = client.get("/v1/jobs");
+    assert!(refused.header("retry-after").is_some());
+    let refused = problem(&refused, 503, "busy");
+    assert!(refused["detail"].as_str().unwrap().starts_with("6 connections from your address"), "{refused}");
+    // One that says nothing is closed soon.
+    let begun = Instant::now();
+    assert_eq!(client.raw(b"").read(&mut [0]).unwrap_or(0), 0);
+    assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
     drop(idle);
-    eventually("there is room again", || is_answered(&client, "/healthz"));
+    eventually("there is room again", || is_answered(&client, "/v1/jobs"));
+}
+
+#[test]
+fn an_address_that_has_all_its_connections_is_probed_nevertheless() {
+    let server = Server::with(|c| c.max_connections = 64);
+    let client = server.client();
+    // Some are silent, some have begun a request; more come all the time.
+    let half_open = |n: usize| client.raw(if n % 2 == 0 { b"" } else { b"GET /healthz HTTP/1.1\r\n" });
+    let mut open: Vec<TcpStream> = (0..600).map(half_open).collect();
+    for round in 0..20 {
+        for path in ["/healthz", "/readyz"] {
+            let begun = Instant::now();
+            assert_eq!(client.get(path).status, 200, "{path}, round {round}");
+            assert!(begun.elapsed() < Duration::from_secs(5), "{path}: {:?}", begun.elapsed());
+        }
+        problem(&client.get("/v1/jobs"), 503, "busy");
+        open.extend((0..20).map(half_open));
+    }
 }
 
 #[test]
@@ -114,6 +136,8 @@ fn jobs_wait_for_a_disk_without_room() {
     let refused = client.post_json("/v1/jobs", &quick());
     problem(&refused, 507, "storage-full");
     assert!(refused.header("retry-after").is_some());
+    let octets = [("Content-Type", "application/octet-stream")];
+    problem(&client.send("POST", "/v1/meshes", &octets, b"$mesh"), 507, "storage-full");
     problem(&client.get("/readyz"), 503, "unavailable");
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(client.get(&job).json()["state"], "queued");

@@ -244,6 +244,36 @@ fn a_run_that_does_not_listen_is_killed() {
     assert!(requested.elapsed() < Duration::from_secs(60));
 }
 
+/// A program that reads nothing of its task.
+fn deaf(folder: &TempDir) -> std::path::PathBuf {
+    let path = folder.path().join("deaf");
+    std::fs::write(&path, "#!/bin/sh\nexec sleep 600\n").unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o700)).unwrap();
+    path
+}
+
+#[test]
+fn a_process_that_does_not_take_its_task_is_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::running(&deaf(&folder), |c| c.max_attempts = 2);
+    let client = server.client();
+    let words = "it took none of its input for 20 s";
+    // The largest document that the service validates itself is more than a pipe holds, with the rest of its task.
+    let scene = short().to_string();
+    let padded = format!("{scene}{}", " ".repeat((64 << 10) - scene.len()));
+    let job = client.post_text("/v1/jobs", &padded);
+    assert_eq!(job.status, 202, "{job:?}");
+    // Meanwhile a mesh, and a scene whose validation has a process.
+    let mesh = client.send("POST", "/v1/meshes", &[], &[b'$'; 1_000_000]);
+    assert!(problem(&mesh, 422, "invalid-mesh")["detail"].as_str().unwrap().contains(words), "{mesh:?}");
+    let refused = client.post_text("/v1/jobs", &(padded + "  "));
+    let refused = problem(&refused, 422, "invalid-scene");
+    assert!(refused["errors"][0]["message"].as_str().unwrap().contains(words), "{refused}");
+    let end = wait_for(&client, job.header("location").unwrap(), "failed");
+    assert_eq!((&end["attempts"], &end["failure"]["cause"]), (&json!(2), &json!("killed")), "{end}");
+    assert!(end["failure"]["message"].as_str().unwrap().contains(words), "{end}");
+}
+
 #[test]
 fn reading_an_upload_has_limits_of_time_and_memory() {
     let folder = tempfile::tempdir().unwrap();

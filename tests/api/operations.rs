@@ -81,6 +81,17 @@ impl Disk {
         assert!(command("mount", &["-o", "remount,abort", self.mounted.to_str().unwrap()]));
     }
 
+    /// Leaves so many bytes free, until the file is removed whose path this gives.
+    fn fill(&self, free: u64) -> PathBuf {
+        let path = self.mounted.join("filler");
+        let mut filler = std::fs::File::create(&path).unwrap();
+        while filler.write_all(&[0; 1 << 20]).is_ok() {}
+        let length = filler.metadata().unwrap().len();
+        filler.set_len(length - free).unwrap();
+        filler.sync_all().unwrap();
+        path
+    }
+
     fn repair(&self) {
         assert!(command("umount", &[self.mounted.to_str().unwrap()]));
         // Its exit code says that it repaired something.
@@ -118,6 +129,8 @@ fn a_read_only_disk_pauses_the_workers_and_refuses_jobs() {
         assert!(answer.status == 202 || answer.header("retry-after").is_some(), "{answer:?}");
         answer.status != 202
     });
+    let mesh = client.send("POST", "/v1/meshes", &[("Content-Type", "application/octet-stream")], b"$mesh");
+    problem(&mesh, 503, "unavailable");
     problem(&client.get("/readyz"), 503, "unavailable");
     std::thread::sleep(std::time::Duration::from_secs(3));
     // What is there can be read, and nothing has failed.
@@ -132,6 +145,35 @@ fn a_read_only_disk_pauses_the_workers_and_refuses_jobs() {
         wait_for(&again.client, job, "succeeded");
     }
     again.kill();
+}
+
+#[test]
+fn a_mesh_for_which_the_disk_has_no_room_is_refused_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(disk) = Disk::new(folder.path()) else {
+        eprintln!("not tried: this user may not mount a disk");
+        return;
+    };
+    let program = Program::start(&disk.mounted.join("data"), &["--least-free", "0"]);
+    let client = &program.client;
+    let filler = disk.fill(20 << 20);
+    let upload = |mesh: &[u8]| {
+        client.send("POST", "/v1/meshes", &[("Content-Type", "application/octet-stream")], mesh)
+    };
+    let large = vec![b'$'; 40 << 20];
+    let cube = include_bytes!("../../api/examples/cube.msh");
+    for _ in 0..3 {
+        let refused = upload(&large);
+        problem(&refused, 507, "storage-full");
+        assert!(refused.header("retry-after").is_some());
+        // What had arrived is gone: there is room for others.
+        assert!([200, 201].contains(&upload(cube).status));
+    }
+    finished(client, &serde_json::from_str(&small()).unwrap());
+    assert_eq!(client.get("/healthz").status, 200);
+    std::fs::remove_file(filler).unwrap();
+    problem(&upload(&large), 422, "invalid-mesh");
+    program.kill();
 }
 
 #[test]

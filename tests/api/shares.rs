@@ -4,6 +4,8 @@ use crate::support::client::Client;
 use crate::support::*;
 use contuse::service::tokens::Tokens;
 use serde_json::json;
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
 
 const ANNA: &str = "anna-0123456789abcdef";
 const BERT: &str = "bert-0123456789abcdef";
@@ -114,4 +116,31 @@ fn quick_without_recording() -> serde_json::Value {
     let mut scene = quick();
     scene["recording_bytes"] = json!(1);
     scene
+}
+
+/// A document that says that it has 4 MB, and of which no more comes than what makes it hold memory.
+fn slow_document(client: &Client, token: &str) -> TcpStream {
+    let head = format!(
+        "POST /v1/jobs HTTP/1.1\r\nHost: {}\r\nAuthorization: Bearer {token}\r\nContent-Type: application/json\r\nContent-Length: 4000000\r\n\r\n",
+        client.address
+    );
+    client.raw((head + &" ".repeat(100_000)).as_bytes())
+}
+
+#[test]
+fn slow_documents_of_one_owner_do_not_delay_those_of_others() {
+    let server = Server::with(|c| c.tokens = tokens());
+    let (anna, bert) = both(&server);
+    let slow: Vec<TcpStream> = (0..20).map(|_| slow_document(&anna, ANNA)).collect();
+    std::thread::sleep(Duration::from_millis(500));
+    let large = quick().to_string() + &" ".repeat(3_900_000);
+    let begun = Instant::now();
+    assert_eq!(bert.post_text("/v1/jobs", &large).status, 202);
+    assert!(begun.elapsed() < Duration::from_secs(4), "{:?}", begun.elapsed());
+    // One more of the same owner waits for a while, and is refused.
+    let refused = anna.post_text("/v1/jobs", &large);
+    problem(&refused, 429, "too-many-requests");
+    assert!(refused.header("retry-after").is_some());
+    drop(slow);
+    eventually("those who leave make room", || anna.post_text("/v1/jobs", &large).status == 202);
 }

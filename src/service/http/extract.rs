@@ -77,6 +77,24 @@ fn needed_scope(parts: &Parts) -> Scope {
     }
 }
 
+/// Whose memory documents take: that of the owner of the token, of the address where there are no tokens.
+#[derive(Clone, Debug)]
+pub struct Sender(pub String);
+
+impl FromRequestParts<Arc<App>> for Sender {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Arc<App>) -> Result<Self, Infallible> {
+        Ok(sender_of(&parts.extensions))
+    }
+}
+
+/// The sender of a request whose owner is known.
+fn sender_of(extensions: &Extensions) -> Sender {
+    let owner = extensions.get::<Who>().and_then(|who| who.0.get()).filter(|name| !name.is_empty());
+    Sender(owner.cloned().unwrap_or_else(|| peer_of(extensions).0.to_string()))
+}
+
 impl FromRequestParts<Arc<App>> for Peer {
     type Rejection = Infallible;
 
@@ -139,7 +157,8 @@ impl FromRequest<Arc<App>> for JsonBody {
             return Err(Problem::too_large(limit));
         }
         let _permit = app.permits.uploads.take(peer_of(request.extensions()).0)?;
-        let reading = app.bodies.receive(request.into_body(), limit);
+        let Sender(sender) = sender_of(request.extensions());
+        let reading = app.bodies.receive(&sender, request.into_body(), limit);
         match tokio::time::timeout(app.config.request_timeout, reading).await {
             Err(_) => Err(Problem::too_slow()),
             Ok(received) => received.map(Self),

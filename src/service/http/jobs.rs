@@ -1,7 +1,7 @@
 //! `/v1/jobs`: submit, validate, list, get, cancel, delete.
 
 use super::app::App;
-use super::extract::{JobPath, JsonBody, Owner, Parameters};
+use super::extract::{JobPath, JsonBody, Owner, Parameters, Sender};
 use super::problem::{Problem, ProblemBody};
 use super::submission::{SubmitAnswer, SubmitHeaders, accept};
 use super::validation::{parsed, validated};
@@ -198,13 +198,15 @@ pub async fn summary(
 pub async fn plan(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
+    Sender(sender): Sender,
     JobPath(id): JobPath,
 ) -> Result<Json<PlanReport>, Problem> {
     let kept = async {
         let (kind, text) = app.queue.store.document(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
         kind.purpose().map_or(Ok(text), |purpose| Err(Problem::no_plan(purpose)))
     };
-    let text = app.bodies.load(app.config.runs.budget.document_bytes as usize, kept).await?;
+    let most = app.config.runs.budget.document_bytes as usize;
+    let text = app.bodies.load(&sender, most, kept).await?;
     Ok(Json(previewed(&app, &owner, text).await?.plan))
 }
 

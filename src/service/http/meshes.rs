@@ -343,7 +343,10 @@ pub async fn delete(
 
 /// Receives a body into a draft.
 async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
-    let begin = move |queue: &Queue| Ok(Draft::new(queue.blobs.unnamed()?, limit));
+    let begin = move |queue: &Queue| {
+        queue.check_space()?;
+        Ok(Draft::new(queue.blobs.unnamed()?, limit))
+    };
     let mut draft = app.queue.with_files(begin).await?;
     let mut stream = body.into_data_stream();
     let (began, timeout) = (Instant::now(), app.config.request_timeout);

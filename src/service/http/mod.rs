@@ -36,6 +36,7 @@ pub use attempts::Attempts;
 pub use bodies::Bodies;
 pub use extract::Peer;
 pub use openapi::text as openapi_text;
+pub use problem::no_connection;
 pub use rates::Rates;
 pub use slots::{Slots, ValidationSlots};
 

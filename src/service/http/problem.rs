@@ -378,6 +378,12 @@ impl Problem {
             .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
+    /// The other bodies of the client take all the memory for those of one client.
+    pub fn no_memory_of_client() -> Self {
+        let detail = "Your other documents take all the memory that those of one client may take.";
+        Self::too_many(detail, PERMIT_WAIT_S).header(header::CONNECTION, HeaderValue::from_static("close"))
+    }
+
     /// An owner asks more often than one may.
     pub fn too_many_requests(wait_s: u64) -> Self {
         Self::too_many("You send requests more often than one owner may.", wait_s)
@@ -472,6 +478,20 @@ impl From<NoPermit> for Problem {
         // The body of the request is not read, so the connection cannot be reused.
         problem.header(header::CONNECTION, HeaderValue::from_static("close"))
     }
+}
+
+/// The answer to a connection beyond the limits.
+pub fn no_connection(refused: NoPermit) -> Response {
+    let problem = match refused {
+        NoPermit::Taken { most } => {
+            Problem::busy(format!("{most} connections are open, which is the limit."), PERMIT_WAIT_S)
+        }
+        NoPermit::OfAddress { most } => Problem::busy(
+            format!("{most} connections from your address are open, which is the limit per address."),
+            PERMIT_WAIT_S,
+        ),
+    };
+    problem.into_response()
 }
 
 impl From<MeshRefusal> for Problem {

@@ -93,7 +93,7 @@ mod tests {
             access: Arc::default(),
             metrics: Arc::default(),
             readiness: crate::service::readiness::Readiness::default(),
-            audit: Arc::new(Audit::open(dir).unwrap()),
+            audit: Arc::new(Audit::open(dir, u64::MAX).unwrap()),
             attempts: crate::service::http::Attempts::default(),
             rates: Rates::new(1),
             bodies: crate::service::http::Bodies::default(),

@@ -1,7 +1,7 @@
 //! `/v1/what-if`: many cases of one scene as one job.
 
 use super::app::App;
-use super::extract::{JsonBody, Owner};
+use super::extract::{JsonBody, Owner, Sender};
 use super::problem::Problem;
 use super::submission::{SubmitAnswer, SubmitHeaders, accept};
 use super::validation::parsed;
@@ -38,16 +38,21 @@ const LONGEST_SHOWN: usize = 100;
 pub async fn ask(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
+    sender: Sender,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Result<Response, Problem> {
-    let completed = async |question| with_scene(&app, &owner, question).await;
+    let completed = async |question| with_scene(&app, (&owner, &sender), question).await;
     accept(&app, &owner, JobKind::WhatIf, &headers, body, completed).await
 }
 
 /// Replaces a named job by its scene, so that the question no longer depends on that job. Neither is parsed for that, as their values take
 /// many times the memory of their texts.
-async fn with_scene(app: &App, owner: &str, question: JsonDocument) -> Result<JsonDocument, Problem> {
+async fn with_scene(
+    app: &App,
+    (owner, Sender(sender)): (&str, &Sender),
+    question: JsonDocument,
+) -> Result<JsonDocument, Problem> {
     // Any other body is left to the validation.
     let Ok(Base { job: Some(job), is_repeated, has_scene }) = serde_json::from_slice(&question.text) else {
         return Ok(question);
@@ -98,7 +103,7 @@ async fn with_scene(app: &App, owner: &str, question: JsonDocument) -> Result<Js
     };
     // Memory for the scene, and for the question with it.
     let most = 2 * app.config.runs.budget.document_bytes as usize + question.text.len();
-    let text = app.bodies.load(most, completed).await?;
+    let text = app.bodies.load(sender, most, completed).await?;
     parsed(app, owner, text).await
 }
 

@@ -172,7 +172,7 @@ impl JobsError {
     /// Whether a retry may succeed.
     pub fn is_passing(&self) -> bool {
         matches!(self, Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent)
-            || self.io_kind() == Some(ErrorKind::NetworkDown)
+            || matches!(self.io_kind(), Some(ErrorKind::NetworkDown | ErrorKind::ReadOnlyFilesystem))
     }
 
     /// An object store that cannot be used, with a remedy.

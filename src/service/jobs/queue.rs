@@ -179,7 +179,7 @@ impl Queue {
     }
 
     /// Checks that the disk has room for a job.
-    fn check_space(&self) -> Result<(), JobsError> {
+    pub fn check_space(&self) -> Result<(), JobsError> {
         let (free, least) = (self.folder.free_space()?, self.config.least_free);
         if free < least { Err(JobsError::DiskShort { free, least }) } else { Ok(()) }
     }

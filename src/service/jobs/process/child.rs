@@ -1,11 +1,13 @@
 //! The process of a run, as the service sees it.
 
 use super::group::{Group, Groups};
+use super::pipe::Pipe;
 use super::wire::{self, FromChild, Task, ToChild};
 use crate::service::jobs::JobId;
+use serde::Serialize;
 use std::io::{self, BufRead, BufReader, BufWriter, Read};
 use std::path::Path;
-use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::JoinHandle;
@@ -13,6 +15,8 @@ use std::time::Duration;
 
 /// Messages that wait for the service; then the process waits.
 const WAITING: usize = 64;
+/// Time within which a process takes some of what is sent to it.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Longest line of the log that is forwarded [bytes].
 const LONGEST_LINE: u64 = 4096;
 /// Beginning of the last words of a process that was refused memory, as the standard library of Rust writes them.
@@ -21,7 +25,9 @@ const REFUSED_MEMORY: &str = "memory allocation of";
 /// A process that waits for its task, does it, or has ended. Dropped, it is killed.
 pub(super) struct Child {
     process: std::process::Child,
-    input: BufWriter<ChildStdin>,
+    input: BufWriter<Pipe>,
+    /// Why it was ended, if its input failed.
+    broken: Option<String>,
     messages: Receiver<(FromChild, Vec<u8>)>,
     log: Arc<Log>,
     logging: Option<JoinHandle<()>>,
@@ -54,12 +60,16 @@ pub(super) struct Death {
     pub status: Option<ExitStatus>,
     /// Whether it was refused memory.
     pub was_refused_memory: bool,
+    /// Why the service ended it, if its input failed.
+    pub broken: Option<String>,
 }
 
 impl Death {
     /// How the process ended, as text.
     pub fn how(&self) -> String {
-        self.status.map_or_else(|| "its end is unknown".to_owned(), |status| status.to_string())
+        let status =
+            || self.status.map_or_else(|| "its end is unknown".to_owned(), |status| status.to_string());
+        self.broken.clone().unwrap_or_else(status)
     }
 
     /// Whether it took more processor time than it may.
@@ -99,7 +109,7 @@ impl Child {
         }
         let mut process = command.spawn()?;
         let missing = || io::Error::other("a process without pipes");
-        let input = BufWriter::new(process.stdin.take().ok_or_else(missing)?);
+        let input = BufWriter::new(Pipe::new(process.stdin.take().ok_or_else(missing)?, PATIENCE)?);
         let (output, errors) = (process.stdout.take(), process.stderr.take());
         let (output, errors) = (output.ok_or_else(missing)?, errors.ok_or_else(missing)?);
         let (sender, messages) = sync_channel(WAITING);
@@ -111,6 +121,7 @@ impl Child {
         Ok(Self {
             process,
             input,
+            broken: None,
             messages,
             log,
             logging: Some(logging),
@@ -134,7 +145,7 @@ impl Child {
             // A process has one task.
             let _ = self.log.job.set(job);
         }
-        wire::write(&mut self.input, task, count, bytes)
+        self.write(task, (count, bytes))
     }
 
     /// Puts the process into a group of its own; without it, it ends.
@@ -153,8 +164,23 @@ impl Child {
     }
 
     /// Sends a message with its bytes.
-    pub fn send(&mut self, message: &ToChild, (count, bytes): (u64, &mut dyn Read)) -> io::Result<()> {
-        wire::write(&mut self.input, message, count, bytes)
+    pub fn send(&mut self, message: &ToChild, bytes: (u64, &mut dyn Read)) -> io::Result<()> {
+        self.write(message, bytes)
+    }
+
+    /// Writes a message with its bytes. Without all of it the process would wait for ever, and is ended.
+    fn write(&mut self, message: &impl Serialize, (count, bytes): (u64, &mut dyn Read)) -> io::Result<()> {
+        wire::write(&mut self.input, message, count, bytes).inspect_err(|error| {
+            self.broken = match error.kind() {
+                // It has ended by itself.
+                io::ErrorKind::BrokenPipe => return,
+                io::ErrorKind::TimedOut => {
+                    Some(format!("it took none of its input for {} s", PATIENCE.as_secs()))
+                }
+                _ => Some(format!("its input failed: {error}")),
+            };
+            let _ = self.process.kill();
+        })
     }
 
     /// Waits for a message.
@@ -175,7 +201,7 @@ impl Child {
         }
         let was_refused_memory = *self.log.was_refused_memory.lock().unwrap_or_else(PoisonError::into_inner)
             || self.group.as_ref().is_some_and(Group::was_refused_memory);
-        Death { status, was_refused_memory }
+        Death { status, was_refused_memory, broken: self.broken.take() }
     }
 
     fn reap(&mut self) -> Option<ExitStatus> {

@@ -247,7 +247,7 @@ impl Engine for ProcessEngine {
         let cpu_s = self.runs.deadline.as_secs().saturating_mul(threads as u64) + SPARE_CPU_S;
         let task = self.task(work, order.most_memory, cpu_s);
         let text = (order.document.len() as u64, &mut &*order.document as &mut dyn Read);
-        // A process that does not listen has ended, which is found below.
+        // A process that does not take its task has ended, which is found below.
         let begun = child.begin(&task, text, Some(order.job), self.groups.as_ref());
         tracing::debug!(job = %order.job, is_begun = begun.is_ok(), "a process has the run");
         run.hold(child, &mut order)

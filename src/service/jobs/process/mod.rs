@@ -14,6 +14,7 @@ mod group;
 mod host;
 mod inside;
 mod limits;
+mod pipe;
 mod wire;
 
 pub use child::MMAP_THRESHOLD;
