@@ -193,6 +193,8 @@ pub async fn summary(
         (status = 200, description = "The plan of the scene: what is computed, omitted and expected to cost", body = PlanReport),
         (status = 404, description = "No such job, or a what-if question or a study, which have no plan", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The scene is no longer valid: a mesh is missing", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many documents or validations of this client are waiting", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many documents or validations are waiting", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn plan(

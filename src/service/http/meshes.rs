@@ -61,8 +61,9 @@ pub struct UploadParameters {
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The file is not a mesh that can be used", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 429, description = "Too many validations of this token are waiting", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Too many validations are waiting", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many uploads or validations of this client are in progress", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Too many uploads or validations are in progress, or the storage accepts no writes", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 507, description = "The service has no space left", body = ProblemBody, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds"))),
     )
 )]
 pub async fn upload(

@@ -61,12 +61,15 @@ pub enum SubmitAnswer {
     /// All errors of the document, including its scene
     #[response(status = 422, content_type = "application/problem+json")]
     Invalid(ProblemBody),
-    /// Too many validations or jobs of this token are waiting
+    /// Too many documents, validations or jobs of this client are waiting
     #[response(status = 429, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
     TooMany(ProblemBody),
     /// Queue full or shutting down
-    #[response(status = 503, content_type = "application/problem+json")]
+    #[response(status = 503, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
     Unavailable(ProblemBody),
+    /// The service has no space left
+    #[response(status = 507, content_type = "application/problem+json", headers(("Retry-After" = u64, description = "Seconds")))]
+    Full(ProblemBody),
 }
 
 /// Identity of a request: the same body at another address is a different request.
