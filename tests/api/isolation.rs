@@ -264,7 +264,7 @@ fn a_process_that_does_not_take_its_task_is_killed() {
     let job = client.post_text("/v1/jobs", &padded);
     assert_eq!(job.status, 202, "{job:?}");
     // Meanwhile a mesh, and a scene whose validation has a process.
-    let mesh = client.send("POST", "/v1/meshes", &[], &[b'$'; 1_000_000]);
+    let mesh = client.send("POST", "/v1/meshes", &[], &vec![b'$'; 1_000_000]);
     assert!(problem(&mesh, 422, "invalid-mesh")["detail"].as_str().unwrap().contains(words), "{mesh:?}");
     let refused = client.post_text("/v1/jobs", &(padded + "  "));
     let refused = problem(&refused, 422, "invalid-scene");

@@ -85,7 +85,8 @@ impl Disk {
     fn fill(&self, free: u64) -> PathBuf {
         let path = self.mounted.join("filler");
         let mut filler = std::fs::File::create(&path).unwrap();
-        while filler.write_all(&[0; 1 << 20]).is_ok() {}
+        let piece = vec![0; 1 << 20];
+        while filler.write_all(&piece).is_ok() {}
         let length = filler.metadata().unwrap().len();
         filler.set_len(length - free).unwrap();
         filler.sync_all().unwrap();

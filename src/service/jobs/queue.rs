@@ -178,7 +178,10 @@ impl Queue {
         self.pulse.as_ref().is_some_and(|pulse| !pulse.ask())
     }
 
-    /// Checks that the disk has room for a job.
+    /// Checks that the disk has room for a job, or a mesh.
+    ///
+    /// # Errors
+    /// `DiskShort`, or why the free space is not known.
     pub fn check_space(&self) -> Result<(), JobsError> {
         let (free, least) = (self.folder.free_space()?, self.config.least_free);
         if free < least { Err(JobsError::DiskShort { free, least }) } else { Ok(()) }

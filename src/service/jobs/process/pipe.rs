@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn a_process_that_reads_slowly_has_everything() {
         let (process, mut pipe) = process("sleep 0.3; wc -c", Duration::from_secs(60));
-        pipe.write_all(&[7; 1_000_000]).unwrap();
+        pipe.write_all(&vec![7; 1_000_000]).unwrap();
         drop(pipe);
         assert_eq!(process.wait_with_output().unwrap().stdout.trim_ascii(), b"1000000");
     }
@@ -83,7 +83,7 @@ mod tests {
     fn a_process_that_does_not_read_is_waited_for_once() {
         let (mut process, mut pipe) = process("exec sleep 600", Duration::from_millis(300));
         let begun = Instant::now();
-        assert_eq!(pipe.write_all(&[7; 1_000_000]).unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert_eq!(pipe.write_all(&vec![7; 1_000_000]).unwrap_err().kind(), io::ErrorKind::TimedOut);
         assert_eq!(pipe.write_all(b"7").unwrap_err().kind(), io::ErrorKind::BrokenPipe);
         assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
         process.kill().unwrap();
