@@ -155,6 +155,13 @@ impl Plan {
     pub fn is_viscous(&self) -> bool {
         self.blocks.iter().any(|block| block.parameters.is_viscous())
     }
+    /// Whether what is evaluated at the field times needs velocities: as a field, for viscous stresses, or for the strain rates that
+    /// are compared with those of the tests of a law.
+    pub fn reads_velocities(&self) -> bool {
+        let compares_rates =
+            || self.bodies.iter().flat_map(|body| &body.validity).any(|law| law.strain_rate.is_some());
+        self.fields.contains(&FieldName::Velocity) || self.is_viscous() || compares_rates()
+    }
     /// Number of force slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {
         self.blocks.last().map_or(0, ElementBlock::end_slot)

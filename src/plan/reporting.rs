@@ -22,8 +22,8 @@ use std::collections::BTreeSet;
 /// Bulk modulus of water [Pa], and about that of soft tissue and rubber.
 const WATER_PA: f64 = 2.2e9;
 
-/// K/G from which on a part counts as nearly incompressible [-]: Poisson's ratio is 0.495.
-const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
+/// K/G from which on a part is meant to keep its volume [-], as foam is not: Poisson's ratio is 0.4.
+const KEEPS_ITS_VOLUME: f64 = 5.0;
 
 /// Relative amount by which a step may exceed its nominal length, as in the stepper.
 const ROUNDING: f64 = 1e-9;
@@ -117,12 +117,12 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     }
 }
 
-/// Nearly incompressible parts with a bulk modulus below that of water, in words.
+/// Parts that are meant to keep their volume, with a bulk modulus below that of water, in words.
 fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
     let mut capped = BTreeSet::new();
     for block in &plan.blocks {
         let (shear, bulk) = block.parameters.material.moduli_at_rest();
-        if bulk < WATER_PA && bulk > NEARLY_INCOMPRESSIBLE * shear {
+        if bulk < WATER_PA && bulk > KEEPS_ITS_VOLUME * shear {
             let body = &plan.bodies[block.body];
             let megapascals = 1e-6 * bulk;
             let of_part = |part| format!("{part} ({}) {megapascals:.3} MPa", body.name);

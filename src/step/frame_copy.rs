@@ -8,7 +8,6 @@ use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
-use crate::scene::document::FieldName;
 use std::sync::Arc;
 
 /// A frame by value. Data needed only at field times is stored separately, so that a queue of copies stays small:
@@ -125,7 +124,7 @@ impl FieldCopy {
     /// Allocates memory for the fields of a plan.
     pub fn new(plan: &Plan) -> Self {
         let room = |count| Vec::with_capacity(count);
-        let velocities = if has_velocities(plan) { plan.node_count() } else { 0 };
+        let velocities = if plan.reads_velocities() { plan.node_count() } else { 0 };
         let history = plan.room_for_history();
         Self { u: room(plan.node_count()), v: room(velocities), v_after: room(velocities), history }
     }
@@ -133,7 +132,7 @@ impl FieldCopy {
     fn take(&mut self, frame: &Frame) {
         self.u.clear();
         self.u.extend_from_slice(frame.u);
-        if has_velocities(frame.plan) {
+        if frame.plan.reads_velocities() {
             self.v.clear();
             self.v.extend_from_slice(frame.v);
             self.v_after.clear();
@@ -152,8 +151,4 @@ pub(super) fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
             if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.boundary.nodes[..]) };
         all.chain(boundary.iter().copied())
     })
-}
-
-fn has_velocities(plan: &Plan) -> bool {
-    plan.fields.contains(&FieldName::Velocity) || plan.is_viscous()
 }

@@ -133,6 +133,15 @@ fn a_law_that_was_left_is_reported_and_beyond_its_limit_nothing_is_shown() {
         left.warnings
     );
 
+    // An elastic gel, of which no velocity is recorded: its strain rates are compared all the same.
+    let fast = with_range(json!({"strain_rate_per_s": [0.0, 1.0]}));
+    assert!(
+        fast.law_rates[0].body == "gel" && fast.law_rates[0].fraction_faster > 0.01,
+        "{:?}",
+        fast.law_rates
+    );
+    assert!(fast.warnings.iter().any(|w| w.contains("faster than in any test")), "{:?}", fast.warnings);
+
     let beyond = with_range(json!({"stretch": [0.999, 1.001], "limit_stretch": [0.999, 1.001]}));
     let Shown::Withheld { reason, .. } = &beyond.results else { panic!("{:?}", beyond.plain_words) };
     assert!(reason.contains("(gel) was stretched to") && reason.contains("limit 1.001"), "{reason}");

@@ -55,7 +55,7 @@ pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
 }
 
 impl LawRange {
-    /// "The law of fat (thigh) was used beyond its fitted range in 3.2 % of its volume, from 40 µs on: …"; ranges that are usual
+    /// "The law of fat (thigh) was used beyond its fitted range in 3.2 % of its volume, first seen at 40 µs: …"; ranges that are usual
     /// for the law are not called fitted.
     pub fn in_words(&self) -> String {
         let between = |[from, to]: [f64; 2]| format!("{} to {}", number(from), number(to));
@@ -65,7 +65,7 @@ impl LawRange {
         };
         let is_fitted = self.given.stretch || self.given.jacobian;
         format!(
-            "The law of {} ({}) was used beyond its {} range in {} % of its volume, from {} on: stretches {} ({}), J {} ({}).",
+            "The law of {} ({}) was used beyond its {} range in {} % of its volume, first seen at {}: stretches {} ({}), J {} ({}).",
             self.part,
             self.body,
             if is_fitted { "fitted" } else { "usual" },
@@ -132,7 +132,7 @@ impl LawRate {
     }
 }
 
-/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 12 mm³ (0.1 % of its volume) from 40 µs on",
+/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 12 mm³ (0.1 % of its volume), first seen at 40 µs",
 /// for the part with most strain energy there.
 pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
     let part = ranges.worst()?;
@@ -150,7 +150,7 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
         }
     }
     Some(format!(
-        "{} ({}) was {}, beyond the {} limit of its law, in {} mm³ ({} % of its volume) from {} on",
+        "{} ({}) was {}, beyond the {} limit of its law, in {} mm³ ({} % of its volume), first seen at {}",
         part.part,
         part.body,
         what.join(", "),

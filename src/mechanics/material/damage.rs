@@ -10,7 +10,8 @@
 //! τ₀ τ_s`, whatever its law. An element of size L dissipates the fracture energy G_c per area of a crack across it if that is
 //! G_c/L: `τ_s = G_c/(L τ₀) − ½ τ₀`, so that the fracture energy does not depend on the mesh. It must be positive: an element
 //! larger than `2 G_c/τ₀² = G_c/ψ₀` would store more energy at the onset than its fracture dissipates. There the onset is lower
-//! (Bažant & Oh 1983), so that the fracture energy stays.
+//! (Bažant & Oh 1983), so that the fracture energy stays. L is the edge of a cube of the same volume: an element of height h across the
+//! crack dissipates h/L times G_c.
 
 use super::memory::{ElasticPoint, History, Inelastic, Memory};
 use crate::real::Real;

@@ -7,6 +7,9 @@ use crate::scene::validate::Findings;
 use std::collections::BTreeSet;
 
 /// Upper bound of the number of points of all tests.
+/// Stretches that make no one ask whether they are per cent [-].
+const USUAL_STRETCHES: [f64; 2] = [0.05, 8.0];
+
 const MOST_POINTS: usize = 100_000;
 
 /// Upper bound of the number of free parameters.
@@ -99,6 +102,10 @@ fn check_test(question: &FitQuestion, test: &TestDocument, here: &Pointer, out: 
                 .limit("not 0, with \"errors\": \"relative\"")
                 .remedy("remove the point at rest, or fit absolute errors")
         });
+    }
+    if matches!(test.kind, TestKind::Uniaxial | TestKind::Equibiaxial) {
+        let most = test.points.iter().map(|[stretch, _]| *stretch).fold(1.0, f64::max);
+        out.usual(&list, "the largest stretch", most, USUAL_STRETCHES, "30 % tension is a stretch of 1.3");
     }
 }
 

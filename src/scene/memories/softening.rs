@@ -13,7 +13,8 @@ const USUAL_ONSETS: [f64; 2] = [1e2, 1e8];
 const USUAL_ENERGIES: [f64; 2] = [1.0, 1e6];
 
 /// Softening of the isochoric stress: beyond the strain energy of the onset the stress is reduced for good, such that tearing a
-/// layer of elements apart consumes the fracture energy per area of the crack, whatever the size of the elements.
+/// layer of elements apart consumes the fracture energy per area of the crack, whatever the size of the elements, if they are about as
+/// high across the crack as wide: the energy of others is the ratio of that height to the cube root of their volume times as large.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SofteningDocument {

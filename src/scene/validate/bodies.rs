@@ -113,6 +113,23 @@ fn check_erosion(part: &PartDocument, erosion: &ErosionDocument, here: &Pointer,
     }
 }
 
+/// Damage leaves a thousandth of the stress, which a law that stiffens makes a tension again where the tear opens.
+fn check_softening(part: &PartDocument, here: &Pointer, out: &mut Findings) {
+    let law = part.material.law_name();
+    let erodes = part.erosion.as_ref().is_some_and(|erosion| erosion.damage.is_some());
+    if part.softening.is_some() && !erodes && !["neo_hookean", "mooney_rivlin"].contains(&law) {
+        let (here, words) = (
+            here.key("softening"),
+            format!("{law} stiffens with stretch: torn elements bear tension again, and dissipate too much"),
+        );
+        out.push(
+            Problem::warning("softening_without_erosion", &here, words)
+                .limit("torn elements are deleted")
+                .remedy("add \"erosion\": {\"damage\": 0.995} to the part"),
+        );
+    }
+}
+
 fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     // Density and viscosity.
     let density = here.key("density_kg_per_m3");
@@ -126,6 +143,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     let remedy = "soft tissue has 0.1 to 30 Pa s; 0 for none";
     out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
+    check_softening(part, here, out);
     // What stress remembers, erosion, and the law itself.
     for (field, memory) in part.memories() {
         memories::check(memory, part.material.is_split(), &here.key(field), out);

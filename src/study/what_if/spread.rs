@@ -3,7 +3,9 @@
 use super::document::Change;
 use super::named::part_of;
 use crate::scene::document::{PartDocument, SceneDocument};
-use crate::scene::materials::library::{MaterialSet, SHEAR_MODULUS, SourceSpread, find, unknown};
+use crate::scene::materials::library::{
+    MaterialSet, SHEAR_MODULUS, SUDDEN_SHEAR_MODULUS, SourceSpread, find, unknown,
+};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::validate::Findings;
 
@@ -13,19 +15,24 @@ impl Change {
     pub(super) fn spread_in(&self, set: &str) -> Option<[f64; 2]> {
         let set = find(set)?;
         let spread = self.stated(set)?;
-        // A factor is relative to the set's own modulus.
-        let unit = if matches!(self, Self::StiffnessFactor { .. }) { set.shear_modulus_pa } else { 1.0 };
+        // A factor is relative to the set's own modulus, and scales those of the relaxation alike.
+        let [slow, sudden] = set.slow_and_sudden_moduli_pa();
+        let unit = match self {
+            Self::StiffnessFactor { .. } if spread.parameter == SUDDEN_SHEAR_MODULUS => sudden,
+            Self::StiffnessFactor { .. } => slow,
+            _ => 1.0,
+        };
         Some([spread.least / unit, spread.most / unit])
     }
 
     /// The spread that a set states of what this changes.
     fn stated<'a>(&self, set: &'a MaterialSet) -> Option<&'a SourceSpread> {
-        let parameter = match self {
-            Self::StiffnessFactor { .. } => SHEAR_MODULUS,
-            Self::Number { pointer } => place_in_part(pointer)?.1,
+        let parameters = match self {
+            Self::StiffnessFactor { .. } => vec![SHEAR_MODULUS, SUDDEN_SHEAR_MODULUS],
+            Self::Number { pointer } => vec![place_in_part(pointer)?.1],
             _ => return None,
         };
-        set.spread.iter().find(|spread| spread.parameter == parameter)
+        set.spread.iter().find(|spread| parameters.contains(&spread.parameter.as_str()))
     }
 
     /// The part of a scene whose material this changes.
@@ -57,7 +64,7 @@ pub(super) fn check(set: &str, change: &Change, scene: &SceneDocument, here: &Po
             .value(set)
             .limit(format!("a parameter whose spread the set states: {stated}"))
             .remedy(
-                "stiffness_factor varies shear_modulus_pa; the others are numbers at /bodies/…/parts/…/NAME. \
+                "stiffness_factor varies the shear modulus; the others are numbers at /bodies/…/parts/…/NAME. \
                  Otherwise give low and high",
             )
     });

@@ -72,15 +72,17 @@ pub struct MaterialSet {
     pub fit: Option<Fit>,
 }
 
-/// [`SourceSpread::parameter`] of the small-strain shear modulus of a set.
+/// [`SourceSpread::parameter`] of the small-strain shear modulus of a set, under slow and under sudden loading.
 pub const SHEAR_MODULUS: &str = "shear_modulus_pa";
+/// See [`SHEAR_MODULUS`]: that of sets that relax, since in an impact sources differ by what they are before they do.
+pub const SUDDEN_SHEAR_MODULUS: &str = "sudden_shear_modulus_pa";
 
 /// Range of a parameter between sources.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SourceSpread {
-    /// The parameter: `shear_modulus_pa`, or its place in a part, such as `shear_viscosity_pa_s` or
+    /// The parameter: `shear_modulus_pa`, `sudden_shear_modulus_pa` (before any relaxation), or its place in a part, such as `shear_viscosity_pa_s` or
     /// `prony_series/branches/0/relaxation_time_s`.
     pub parameter: String,
     /// Smallest value, in the unit of the parameter.
