@@ -6,10 +6,10 @@ use crate::scene::problem::{Pointer, Problem, suggest};
 use crate::scene::validate::Findings;
 use std::collections::BTreeSet;
 
-/// Upper bound of the number of points of all tests.
 /// Stretches that make no one ask whether they are per cent [-].
 const USUAL_STRETCHES: [f64; 2] = [0.05, 8.0];
 
+/// Upper bound of the number of points of all tests.
 const MOST_POINTS: usize = 100_000;
 
 /// Upper bound of the number of free parameters.
