@@ -367,3 +367,35 @@ fn products_with_nonsense_are_refused() {
     // Full stick has no cone to project on.
     assert_eq!(solve(&[0.0; 3], &[f64::INFINITY]), ProblemError::Friction { contact: 0, mu: f64::INFINITY });
 }
+
+/// Reactions that were printed are taken as a start, by the name of the problem: nothing is left to do.
+#[test]
+fn contact_problems_start_from_given_reactions() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let problem =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/contact_problems/12_OneObject-i1028.json");
+    let problem = problem.to_str().unwrap();
+    let solve = |more: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_contuse"));
+        command.args(["contact-problem", "--json", problem]).args(more).output().unwrap()
+    };
+    let from_rest = solve(&[]);
+    std::fs::write(path("start.json"), &from_rest.stdout).unwrap();
+    let iterations = |output: &std::process::Output| {
+        let rows: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(rows[0]["converged"], true);
+        rows[0]["iterations"].as_u64().unwrap()
+    };
+    assert!(iterations(&from_rest) > 0);
+    assert_eq!(iterations(&solve(&["--start", &path("start.json")])), 0);
+    // Of another problem, and of another length.
+    let wrong = [r#"[{"name": "other", "r": []}]"#, r#"[{"name": "12_OneObject-i1028", "r": [0, 0, 0]}]"#];
+    for (start, said) in wrong.into_iter().zip(["no reactions of 12_OneObject-i1028", "needs 69"]) {
+        std::fs::write(path("start.json"), start).unwrap();
+        let output = solve(&["--start", &path("start.json")]);
+        assert_eq!(output.status.code(), Some(2));
+        let answer = String::from_utf8_lossy(&output.stderr);
+        assert!(answer.contains(said), "{answer}");
+    }
+}

@@ -19,6 +19,7 @@ mod newton;
 mod newton_krylov;
 mod nsgs;
 mod options;
+mod parts;
 mod proximal;
 mod scaled;
 mod second_order_cone;
@@ -29,12 +30,13 @@ pub use matrix_free::{MatrixFree, solve_matrix_free};
 pub use method::Method;
 pub use options::{LARGEST_OF_FREE, Options, SolveReport};
 
+use super::delassus::Delassus;
 use super::problem::ContactProblem;
 use options::Limits;
 use scaled::Scaled;
 
 /// Solves for the reactions: `r` (3 nc) is the initial guess, then the solution. Initial values that are not finite
-/// count as zero.
+/// count as zero. Groups of contacts that a sparse W does not connect are solved one by one.
 ///
 /// The errors are those of the result in the problem as given. Deterministic.
 ///
@@ -42,6 +44,19 @@ use scaled::Scaled;
 /// If `r` does not have three numbers per contact.
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     assert_eq!(r.len(), problem.q().len(), "three reactions per contact");
+    if let Delassus::Sparse(W) = problem.W() {
+        let groups = parts::groups(W, problem.contacts());
+        if groups.len() > 1
+            && let Ok(work) = parts::solve((problem, W), &groups, r, options, solve_connected)
+        {
+            return report(problem, r, options, (work.solver, work.iterations, work.failed_contacts));
+        }
+    }
+    solve_connected(problem, r, options)
+}
+
+/// Solves all contacts at once.
+fn solve_connected(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     if problem.q().iter().all(|q| *q == 0.0) {
         r.fill(0.0);
     }
@@ -53,6 +68,16 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
     };
     let (solver, iterations) = run(&mut scaled, options.method, limits);
     scaled.store(r);
+    report(problem, r, options, (solver, iterations, scaled.failed_contacts))
+}
+
+/// The report on reactions `r`, with their errors in the problem as given.
+fn report(
+    problem: &ContactProblem,
+    r: &[f64],
+    options: &Options,
+    (solver, iterations, failed_contacts): (Method, usize, usize),
+) -> SolveReport {
     let errors = problem.errors(r);
     SolveReport {
         solver,
@@ -61,7 +86,7 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
         error_plain: errors.plain,
         error_of_free: errors.of_free,
         converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
-        failed_contacts: scaled.failed_contacts,
+        failed_contacts,
     }
 }
 

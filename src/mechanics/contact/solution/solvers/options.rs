@@ -10,7 +10,8 @@ pub const LARGEST_OF_FREE: f64 = 1e-2;
 pub struct Options<'a> {
     /// Largest scaled error [-] of a converged solution.
     pub tolerance: f64,
-    /// Largest number of iterations of the solver (sweeps or Newton steps); `None` for its default.
+    /// Largest number of iterations of the solver (sweeps or Newton steps), of each group of contacts that W connects; `None` for its
+    /// default.
     pub max_iterations: Option<usize>,
     /// Method by which to solve.
     pub method: Method,

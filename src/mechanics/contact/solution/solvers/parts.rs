@@ -1,0 +1,134 @@
+//! A problem whose contacts fall into groups that W does not connect, such as piles that do not touch: each group is a problem of its own,
+//! solved to its own tolerance, so that one hard group costs nothing in the others.
+
+use super::method::Method;
+use super::options::{Options, SolveReport};
+use crate::contact::solution::delassus::{Delassus, SparseDelassus};
+use crate::contact::solution::problem::{ContactProblem, ProblemError, local, squared};
+use std::ops::AddAssign;
+
+/// Tolerance of a group and free velocities below which it stays at rest, as fractions of the tolerance of the whole; the errors of all
+/// groups together are then within it: `½² · 2 + ½² ≤ 1`, since `Σ max(r², q²) ≤ 2 max(Σ r², Σ q²)`.
+const SHARE: f64 = 0.5;
+
+/// Groups of contacts that W connects, directly or through others, each ascending, in the order of their first contacts.
+pub(super) fn groups(W: &SparseDelassus, contacts: usize) -> Vec<Vec<usize>> {
+    // Union–find, where the smaller number stands for both.
+    let mut parent: Vec<usize> = (0..contacts).collect();
+    let mut first = |mut c: usize, to: Option<usize>| {
+        while parent[c] != c {
+            parent[c] = parent[parent[c]];
+            c = parent[c];
+        }
+        parent[c] = to.unwrap_or(c);
+        c
+    };
+    for c in 0..contacts {
+        for (d, _) in W.row(c) {
+            let (a, b) = (first(c, None), first(d, None));
+            first(a.max(b), Some(a.min(b)));
+        }
+    }
+    let mut lists = vec![Vec::new(); contacts];
+    (0..contacts).for_each(|c| lists[first(c, None)].push(c));
+    lists.retain(|list| !list.is_empty());
+    lists
+}
+
+/// What the solutions of the groups took; that with the most iterations names the solver.
+pub(super) struct Work {
+    pub solver: Method,
+    pub iterations: usize,
+    pub failed_contacts: usize,
+    most: usize,
+}
+
+impl AddAssign<&SolveReport> for Work {
+    fn add_assign(&mut self, of_group: &SolveReport) {
+        if of_group.iterations > self.most {
+            (self.most, self.solver) = (of_group.iterations, of_group.solver);
+        }
+        self.iterations += of_group.iterations;
+        self.failed_contacts += of_group.failed_contacts;
+    }
+}
+
+/// Solves each group from `r` by `solve`; the limit of iterations is that of each.
+pub(super) fn solve(
+    (problem, W): (&ContactProblem, &SparseDelassus),
+    groups: &[Vec<usize>],
+    r: &mut [f64],
+    options: &Options,
+    solve: impl Fn(&ContactProblem, &mut [f64], &Options) -> SolveReport,
+) -> Result<Work, ProblemError> {
+    let free = |c: usize| squared(local(problem.q(), c)) / problem.scales()[c];
+    let all: f64 = (0..problem.contacts()).map(free).sum();
+    let least = (SHARE * options.tolerance).powi(2) * all / groups.len() as f64;
+    let own = Options { tolerance: SHARE * options.tolerance, ..*options };
+    let mut work = Work { solver: Method::Nsgs, iterations: 0, failed_contacts: 0, most: 0 };
+    let mut place = vec![0; problem.contacts()];
+    for group in groups {
+        let at = |x: &[f64]| -> Vec<f64> { group.iter().flat_map(|c| local(x, *c)).collect() };
+        let mut of_group = vec![0.0; 3 * group.len()];
+        if group.iter().map(|c| free(*c)).sum::<f64>() > least {
+            group.iter().enumerate().for_each(|(i, c)| place[*c] = i);
+            let rows = group.iter().flat_map(|c| W.row(*c).map(|(d, block)| (place[*c], place[d], *block)));
+            let operator = Delassus::from_blocks(group.len(), rows)?;
+            let mu = group.iter().map(|c| problem.mu()[*c]).collect();
+            of_group = at(r);
+            work += &solve(&ContactProblem::new(operator, at(problem.q()), mu)?, &mut of_group, &own);
+        }
+        for (c, own) in group.iter().zip(of_group.chunks_exact(3)) {
+            r[3 * c..3 * c + 3].copy_from_slice(own);
+        }
+    }
+    Ok(work)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{solve, solve_connected};
+    use super::*;
+    use crate::contact::solution::delassus::Block;
+    use crate::random::Random;
+
+    /// Chains of contacts, interleaved: contact `i` belongs to chain `i % chains`.
+    fn chains(chains: usize, length: usize, random: &mut Random) -> ContactProblem {
+        let own: Block = [[2.0, 0.1, 0.0], [0.1, 2.0, 0.0], [0.0, 0.0, 2.0]];
+        let next: Block = [[-0.7, 0.0, 0.1], [0.0, -0.5, 0.0], [0.1, 0.0, -0.5]];
+        let count = chains * length;
+        let blocks = (0..count).flat_map(|c| {
+            let beside = c.checked_sub(chains).into_iter().chain((c + chains < count).then_some(c + chains));
+            std::iter::once((c, c, own)).chain(beside.map(move |d| (c, d, next)))
+        });
+        let W = Delassus::from_blocks(count, blocks).unwrap();
+        let q = (0..count).flat_map(|_| [random.next() - 0.5, random.next(), random.next()]).collect();
+        ContactProblem::new(W, q, vec![0.4; count]).unwrap()
+    }
+
+    #[test]
+    fn chains_that_do_not_touch_are_solved_one_by_one_within_the_tolerance_of_all() {
+        let problem = chains(5, 8, &mut Random(3));
+        let Delassus::Sparse(W) = problem.W() else { panic!("sparse") };
+        let found = groups(W, 40);
+        assert_eq!(found.len(), 5);
+        assert_eq!(found[1], (0..8).map(|i| 1 + 5 * i).collect::<Vec<_>>());
+        let (mut r, mut whole) = (vec![0.0; 120], vec![0.0; 120]);
+        let options = Options { tolerance: 1e-11, ..Options::default() };
+        let report = solve(&problem, &mut r, &options);
+        assert!(report.converged && problem.error_scaled(&r) <= 1e-11, "{report:?}");
+        let at_once = solve_connected(&problem, &mut whole, &options);
+        assert!(at_once.converged && r.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_group_that_hardly_moves_stays_at_rest() {
+        let given = chains(2, 4, &mut Random(3));
+        let slow = given.q().iter().enumerate().map(|(i, q)| if i / 3 % 2 == 0 { *q } else { 1e-12 * q });
+        let problem = ContactProblem::new(given.W().clone(), slow.collect(), given.mu().to_vec()).unwrap();
+        let mut r = vec![0.0; 24];
+        assert!(solve(&problem, &mut r, &Options::default()).converged);
+        assert!((0..8).all(|c| c % 2 == 0 || r[3 * c..3 * c + 3] == [0.0; 3]));
+        assert!(r.iter().any(|r| *r > 0.0));
+    }
+}
