@@ -178,6 +178,37 @@ fn a_mesh_for_which_the_disk_has_no_room_is_refused_and_leaves_nothing() {
 }
 
 #[test]
+fn a_recording_that_met_a_full_disk_is_tried_again_but_not_for_ever() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(disk) = Disk::new(folder.path()) else {
+        eprintln!("not tried: this user may not mount a disk");
+        return;
+    };
+    // More than the disk has free, and all of it is free again once the run has failed: no worker waits for room.
+    let mut large: serde_json::Value = serde_json::from_str(&small()).unwrap();
+    large["bodies"][1]["mesh"]["generator"]["elements"] = serde_json::json!([16, 16, 8]);
+    large["record"] =
+        serde_json::json!({"field_interval_s": 1e-6, "fields": ["von_mises", "element_cauchy_stress"]});
+    let program = Program::start(&disk.mounted.join("data"), &["--least-free", "0", "--max-attempts", "2"]);
+    let filler = disk.fill(4 << 20);
+    let failed = wait_for(&program.client, &submit(&program.client, &large), "failed");
+    assert_eq!(failed["failure"]["cause"], "recording_failed");
+    assert_eq!(failed["attempts"], 2, "{failed}");
+    finished(&program.client, &serde_json::from_str(&small()).unwrap());
+    program.kill();
+    // Room that comes in time is used.
+    let program =
+        Program::start(&disk.mounted.join("data"), &["--least-free", "0", "--max-attempts", "1000"]);
+    let job = submit(&program.client, &large);
+    while program.client.get(&job).json()["attempts"].as_u64() < Some(2) {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::fs::remove_file(filler).unwrap();
+    wait_for(&program.client, &job, "succeeded");
+    program.kill();
+}
+
+#[test]
 fn a_line_of_the_audit_log_is_whole_or_not_there() {
     let data = tempfile::tempdir().unwrap();
     let log = data.path().join("audit.jsonl");

@@ -88,11 +88,21 @@ pub(super) fn recording_failed(error: &JobsError) -> Failure {
     }
 }
 
+/// What is said of a recording for which the disk had no room.
+const NO_ROOM: &str = "The recording could not be written: the disk was full.";
+
+/// Whether the disk had no room for a recording, be it that others took it.
+pub(super) fn lacked_room(failure: &Failure) -> bool {
+    failure.cause == FailureCause::RecordingFailed && failure.message == NO_ROOM
+}
+
 /// Removes from the failure of a run what must not be disclosed: the system's message contains the path of a file.
 pub(super) fn without_paths(failure: Failure) -> Failure {
     if failure.cause != FailureCause::RecordingFailed {
         return failure;
     }
     tracing::error!(reason = failure.message, "a recording failed");
-    Failure { message: "The recording could not be written.".into(), ..failure }
+    let is_full = failure.message.contains(&std::io::Error::from(rustix::io::Errno::NOSPC).to_string());
+    let message = if is_full { NO_ROOM } else { "The recording could not be written." };
+    Failure { message: message.into(), ..failure }
 }

@@ -5,7 +5,7 @@
 
 use super::control::{RunControl, StopReason};
 use super::engine::{RunOrder, RunReport};
-use super::failures::{internal, panicked, recording_failed};
+use super::failures::{internal, lacked_room, panicked, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
 use super::{FinalRecording, JobId, JobState, JobsError, Phase, Progress};
@@ -130,6 +130,12 @@ impl Worker {
             // The job is not to blame, and waits for room.
             _ if failed_as(&result, FailureCause::RecordingFailed) && self.queue.is_disk_short() => {
                 self.requeue(job, Requeued::DiskFull)
+            }
+            // There is room again: others may have taken it, or the recording is too large.
+            None if failure_of(&result).is_some_and(lacked_room)
+                && job.attempt < self.queue.config.max_attempts =>
+            {
+                self.requeue(job, Requeued::NoRoom)
             }
             // Its meshes could not be read.
             None if failed_as(&result, FailureCause::InvalidScene) && self.queue.is_cut_off() => {
@@ -337,11 +343,14 @@ fn is_lost(result: &Result<RunReport, Failure>) -> bool {
 
 /// Whether a run failed for a cause.
 fn failed_as(result: &Result<RunReport, Failure>, cause: FailureCause) -> bool {
-    let failure = match result {
+    failure_of(result).is_some_and(|failure| failure.cause == cause)
+}
+
+fn failure_of(result: &Result<RunReport, Failure>) -> Option<&Failure> {
+    match result {
         Ok(report) => report.ending.failure(),
         Err(failure) => Some(failure),
-    };
-    failure.is_some_and(|failure| failure.cause == cause)
+    }
 }
 
 /// Persists the progress of a run at a limited rate.

@@ -106,6 +106,8 @@ pub enum Requeued {
     Shutdown,
     /// The disk was full. The attempt does not count, since any job would have failed.
     DiskFull,
+    /// The disk had no room for its recording, and has room now. The attempt counts, since the recording may be the cause.
+    NoRoom,
     /// The object store did not answer. The attempt does not count, since any job would have failed.
     BlobStoreSilent,
     /// The process that ran it was lost. The attempt counts, since the job may be the cause.
@@ -123,7 +125,7 @@ impl Requeued {
     fn reason(self) -> &'static str {
         match self {
             Self::Shutdown => "the service was shut down",
-            Self::DiskFull => "the disk of the service was full",
+            Self::DiskFull | Self::NoRoom => "the disk of the service was full",
             Self::BlobStoreSilent => "the object store of the service did not answer",
             Self::WorkerLost => "the process that ran it was lost",
             Self::ProcessLost => {
