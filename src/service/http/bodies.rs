@@ -86,12 +86,35 @@ impl Bodies {
     }
 
     /// Holds memory for so many bytes of a client, or all that there is. What waits for that of its client takes none from others.
-    async fn hold(&self, client: &str, bytes: usize) -> Result<HeldMemory, Problem> {
+    ///
+    /// # Errors
+    /// If it does not become free in time.
+    pub async fn hold(&self, client: &str, bytes: usize) -> Result<HeldMemory, Problem> {
         let latest = Instant::now() + PATIENCE;
         let of_client = part(&self.of_client(client), bytes.min(OF_CLIENT), latest).await;
         let of_client = of_client.ok_or_else(Problem::no_memory_of_client)?;
         let of_all = part(&self.all, bytes.min(ALL), latest).await.ok_or_else(Problem::no_memory)?;
         Ok(HeldMemory { of_all, of_client })
+    }
+
+    /// Memory for so many bytes of a client, or all that there is, at once: what waits for it is there already.
+    ///
+    /// # Errors
+    /// If that of the client or of all is taken.
+    pub fn take(&self, client: &str, bytes: usize) -> Result<HeldMemory, Problem> {
+        let part = |memory: Arc<Semaphore>, bytes: usize| {
+            memory.try_acquire_many_owned(bytes.div_ceil(UNIT) as u32).ok()
+        };
+        let of_client =
+            part(self.of_client(client), bytes.min(OF_CLIENT)).ok_or_else(Problem::no_memory_of_client)?;
+        let of_all = part(Arc::clone(&self.all), bytes.min(ALL)).ok_or_else(Problem::no_memory)?;
+        Ok(HeldMemory { of_all, of_client })
+    }
+
+    /// What so many bytes need of some memory; the rest is given back.
+    pub fn keep(mut memory: HeldMemory, bytes: usize) -> HeldMemory {
+        memory.shrink(bytes.div_ceil(UNIT));
+        memory
     }
 
     /// The memory of a client.
@@ -115,10 +138,8 @@ async fn part(memory: &Arc<Semaphore>, bytes: usize, latest: Instant) -> Option<
 }
 
 /// A text with the part of some memory that it needs.
-fn held(text: Vec<u8>, mut memory: Option<HeldMemory>) -> HeldText {
-    if let Some(memory) = &mut memory {
-        memory.shrink(text.len().div_ceil(UNIT));
-    }
+fn held(text: Vec<u8>, memory: Option<HeldMemory>) -> HeldText {
+    let memory = memory.map(|memory| Bodies::keep(memory, text.len()));
     HeldText::new(text, memory)
 }
 

@@ -1,5 +1,6 @@
 //! Middleware around every request: access control, metrics, common headers, and panics as error responses.
 
+use super::answers::counted;
 use super::app::App;
 use super::extract::{Peer, Who};
 use super::origin::{is_own_host, is_own_page};
@@ -48,6 +49,7 @@ pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
     router
         // Handlers that read a body have their own limits; all others get none.
         .layer(DefaultBodyLimit::max(64 << 10))
+        .layer(from_fn_with_state(Arc::clone(app), counted))
         .layer(CompressionLayer::new().compress_when(SizeAbove::new(WORTH_COMPRESSING).and(is_text)))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(Arc::clone(app), own_pages))

@@ -90,7 +90,7 @@ impl FromRequestParts<Arc<App>> for Sender {
 }
 
 /// The sender of a request whose owner is known.
-fn sender_of(extensions: &Extensions) -> Sender {
+pub(super) fn sender_of(extensions: &Extensions) -> Sender {
     let owner = extensions.get::<Who>().and_then(|who| who.0.get()).filter(|name| !name.is_empty());
     Sender(owner.cloned().unwrap_or_else(|| peer_of(extensions).0.to_string()))
 }

@@ -1,5 +1,6 @@
 //! `/v1/jobs`: submit, validate, list, get, cancel, delete.
 
+use super::answers::MadeIn;
 use super::app::App;
 use super::extract::{JobPath, JsonBody, Owner, Parameters, Sender};
 use super::problem::{Problem, ProblemBody};
@@ -12,10 +13,10 @@ use crate::service::jobs::held_text::HeldText;
 use crate::service::jobs::store::{CancelAnswer, Job, Page};
 use crate::service::jobs::{JobKind, JobState};
 use crate::service::meshes::MeshShelf;
-use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use serde::Deserialize;
 use std::sync::Arc;
 use utoipa::IntoParams;
@@ -76,26 +77,33 @@ pub struct ListParameters {
     cursor: Option<String>,
 }
 
+/// Memory for a job of a list that is made [bytes].
+const MEMORY_OF_ROW: usize = 4 << 10;
+
 /// List jobs, newest first.
 #[utoipa::path(
     get, path = "/v1/jobs", tag = "jobs", operation_id = "list_jobs", params(ListParameters),
     responses(
         (status = 200, description = "A page of jobs", body = JobList),
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Documents and answers of this client take all the memory for those of one client", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Documents and answers take all the memory for them", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn list(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
+    Sender(sender): Sender,
     Parameters(parameters): Parameters<ListParameters>,
-) -> Result<Json<JobList>, Problem> {
+) -> Result<(Extension<MadeIn>, Json<JobList>), Problem> {
     let page = page_of(&parameters)?;
+    let memory = app.bodies.hold(&sender, page.limit as usize * MEMORY_OF_ROW).await?;
     // One more than requested shows whether there is another page.
     let mut rows = app.queue.store.jobs(&owner, &Page { limit: page.limit + 1, ..page.clone() }).await?;
     let has_more = rows.len() > page.limit as usize;
     rows.truncate(page.limit as usize);
     let next_cursor = rows.last().filter(|_| has_more).map(|row| format!("{:x}", row.seq));
-    Ok(Json(JobList { jobs: rows, next_cursor }))
+    Ok((MadeIn::new(memory), Json(JobList { jobs: rows, next_cursor })))
 }
 
 /// Get a job with its state and progress.

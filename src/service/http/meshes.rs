@@ -1,7 +1,8 @@
 //! `/v1/meshes`: upload, list, get or delete a mesh, begin a scene of it.
 
+use super::answers::MadeIn;
 use super::app::App;
-use super::extract::{Owner, Parameters, Peer, declared_length, media_type};
+use super::extract::{Owner, Parameters, Peer, Sender, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
 use crate::blobs::Draft;
 use crate::mesh::read::MeshFormat;
@@ -13,11 +14,11 @@ use crate::service::jobs::queue::Queue;
 use crate::service::jobs::store::MeshDeletion;
 use crate::service::meshes::{MeshRefusal, StoredMesh, is_id};
 use crate::service::shelves::mesh_name;
-use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use futures::StreamExt;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -28,6 +29,13 @@ use utoipa::{IntoParams, ToSchema};
 
 /// Largest mesh that is read in well below a second [bytes].
 const SMALL_MESH: u64 = 2 << 20;
+
+/// A page of meshes ends beyond so many bytes; a mesh may have ten thousand names.
+const PAGE_BYTES: usize = 1 << 20;
+/// Meshes that a page takes from the store at once.
+const MESHES_AT_ONCE: usize = 2;
+/// Memory for a page that is made [bytes].
+const MEMORY_OF_LIST: usize = 8 << 20;
 
 /// Largest coordinate and radius of a ball that comes to a target [m].
 const FARTHEST: f64 = 1000.0;
@@ -293,29 +301,45 @@ pub struct MeshList {
 #[utoipa::path(
     get, path = "/v1/meshes", tag = "meshes", operation_id = "list_meshes", params(MeshListParameters),
     responses(
-        (status = 200, description = "A page of meshes", body = MeshList),
+        (status = 200, description = "A page of meshes, fewer than `limit` where their names take more than a megabyte", body = MeshList),
         (status = 400, description = "A parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Documents and answers of this client take all the memory for those of one client", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Documents and answers take all the memory for them", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn list(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
+    Sender(sender): Sender,
     Parameters(MeshListParameters { limit, cursor }): Parameters<MeshListParameters>,
-) -> Result<Json<MeshList>, Problem> {
+) -> Result<(Extension<MadeIn>, Json<MeshList>), Problem> {
     let limit = limit.unwrap_or(50);
     if !(1..=200).contains(&limit) {
         return Err(Problem::bad_parameter("`limit` must be between 1 and 200."));
     }
-    let after = cursor.unwrap_or_default();
+    let mut after = cursor.unwrap_or_default();
     if !after.is_empty() && !is_id(&after) {
         return Err(Problem::bad_parameter("`cursor` must be the `next_cursor` of a page."));
     }
+    let memory = app.bodies.hold(&sender, MEMORY_OF_LIST).await?;
+    let (limit, mut meshes, mut bytes) = (limit as usize, Vec::new(), 0);
     // One more than requested shows whether there is another page.
-    let mut meshes = app.queue.store.meshes(&owner, &after, limit + 1).await?;
-    let has_more = meshes.len() > limit as usize;
-    meshes.truncate(limit as usize);
-    let next_cursor = meshes.last().filter(|_| has_more).map(|mesh| mesh.id.clone());
-    Ok(Json(MeshList { meshes, next_cursor }))
+    let has_more = loop {
+        let wanted = (limit + 1 - meshes.len()).min(MESHES_AT_ONCE);
+        let found = app.queue.store.meshes(&owner, &after, wanted as u32).await?;
+        let is_last = found.len() < wanted;
+        let room = if bytes < PAGE_BYTES { limit - meshes.len() } else { 0 };
+        let is_full = found.len() > room;
+        for mesh in found.into_iter().take(room) {
+            bytes += serde_json::to_vec(&mesh).map_or(0, |text| text.len());
+            after.clone_from(&mesh.id);
+            meshes.push(mesh);
+        }
+        if is_full || is_last {
+            break is_full;
+        }
+    };
+    Ok((MadeIn::new(memory), Json(MeshList { meshes, next_cursor: has_more.then_some(after) })))
 }
 
 /// Delete an uploaded mesh.

@@ -1,5 +1,6 @@
 //! The HTTP interface: the list of all calls.
 
+mod answers;
 mod app;
 mod attempts;
 mod bodies;
