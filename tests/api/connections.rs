@@ -88,7 +88,8 @@ fn an_address_that_has_all_its_connections_is_probed_nevertheless() {
     let server = Server::with(|c| c.max_connections = 64);
     let client = server.client();
     // Some are silent, some have begun a request; more come all the time.
-    let half_open = |n: usize| client.raw(if n % 2 == 0 { b"" } else { b"GET /healthz HTTP/1.1\r\n" });
+    let half_open =
+        |n: usize| client.raw(if n.is_multiple_of(2) { b"" } else { b"GET /healthz HTTP/1.1\r\n" });
     let mut open: Vec<TcpStream> = (0..600).map(half_open).collect();
     for round in 0..20 {
         for path in ["/healthz", "/readyz"] {
