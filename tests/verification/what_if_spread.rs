@@ -31,10 +31,10 @@ fn ends_and_samples_lie_between_the_sources() {
         "one_at_a_time": true, "sample": {"count": 4, "seed": 3}, "error_bars": "none"
     }));
     let answer = answer(&base, &requested);
-    // Factors of the 300 Pa of the set, and Pa s.
+    // Factors of the 3300 Pa that the set has before it relaxes, and Pa s.
     let [fat, viscosity] = ["fat/engelbrektsson_2011_ogden", "muscle/kang_2007_voigt_100hz"]
         .map(|name| find(name).unwrap().spread.last().unwrap().clone());
-    let ranges = [[fat.least / 300.0, fat.most / 300.0], [viscosity.least, viscosity.most]];
+    let ranges = [[fat.least / 3300.0, fat.most / 3300.0], [viscosity.least, viscosity.most]];
     for (parameter, range) in answer.parameters.iter().zip(ranges) {
         assert_eq!(parameter.range, Some(range));
     }

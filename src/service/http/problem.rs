@@ -374,14 +374,13 @@ impl Problem {
 
     /// The bodies of other requests take all the memory for them.
     pub fn no_memory() -> Self {
-        Self::busy("The documents and answers of other requests take all the memory for them.", PERMIT_WAIT_S)
+        Self::busy("Documents and answers of others take all the memory for them.", PERMIT_WAIT_S)
             .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
     /// The other bodies of the client take all the memory for those of one client.
     pub fn no_memory_of_client() -> Self {
-        let detail =
-            "Your other documents and answers take all the memory that those of one client may take.";
+        let detail = "Your other documents and answers take all the memory for those of one client.";
         Self::too_many(detail, PERMIT_WAIT_S).header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
