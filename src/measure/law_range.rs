@@ -1,4 +1,5 @@
-//! Checks, part by part and at the field times, whether the laws stay within the deformations for which they are valid.
+//! Checks, part by part, whether the laws stay within the deformations for which they are valid: at the look times, which
+//! include the field times.
 
 #[cfg(test)]
 mod tests;
@@ -32,7 +33,7 @@ impl Largest {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outside {
     volume: Largest,
-    /// First field time with any volume outside [s].
+    /// First look time with any volume outside [s].
     pub since: Option<f64>,
 }
 
@@ -76,9 +77,9 @@ pub struct PartRange {
     pub softened: Outside,
     /// Volume that has lost more than half of its stress.
     pub torn: Outside,
-    /// Strain energy beyond the limit of the law, maximum over the field times so far [J].
+    /// Strain energy beyond the limit of the law, maximum over the look times so far [J].
     pub energy_beyond: Largest,
-    /// Strain energy beyond the limits declared for the law, maximum over the field times so far [J].
+    /// Strain energy beyond the limits declared for the law, maximum over the look times so far [J].
     pub energy_beyond_declared: Largest,
     /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
@@ -320,7 +321,7 @@ impl LawRanges {
         }
     }
 
-    /// Evaluates all points of a frame at a field time.
+    /// Evaluates all points of a frame.
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {

@@ -1,4 +1,5 @@
-//! Local refinement: repeated splitting of hexahedra into eight, with hanging nodes between coarse and fine ones.
+//! Local refinement: repeated splitting of hexahedra into eight, with hanging nodes between coarse and fine ones. Other kinds of elements
+//! are not split: beside wedges hexahedra are split once, beside tetrahedra not at all.
 //!
 //! Neighbours across faces, edges and corners differ by at most one level, so a face has at most one hanging node at its
 //! centre and one at the middle of each edge, and the masters of hanging nodes do not hang. New nodes lie on the trilinear
@@ -76,8 +77,8 @@ impl Refinement {
 
     /// Elements to split: those that are too large, and coarser ones that touch one of them.
     fn balanced(&self, is_too_large: impl Fn(Cell<'_>) -> bool) -> Vec<bool> {
-        // Only hexahedra have a finite element; other kinds are refused later.
-        let halvable = |e: usize| self.level[e] < MOST_HALVINGS && self.cells.kind(e) == CellKind::Hex8;
+        let kept = self.kept();
+        let halvable = |e: usize| self.level[e] < MOST_HALVINGS && !kept.get(e).is_some_and(|kept| *kept);
         let elements = self.cells.iter().enumerate();
         let mut is_split: Vec<bool> = elements.map(|(e, cell)| halvable(e) && is_too_large(cell)).collect();
         let mut open: Vec<usize> = (0..self.cells.len()).filter(|e| is_split[*e]).collect();
@@ -96,6 +97,28 @@ impl Refinement {
             }
         }
         is_split
+    }
+
+    /// Elements of a mixed mesh that cannot be split; empty if all are hexahedra. Other kinds are not, nor are hexahedra that touch
+    /// tetrahedra, whose triangles a split face does not fit, nor those that would differ by two levels from one that is kept.
+    fn kept(&self) -> Vec<bool> {
+        let kind = |e: usize| self.cells.kind(e);
+        if (0..self.cells.len()).all(|e| kind(e) == CellKind::Hex8) {
+            return Vec::new();
+        }
+        let touching = self.elements_at_nodes();
+        let mut by_level: Vec<usize> = (0..self.cells.len()).collect();
+        by_level.sort_by_key(|e| self.level[*e]);
+        let mut kept: Vec<bool> = by_level.iter().map(|_| false).collect();
+        for e in by_level {
+            let others = self.nodes_on(e).into_iter().flat_map(|node| &touching[node as usize]);
+            kept[e] = kind(e) != CellKind::Hex8
+                || others.map(|other| *other as usize).any(|other| {
+                    matches!(kind(other), CellKind::Tet4 | CellKind::Tet10)
+                        || (self.level[other] < self.level[e] && kept[other])
+                });
+        }
+        kept
     }
 
     fn elements_at_nodes(&self) -> Vec<Vec<u32>> {
@@ -211,6 +234,66 @@ mod tests {
                     assert!((edge(a) / edge(b)).log2().abs() < 1.5, "{a} {b}");
                 }
             }
+        }
+    }
+
+    /// A block whose upper half is split into wedges or tetrahedra.
+    fn mixed(split: impl Fn(Mesh) -> Mesh) -> Mesh {
+        let half = |z: f64| {
+            let (low, high) = (Vec3::new(0.0, 0.0, z), Vec3::new(8.0, 8.0, z + 2.0));
+            Block::uniform(low, high, [8, 8, 2], "b").generate().unwrap()
+        };
+        let (lower, upper) = (half(0.0), split(half(2.0)));
+        // Nodes of both at z = 2 are one.
+        let mut nodes = lower.nodes.clone();
+        let number: Vec<u32> = (upper.nodes.iter())
+            .map(|X| {
+                let known = lower.nodes.iter().position(|other| (other - X).norm() < 1e-9);
+                known.unwrap_or_else(|| {
+                    nodes.push(*X);
+                    nodes.len() - 1
+                }) as u32
+            })
+            .collect();
+        let mut cells = lower.cells.clone();
+        for cell in upper.cells.iter() {
+            cells.push(cell.kind, &cell.nodes.iter().map(|node| number[*node as usize]).collect::<Vec<_>>());
+        }
+        let part_of = vec![0; cells.len()];
+        Mesh { nodes, cells, part_of, axes: Vec::new(), node_sets: Default::default(), ..lower }
+    }
+
+    #[test]
+    fn beside_other_kinds_of_elements_all_new_nodes_of_their_faces_hang() {
+        for (split, levels) in
+            [(Mesh::split_to_wedges as fn(&Mesh) -> Mesh, 1), (Mesh::split_to_tetrahedra, 0)]
+        {
+            let coarse = mixed(|mesh| split(&mesh));
+            let place = Place { point: Vec3::new(4.0, 4.0, 2.0), normal: Vec3::zeros() };
+            let region = Region { places: vec![place], within: 2.0, size: 0.25 };
+            let (fine, _) = refined_in(&coarse, &[region], 1_000_000).unwrap();
+            let edge = |e: usize| {
+                let points = fine.cells.points(e, &fine.nodes);
+                (points[1] - points[0]).norm()
+            };
+            let hexahedra = || (0..fine.cells.len()).filter(|e| fine.cells.kind(*e) == CellKind::Hex8);
+            let touches = |e: &usize| fine.cells.points(*e, &fine.nodes).iter().any(|X| X.z > 2.0 - 1e-9);
+            let least = |edges: &mut dyn Iterator<Item = f64>| edges.fold(f64::INFINITY, f64::min);
+            let at_other_kinds = least(&mut hexahedra().filter(touches).map(edge));
+            assert!((at_other_kinds - 0.5_f64.powi(levels)).abs() < 1e-12, "{at_other_kinds}");
+            let all = least(&mut hexahedra().map(edge));
+            assert!((all - 0.5_f64.powi(levels + 1)).abs() < 1e-12, "{all}: one level more a layer");
+            // Each node at z = 2 is a corner of an element of another kind, or hangs.
+            let corners: Vec<u32> = (fine.cells.iter())
+                .filter(|cell| cell.kind != CellKind::Hex8)
+                .flat_map(|cell| cell.nodes.to_vec())
+                .collect();
+            let hanging: Vec<u32> = fine.hanging.each().map(|(node, _)| node).collect();
+            let mut new = (0..fine.nodes.len() as u32)
+                .filter(|node| (fine.nodes[*node as usize].z - 2.0).abs() < 1e-9 && !corners.contains(node));
+            assert!(new.all(|node| hanging.contains(&node)));
+            assert!(is_closed(&fine.hanging.boundary(boundary(&fine.cells))));
+            assert!((fine.volume_m3() - 256.0).abs() < 1e-10);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Material axes and laws of the elements of a body.
 
-use super::document::{BodyDocument, PartDocument, StiffnessFactorDocument};
+use super::document::{BodyDocument, MeshDocument, PartDocument, StiffnessFactorDocument};
 use super::frames::{NoAxes, axes_of};
 use super::problem::{Pointer, Problem, suggest};
 use super::validate::Findings;
@@ -37,6 +37,9 @@ pub(super) fn body_axes(
         if elements.is_empty() {
             continue;
         }
+        let is_generated = matches!(body.mesh, Some(MeshDocument::Generator(_)));
+        let is_unknown = law.family_count() > 0 && frame.is_none() && mesh.axes.is_empty() && !is_generated;
+        out.require(!is_unknown, || default_frame(part, &parts.index(entry).key("fibre_frame")));
         match axes_of(frame, &law, mesh, &elements) {
             Ok(found) => elements.into_iter().zip(found).for_each(|(element, frame)| axes[element] = frame),
             Err(reason) => {
@@ -46,6 +49,17 @@ pub(super) fn body_axes(
         }
     }
     complete.then_some(axes)
+}
+
+/// Fibres of a mesh from a file, about whose directions neither it nor the scene says anything.
+fn default_frame(part: &PartDocument, here: &Pointer) -> Problem {
+    let message = format!(
+        "the law of part {:?} has fibres, but neither the mesh nor the scene has material axes: those of the law are taken for x, y, z",
+        part.part
+    );
+    Problem::warning("default_fibre_frame", here, message)
+        .limit("material axes of the tissue")
+        .remedy("give the part a `fibre_frame`; x, y, z are {\"kind\": \"constant\", \"axis\": [1, 0, 0], \"plane\": [0, 1, 0]}")
 }
 
 fn elements_of(entry: usize, part_entry: &[u32]) -> Vec<usize> {

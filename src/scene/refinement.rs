@@ -50,7 +50,14 @@ impl Meshes<'_> {
             out.push(too_many(least));
             return None;
         }
-        refined_in(mesh, &regions, most).map_err(|error| out.push(too_many(error.elements))).ok()
+        let refined =
+            refined_in(mesh, &regions, most).map_err(|error| out.push(too_many(error.elements))).ok()?;
+        for (i, (region, requested)) in regions.iter().zip(requested).enumerate() {
+            out.require(!region.splits_any(&refined.0), || {
+                incomplete(&refined.0, region, requested, &here.index(i))
+            });
+        }
+        Some(refined)
     }
 
     fn region(
@@ -179,6 +186,20 @@ fn without_effect(mesh: &Mesh, region: &Region, requested: &RefinementDocument, 
         .value(requested.size_m)
         .limit(format!("less than {most:.4e} m, the largest size there (the smallest is {least:.4e} m)"))
         .remedy(format!("give a `size_m` of {:.4e} or less, or remove the refinement", 0.5 * most))
+}
+
+/// A region in which larger elements are left.
+fn incomplete(mesh: &Mesh, region: &Region, requested: &RefinementDocument, here: &Pointer) -> Problem {
+    let [_, most] = region.sizes_in(mesh).unwrap_or([0.0; 2]);
+    let message = format!(
+        "hexahedra with edges along the surface of up to {most:.4e} m are left within {} m of the place: only hexahedra are split, beside \
+         wedges once, beside tetrahedra not at all",
+        requested.within_m
+    );
+    Problem::warning("refinement_incomplete", &here.key("size_m"), message)
+        .value(requested.size_m)
+        .limit("a body of hexahedra")
+        .remedy("mesh the body with small elements there in the program that made the mesh")
 }
 
 fn unknown_set(mesh: &Mesh, name: &str, here: &Pointer) -> Problem {

@@ -11,14 +11,14 @@ use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_s
 use super::precision::in_single_precision;
 use super::progress::{Phase, Progress};
 use super::setting::Setting;
-use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
+use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_plan};
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{
     Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame,
     RequestedAccuracy, Sink, Summary,
 };
-use crate::plan::{Plan, compile};
+use crate::plan::{CompileError, Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, Scene};
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
@@ -87,7 +87,7 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
     let own = Meshes::of(scene, threads, &stop);
     let lowered = requested
         .lower_bulk_modulus
-        .then(|| lower((scene, &own.first().1), requested, &own.variants, &mut clock));
+        .then(|| lower((scene, &own.first().1.scene), requested, &own.variants, &mut clock));
     let meshes = match &lowered {
         Some(Ok((lowered, scene))) => Meshes { lowered: Some(lowered), ..Meshes::of(scene, threads, &stop) },
         _ => own,
@@ -95,24 +95,30 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
     let (mut level, mut mesh) = meshes.first();
     let mut started = clock.elapsed_s();
     loop {
-        // Error bars of this level, and what it and the next are expected to take.
+        // What it and the next are expected to take; of the first mesh the next is made in advance, to know whether both can be run.
         let expected = last_s.map(|(growth, seconds)| growth * seconds);
-        let Ahead { next, growth, is_affordable } =
-            meshes.look_ahead(&clock, (&mesh, expected), (level, done.last()))?;
-        let is_only = done.is_empty() && !is_affordable;
+        let mut ahead =
+            Ahead { next: None, growth: meshes.growth_of_time((level, &mesh.scene), done.last()) };
+        let mut is_only = false;
+        if clock.is_estimated() && done.is_empty() {
+            let own_s = expected.map_or_else(|| mesh.expected_s(), Ok)?;
+            ahead = meshes.look_ahead(|next_s| clock.is_over_after(own_s + next_s), own_s, level);
+            is_only = clock.is_over_after((1.0 + ahead.growth) * own_s);
+        }
         if is_only && level < 0 {
             // Two levels are too many: the scene's own mesh, with the error bars of any run.
-            (level, mesh) = (0, meshes.scene.clone());
+            (level, mesh) = (0, meshes.scene.clone().into());
             continue;
         }
+        // Error bars of this level.
         let without_bars_s = clock.elapsed_s();
-        let bars = meshes.bars(&done, &mesh, level, is_only);
+        let bars = meshes.bars(&done, &mesh.scene, level, is_only);
         let bars_s = clock.elapsed_s() - without_bars_s;
         let accuracy = RequestedAccuracy {
             relative: requested.relative,
             of: requested.of.clone(),
             mesh_factor: meshes.factor(level),
-            next_s: expected.map(|seconds| growth * seconds).filter(|seconds| seconds.is_finite()),
+            next_s: expected.map(|seconds| ahead.growth * seconds).filter(|seconds| seconds.is_finite()),
             is_estimated: clock.is_estimated(),
         };
         let is_last =
@@ -122,8 +128,8 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
             finish: level > 0 && best.is_some(),
             show: best.as_ref().is_some_and(|best| !is_withheld(&best.summary)),
         };
-        let run = LevelRun { mesh: &mesh, is_last, must, discards: &discards, interrupt: &stop };
-        let mut result = run.run(&mut request, accuracy, bars)?;
+        let run = LevelRun { is_last, must, discards: &discards, interrupt: &stop };
+        let mut result = run.run(&mut request, &mut mesh, accuracy, bars)?;
         if let Some(Err(why)) = &lowered {
             result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
         }
@@ -134,6 +140,11 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
         was_withheld = is_withheld(&result.summary);
         let lacks = must.lacks(&result);
         let has_stopped = is_good_enough(&result, level, done.len(), again);
+        if clock.is_estimated() && ahead.next.is_none() && !has_stopped {
+            let own_s = expected.unwrap_or(seconds);
+            ahead = meshes.look_ahead(|next_s| clock.is_over_after(next_s), own_s, level);
+        }
+        let Ahead { next, growth } = ahead;
         let is_over = is_over(&clock, &mut result, done.len(), growth * seconds);
         // Of a mesh that is coarser than the scene's own, a discarded run says nothing about the finer ones.
         let is_discarded =
@@ -149,14 +160,14 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
             return Ok(result);
         }
         started = clock.elapsed_s();
-        let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1)) {
+        let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1).map(LevelMesh::from)) {
             Ok(next) => next,
             Err(why) => return Ok(without_finer_mesh(result, &why)),
         };
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished && lacks.is_none() {
             let run = Compared::new(result.summary.values(), Vec::new(), result.outcome.steps);
-            done.push(Done { level, scene: mesh, run, others: OnceCell::new() });
+            done.push(Done { level, scene: mesh.scene, run, others: OnceCell::new() });
             best = Some(result);
             has_result.store(true, Ordering::Relaxed);
         }
@@ -164,9 +175,29 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
     }
 }
 
+/// The mesh of a level.
+struct LevelMesh {
+    scene: Scene,
+    /// Its plan, if that was made to estimate its time.
+    plan: Option<Plan>,
+}
+
+impl From<Scene> for LevelMesh {
+    fn from(scene: Scene) -> Self {
+        Self { scene, plan: None }
+    }
+}
+
+impl LevelMesh {
+    /// Estimated run time [s].
+    fn expected_s(&mut self) -> Result<f64, CompileError> {
+        let plan = self.plan.take().map_or_else(|| compile(&self.scene), Ok)?;
+        Ok(self.plan.insert(plan).report.expected_run_time_s)
+    }
+}
+
 /// The run of a level.
 struct LevelRun<'a> {
-    mesh: &'a Scene,
     /// Whether no other follows, so that its progress is that of all.
     is_last: bool,
     must: Must,
@@ -179,9 +210,11 @@ impl LevelRun<'_> {
     fn run(
         &self,
         request: &mut RunRequest,
+        mesh: &mut LevelMesh,
         accuracy: RequestedAccuracy,
         bars: ErrorBars,
     ) -> Result<RunResult, RunError> {
+        let plan = mesh.plan.take().map_or_else(|| compile(&mesh.scene), Ok)?;
         let RunRequest { sinks, also, threads, progress, .. } = request;
         let mut report = |p: Progress| {
             progress(if self.is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
@@ -189,14 +222,14 @@ impl LevelRun<'_> {
         let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must };
         let mut kept: Vec<_> = sinks.iter_mut().map(|sink| discardable(&mut **sink)).collect();
         let request = RunRequest {
-            scene: self.mesh,
+            scene: &mesh.scene,
             sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
             also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
             threads: *threads,
             interrupt: self.interrupt,
             progress: &mut report,
         };
-        run_with_error_bars(request, Some(accuracy), |_| bars)
+        Ok(run_plan(request, plan, bars, Some(accuracy)))
     }
 }
 
@@ -278,12 +311,10 @@ fn coarser(mesh_factor: f64) -> String {
 
 /// The level after one, and its time.
 struct Ahead {
-    /// The scene, or why there is none; not made yet where the clock counts.
-    next: Option<Result<Scene, String>>,
+    /// The mesh, or why there is none; `None` if it is not made yet.
+    next: Option<Result<LevelMesh, String>>,
     /// Its run time in units of that of the level itself [-].
     growth: f64,
-    /// Whether both are within the estimates; always, where the clock counts.
-    is_affordable: bool,
 }
 
 /// A sink that discards a run which the time has stopped, or which does not do what it must.
@@ -328,45 +359,33 @@ impl<'a> Meshes<'a> {
 
     /// The first level and its scene: some levels below the scene's own mesh, as long as a few elements are left and the mesh can be
     /// made so coarse.
-    fn first(&self) -> (i32, Scene) {
+    fn first(&self) -> (i32, LevelMesh) {
         let elements = |level: i32| self.scene.element_count() as f64 * self.factor(level).powi(3);
         let below = if self.scene.document.has_mesh_file() { 0.0 } else { COARSEST.log(SQRT_2).round() };
         (below as i32..0)
             .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
-            .find_map(|level| Some((level, self.scene_of(level).ok()?)))
-            .unwrap_or_else(|| (0, self.scene.clone()))
+            .find_map(|level| Some((level, self.scene_of(level).ok()?.into())))
+            .unwrap_or_else(|| (0, self.scene.clone().into()))
     }
 
-    /// The level after `level`, whose scene comes with its expected time [s] if that is known. Where the estimates count, a mesh that is
-    /// certainly too fine for them is not even made.
-    fn look_ahead(
-        &self,
-        clock: &Clock,
-        (mesh, expected_s): (&Scene, Option<f64>),
-        (level, before): (i32, Option<&Done>),
-    ) -> Result<Ahead, RunError> {
-        if !clock.is_estimated() {
-            return Ok(Ahead {
-                next: None,
-                growth: self.growth_of_time((level, mesh), before),
-                is_affordable: true,
-            });
-        }
-        let estimate = |scene: &Scene| compile(scene).map(|plan| plan.report.expected_run_time_s);
-        let own_s = expected_s.map_or_else(|| estimate(mesh), Ok)?;
-        let is_affordable = |growth: f64| !clock.is_over_after((1.0 + growth) * own_s);
+    /// The level after `level`, whose own estimated run time is `own_s` [s]. A mesh that is certainly too fine for the time that is left is
+    /// not even made.
+    fn look_ahead(&self, is_over_after: impl Fn(f64) -> bool, own_s: f64, level: i32) -> Ahead {
         let ratio = self.factor(level + 1) / self.factor(level);
         let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| ratio.powf(order));
-        if !is_affordable(least) {
+        if is_over_after(least * own_s) {
             let next = Err("it would take longer than the estimates allow".into());
-            return Ok(Ahead { next: Some(next), growth: usual, is_affordable: false });
+            return Ahead { next: Some(next), growth: usual };
         }
-        let next = self.scene_of(level + 1);
-        let growth = match &next {
-            Ok(next) => estimate(next)? / own_s,
-            Err(_) => f64::INFINITY,
+        let estimated = |scene: Scene| {
+            let mut mesh = LevelMesh::from(scene);
+            let seconds = mesh.expected_s().map_err(|error| error.to_string())?;
+            Ok((mesh, seconds))
         };
-        Ok(Ahead { is_affordable: is_affordable(growth), next: Some(next), growth })
+        match self.scene_of(level + 1).and_then(estimated) {
+            Ok((mesh, seconds)) => Ahead { next: Some(Ok(mesh)), growth: seconds / own_s },
+            Err(why) => Ahead { next: Some(Err(why)), growth: f64::INFINITY },
+        }
     }
 
     /// Run time of the level after one in units of its own [-]: h⁻¹ steps, and elements as their number grew from the level `before`,

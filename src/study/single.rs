@@ -74,6 +74,19 @@ pub(super) fn run_with_error_bars(
     let plan = compile(request.scene)?;
     (request.progress)(Progress::beginning(Phase::EstimatingErrors));
     let error_bars = error_bars(&request);
+    let result = run_plan(request, plan, error_bars, accuracy);
+    let cpu_s = process_cpu_s().zip(cpu).map(|(end, start)| end - start);
+    Ok(RunResult { wall_s: wall.elapsed().as_secs_f64(), cpu_s, ..result })
+}
+
+/// Runs the plan of a scene, which has these error bars.
+pub(super) fn run_plan(
+    request: RunRequest,
+    plan: Plan,
+    error_bars: ErrorBars,
+    accuracy: Option<RequestedAccuracy>,
+) -> RunResult {
+    let (wall, cpu) = (Instant::now(), process_cpu_s());
     let phase = match (&plan.dynamic_relaxation, &plan.preload) {
         (Some(_), _) => Phase::DynamicRelaxation,
         (None, Some(_)) => Phase::Preload,
@@ -100,7 +113,7 @@ pub(super) fn run_with_error_bars(
     let (outcome, state) =
         if is_kept { on_own_thread(&plan, &mut measuring, steps) } else { steps(&mut measuring) };
     let (summary, energy) = (measuring.summary(&plan, &outcome), measuring.measures().energy.clone());
-    Ok(RunResult {
+    RunResult {
         outcome,
         summary,
         state,
@@ -108,7 +121,7 @@ pub(super) fn run_with_error_bars(
         plan_report: plan.report,
         wall_s: wall.elapsed().as_secs_f64(),
         cpu_s: process_cpu_s().zip(cpu).map(|(end, start)| end - start),
-    })
+    }
 }
 
 /// Measures of a run of a scene.

@@ -103,7 +103,7 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         ),
         gate(
             LAW_GATE,
-            "fraction of a body's strain energy beyond the declared limits of its laws at the times of the fields; 1 if elements had inverted there",
+            "fraction of a body's strain energy beyond the declared limits of its laws, relative to its largest; 1 if elements had inverted",
             numerics.energy_fraction_beyond_declared_limits,
             LAW_LIMIT,
         ),

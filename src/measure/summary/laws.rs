@@ -16,7 +16,7 @@ pub struct LawRange {
     pub body: String,
     /// Name of the part, as in the scene.
     pub part: String,
-    /// Least and largest principal stretch at any field time [-].
+    /// Least and largest principal stretch at any look time [-].
     pub stretch: [f64; 2],
     /// Fitted range of the stretch [-].
     pub fitted_stretch: [f64; 2],
@@ -26,7 +26,7 @@ pub struct LawRange {
     pub fitted_jacobian: [f64; 2],
     /// Largest fraction of the part's volume outside the fitted range [-].
     pub fraction_outside: f64,
-    /// First field time with any volume outside [s].
+    /// First look time with any volume outside [s].
     pub outside_since_s: f64,
     /// Largest fraction of the part's volume beyond the limit of the law [-].
     pub fraction_beyond_limit: f64,
@@ -91,7 +91,7 @@ pub struct LawRate {
     pub body: String,
     /// Name of the part, as in the scene.
     pub part: String,
-    /// Largest strain rate at any field time, the largest principal value of the deviatoric rate of deformation [1/s].
+    /// Largest strain rate at any look time, the largest principal value of the deviatoric rate of deformation [1/s].
     pub strain_rate_per_s: f64,
     /// Slowest and fastest test [1/s].
     pub tested_strain_rate_per_s: [f64; 2],

@@ -48,7 +48,8 @@ pub struct PointBatch {
     pub principal_strain: PointScalar,
     /// Its smallest eigenvalue [-].
     pub least_principal_strain: PointScalar,
-    /// J = det F [-].
+    /// Volume ratio that U is evaluated at [-]: the mean over the element where it has one pressure, else J = det F of the point. Where
+    /// pressure is averaged over nodes that is the element's, which shares U with them.
     pub jacobian: PointScalar,
     /// Strain rate: the largest magnitude of a principal value of dev d, d the rate of deformation [1/s]; means nothing unless
     /// [`PointInput::with_rate`].
@@ -403,7 +404,7 @@ impl<S: Simd> Outlined for PointStress<'_, S> {
         let [least, largest] = k.C_minus_I.extreme_principals();
         (largest * 0.5).store(&mut to.principal_strain[q], part);
         (least * 0.5).store(&mut to.least_principal_strain[q], part);
-        k.J.store(&mut to.jacobian[q], part);
+        (if law.volumetric().is_some() { j + 1.0 } else { k.J }).store(&mut to.jacobian[q], part);
         if !of.with_stress {
             return;
         }

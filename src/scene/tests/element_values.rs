@@ -119,6 +119,14 @@ fn fibres_and_factors_come_from_arrays_and_turn_with_the_body() {
     assert!(body.materials.iter().all(keeps_bulk_modulus), "the bulk modulus stays");
     assert!(body.mesh.fields.names().next().is_none(), "nothing is kept twice");
 
+    // A mesh from a file knows nothing of the fibres of a law, unless it or the scene says it.
+    let is_guessed =
+        |p: &Problem| p.code == "default_fibre_frame" && p.pointer == format!("{PART}/fibre_frame");
+    assert!(!loaded.warnings.iter().any(is_guessed));
+    let mut without = scene();
+    without["bodies"][0]["parts"][0].as_object_mut().unwrap().remove("fibre_frame");
+    assert_eq!(load_arrays(&without).unwrap().warnings.iter().filter(|p| is_guessed(p)).count(), 1);
+
     let turn = json!({"rotation": {"axis": [0, 0, 1], "angle_deg": 90}});
     let turned = load_arrays(&with(&[("/bodies/0/placement", turn)])).unwrap();
     assert!((turned.scene.bodies[0].axes[0].column(0) - Vec3::y()).norm() < 1e-14);
