@@ -18,6 +18,10 @@ pub(super) fn check(index: usize, document: &SceneDocument, body: &SceneBody, ou
         if averages_pressure(part, (entry, body)) {
             check_averaged_pressure(part, &parts.index(entry), out);
         }
+        let fails = part.erosion.map(|_| "erosion").or(part.softening.as_ref().map(|_| "softening"));
+        if let Some(field) = fails.filter(|_| count((entry, body), CellKind::Tet10) > 0) {
+            out.push(failing_tetrahedra(&parts.index(entry).key(field)));
+        }
     }
     if has_averaged_pressure(&document.bodies[index], body) {
         check_conserving(document, out);
@@ -72,8 +76,16 @@ fn check_formulation(
 }
 
 /// Remedy where four-node tetrahedra with averaged nodal pressure lack a feature.
-const REMEDY: &str = "mesh the part with tetrahedra of ten nodes, wedges or hexahedra, or give it the formulation \"full\", which is too \
-                      stiff where nearly incompressible";
+const REMEDY: &str = "mesh the part with wedges or hexahedra, or give it the formulation \"full\", which is too stiff where nearly \
+                      incompressible";
+
+/// Nothing keeps the corners of ten-node tetrahedra from folding, where they do not resist any more.
+fn failing_tetrahedra(here: &Pointer) -> Problem {
+    let message = "ten-node tetrahedra that fail fold between their quadrature points: the time step may fall by orders of magnitude";
+    Problem::warning("failing_tetrahedra", here, message)
+        .limit("wedges or hexahedra where the tissue fails")
+        .remedy("mesh the part with wedges or hexahedra; or limit the run: `--deadline-s`")
+}
 
 fn check_averaged_pressure(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     let needing = part
