@@ -33,7 +33,7 @@ export class BodyMesh {
 
   constructor(body, shared) {
     this.#body = body;
-    const points = body.cells ? Float32Array.from(body.X) : body.surface.points;
+    const points = body.cells ? new Float32Array(body.X) : body.surface.points;
     const plain = PLAIN[body.role] ?? PLAIN.tissue;
     this.#material = surfaceMaterial(shared, plain, { isFilled: !body.cells });
     this.#surface.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));

@@ -1,4 +1,4 @@
-// Geometry of cells of mixed kinds: surface, values along a line.
+// Geometry of cells of mixed kinds: their surface, and which of them a plane meets.
 
 /** Kinds by VTK's cell type, nodes in the order of VTK: sides seen from outside, with all nodes around them, and tetrahedra that fill them. */
 const KINDS = new Map([
@@ -79,10 +79,10 @@ export class Cells {
 /** Corners of the box around points, x, y, z of each [m]. */
 export function boxAround(points) {
   const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-  points.forEach((c, i) => {
-    low[i % 3] = Math.min(low[i % 3], c);
-    high[i % 3] = Math.max(high[i % 3], c);
-  });
+  for (let i = 0, k = 0; i < points.length; i++, k = k === 2 ? 0 : k + 1) {
+    if (points[i] < low[k]) low[k] = points[i];
+    if (points[i] > high[k]) high[k] = points[i];
+  }
   return { low, high };
 }
 
@@ -220,40 +220,6 @@ function joinHanging({ elements, nodesOf }, kinds, partOf, { head, next, highs }
   }
 }
 
-/** Values {s, value, element} along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */
-export function valuesAlong({ cells, positions, values, origin, direction, eroded = null }) {
-  const found = [];
-  const point = (node) => [positions[3 * node], positions[3 * node + 1], positions[3 * node + 2]];
-  const across = acrossLine(positions, origin, direction);
-  for (let element = 0; element < cells.length; element++) {
-    if (eroded?.[element] || !across.every((distances) => areAround(distances, cells, element))) continue;
-    const nodes = cells.nodesOf(element);
-    const corners = Array.from(nodes, point);
-    for (const t of cells.kindOf(element).tetrahedra) {
-      for (const [a, b, c] of [[t[0], t[1], t[2]], [t[0], t[1], t[3]], [t[0], t[2], t[3]], [t[1], t[2], t[3]]]) {
-        const hit = crossing(corners[a], corners[b], corners[c], origin, direction);
-        if (!hit) continue;
-        const [u, v] = hit.barycentric;
-        const value = (1 - u - v) * values[nodes[a]] + u * values[nodes[b]] + v * values[nodes[c]];
-        found.push({ s: hit.s, value, element });
-      }
-    }
-  }
-  return found.sort((a, b) => a.s - b.s);
-}
-
-const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const crossProduct = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-
-/** Distances of points from a line in two directions across it, as two arrays. */
-function acrossLine(positions, origin, direction) {
-  const sizes = direction.map(Math.abs);
-  const least = sizes.indexOf(Math.min(...sizes));
-  const first = crossProduct(direction, [0, 1, 2].map((k) => Number(k === least)));
-  return [first, crossProduct(direction, first)].map((axis) => distancesAlong(positions, axis, dot(axis, origin)));
-}
-
 /** Distances n·x − d of points from a plane. */
 export function distancesAlong(positions, [nx, ny, nz], offset) {
   const distances = new Float64Array(positions.length / 3);
@@ -272,19 +238,4 @@ export function areAround(distances, cells, element) {
   }
   const slack = 1e-5 * (high - low);
   return low <= slack && high >= -slack;
-}
-
-/** Where a ray crosses a triangle (Möller and Trumbore 1997); edges count as inside. */
-function crossing(a, b, c, origin, direction) {
-  const [ab, ac] = [minus(b, a), minus(c, a)];
-  const p = crossProduct(direction, ac);
-  const determinant = dot(ab, p);
-  if (Math.abs(determinant) < 1e-18) return null;
-  const t = minus(origin, a);
-  const u = dot(t, p) / determinant;
-  const q = crossProduct(t, ab);
-  const v = dot(direction, q) / determinant;
-  const slack = 1e-6;
-  if (u < -slack || v < -slack || u + v > 1 + slack) return null;
-  return { s: dot(ac, q) / determinant, barycentric: [u, v] };
 }

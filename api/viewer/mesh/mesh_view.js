@@ -7,29 +7,16 @@ import { Cameras } from "./camera.js";
 import { lookupTable } from "./colours.js";
 import { NO_CUT, fourLevels, sharedUniforms } from "./materials.js";
 import { Overlay } from "./overlay.js";
+import { takeRenderer } from "./renderer.js";
 
-const BACKGROUND = 0xf4f6f8;
 /** Names of layers stand so far from the line of the impact, in radii of the first view [-]. */
 const ASIDE = 0.55;
-/** What programs that draw without a graphics card call themselves. */
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
-
-/** A renderer; without a graphics card one without smooth edges, which take half of the time of a picture there. */
-function newRenderer() {
-  const plain = new THREE.WebGLRenderer();
-  const gl = plain.getContext();
-  const info = gl.getExtension("WEBGL_debug_renderer_info");
-  if (info && SOFTWARE.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL))) return plain;
-  plain.dispose();
-  plain.forceContextLoss();
-  return new THREE.WebGLRenderer({ antialias: true });
-}
 
 export class MeshView {
   element;
   /** Room for buttons over the picture. */
   corner;
-  #renderer = newRenderer();
+  #renderer = takeRenderer();
   #scene = new THREE.Scene();
   #cameras;
   #shared = sharedUniforms();
@@ -44,8 +31,6 @@ export class MeshView {
   #aside = 0.03;
 
   constructor(label) {
-    this.#renderer.setClearColor(BACKGROUND);
-    this.#renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const canvas = this.#renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "img");
@@ -71,6 +56,11 @@ export class MeshView {
     }
     this.#bodies = new Map([...bodies].map(([name, body]) => [name, new BodyMesh(body, this.#shared)]));
     for (const mesh of this.#bodies.values()) this.#scene.add(mesh.group);
+  }
+
+  /** How many bodies it has. */
+  get bodyCount() {
+    return this.#bodies.size;
   }
 
   /** Looks at a sphere from a direction. */

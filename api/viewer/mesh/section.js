@@ -2,9 +2,9 @@
 
 import { SIDE, areAround, distancesAlong } from "./cells.js";
 
-/** Edges of a tetrahedron, and of a side by the number of nodes around it. */
-const EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-const AROUND = Object.fromEntries([3, 4, 6].map((count) => [count, Array.from({ length: count }, (_, i) => [i, (i + 1) % count])]));
+/** Edges of a tetrahedron, and of a side by the number of nodes around it: pairs of corners, one after the other. */
+const EDGES = [0, 1, 0, 2, 0, 3, 1, 2, 1, 3, 2, 3];
+const AROUND = { 3: [0, 1, 1, 2, 2, 0], 4: [0, 1, 1, 2, 2, 3, 3, 0], 6: [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 0] };
 /** Triangles of three or four cut edges: of a quadrilateral the order of the edges makes 0, 1, 3, 2 go around. */
 const ORDER = { 3: [0, 1, 2], 4: [0, 1, 3, 0, 3, 2] };
 
@@ -30,7 +30,8 @@ export function planeSection({ cells, sides, positions, values, normal, offset, 
     const nodes = cells.nodesOf(e);
     for (const tetrahedron of tetrahedra) {
       const cut = cutEdges(heights, nodes, tetrahedron, EDGES);
-      ORDER[cut.length / 2]?.forEach((p) => corners.push(cut[2 * p], cut[2 * p + 1]));
+      if (!cut.length) continue;
+      for (const p of ORDER[cut.length / 2]) corners.push(cut[2 * p], cut[2 * p + 1]);
       while (elements.length < corners.length / 6) elements.push(e);
     }
     faces.forEach((face, s) => {
@@ -46,12 +47,17 @@ export function planeSection({ cells, sides, positions, values, normal, offset, 
   };
 }
 
+const NONE = [];
+
 /** Edges between `corners` of an element that cross the plane, as pairs of nodes. */
 function cutEdges(heights, nodes, corners, edges) {
-  const found = [];
-  for (const [a, b] of edges) {
-    const [i, j] = [nodes[corners[a]], nodes[corners[b]]];
-    if (heights[i] > 0 !== heights[j] > 0) found.push(i, j);
+  let found = NONE;
+  for (let k = 0; k < edges.length; k += 2) {
+    const i = nodes[corners[edges[k]]];
+    const j = nodes[corners[edges[k + 1]]];
+    if (heights[i] > 0 === heights[j] > 0) continue;
+    if (found === NONE) found = [];
+    found.push(i, j);
   }
   return found;
 }

@@ -20,7 +20,11 @@ import { ProgressPanel } from "./progress.js";
 import { studyResults } from "./study_results.js";
 
 /** The picture, which is much to load: meanwhile numbers are shown and the recording is opened. */
-const loadPanel = () => import("../picture/run_panel.js");
+async function loadPanel() {
+  const panel = await import("../picture/run_panel.js");
+  panel.prepareRenderer();
+  return panel;
+}
 
 const FINAL = ["succeeded", "failed", "cancelled"];
 
@@ -170,7 +174,8 @@ class JobPage {
     picture.append(loading);
     if (!picture.isConnected) this.#body.append(picture);
     if (!rest.isConnected) this.#body.append(rest);
-    const [recording, panel] = [await opening, loadPanel()];
+    const panel = loadPanel();
+    const recording = await opening;
     const onFirst = async () => {
       const { RunPanel } = await panel;
       if (this.#ending.signal.aborted) return;

@@ -7,6 +7,8 @@ import { Stage } from "./stage.js";
 /** The plots, which are drawn when the whole recording is there. */
 const loadPlots = () => import("../plots/plots_of_run.js");
 
+export { prepareRenderer } from "../mesh/renderer.js";
+
 export class RunPanel {
   /** The picture; the plots come below it. */
   stage = html("div", { class: "stage-holder" });

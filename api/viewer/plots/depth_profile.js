@@ -1,6 +1,6 @@
 // The field below the surface: along the line of the impact, straight in from where the contact force is centred, layer by layer.
 
-import { valuesAlong } from "../mesh/cells.js";
+import { valuesAlong } from "../mesh/along_line.js";
 import { Layers } from "./layers.js";
 import { Plot, lineStyle } from "./plot.js";
 

@@ -1,6 +1,7 @@
 // The line of the impact: where the projectile meets the surface, and straight in from there.
 
-import { surfaceOf, valuesAlong } from "../mesh/cells.js";
+import { firstCrossing } from "../mesh/along_line.js";
+import { surfaceOf } from "../mesh/cells.js";
 import { cross, dot, flatPatch } from "./flat_patch.js";
 import { isOn, mainPair } from "./main_pair.js";
 
@@ -25,40 +26,63 @@ export function impactLine(recording) {
   const main = mainPair(recording);
   const { frame, contacts } = found.find(({ contacts: { pair } }) => pair === main) ?? found[0] ?? {};
   const state = frame?.bodies.get(tissue.name);
-  return state ? lineAtRest(tissue, contacts, state.positions, tissue.X.map((x, i) => x + tissue.V[i % 3] * Math.max(frame.time, 0))) : null;
+  if (!state) return null;
+  if (!lines.has(contacts)) lines.set(contacts, lineAtRest(tissue, contacts, state.positions, restAt(tissue, frame.time)));
+  return lines.get(contacts);
+}
+
+/** Lines by the contacts that they were found from. */
+const lines = new WeakMap();
+
+/** The nodes of an undeformed body at a time [s], with its flight [m]. */
+function restAt({ X, V }, time) {
+  const rest = X.slice();
+  for (let i = 0; i < rest.length; i++) rest[i] += V[i % 3] * Math.max(time, 0);
+  return rest;
 }
 
 /** The line at the `rest` of a tissue whose nodes are at `positions` [m]. */
 function lineAtRest(tissue, contacts, positions, rest) {
   const { points, normal, centre } = flatPatch(contacts);
   const { triangles } = surfaceOf(tissue);
-  const surface = [...new Set(triangles)];
-  const touched = points.map(({ node }, i) => (contacts.slave === tissue.name ? node : nearest(surface, positions, contacts.position_m.subarray(3 * i, 3 * i + 3))));
-  const direction = inwards(triangles, rest, new Set(touched), normal);
+  const touched = contacts.slave === tissue.name ? points.map(({ node }) => node) : nearestNodes(triangles, positions, contacts.position_m);
+  const direction = inwards(triangles, rest, touched, normal);
   // Out beyond the touched nodes at rest, and in to the first crossing.
   const reach = LEAST_REACH + Math.max(...touched.map((node) => Math.hypot(...centre.map((c, k) => c - rest[3 * node + k]))));
   const origin = centre.map((c, k) => c - reach * direction[k]);
-  const hit = valuesAlong({ cells: tissue.cells, positions: rest, values: rest, origin, direction }).find(({ s }) => s >= 0);
-  return { centre: hit ? origin.map((c, k) => c + hit.s * direction[k]) : centre, direction };
+  const away = firstCrossing(triangles, rest, origin, direction);
+  return { centre: away < Infinity ? origin.map((c, k) => c + away * direction[k]) : centre, direction };
 }
 
-/** Of some nodes the one nearest to a place. */
-function nearest(nodes, positions, [x, y, z]) {
-  let [best, least] = [nodes[0], Infinity];
-  for (const node of nodes) {
-    const away = (positions[3 * node] - x) ** 2 + (positions[3 * node + 1] - y) ** 2 + (positions[3 * node + 2] - z) ** 2;
-    if (away < least) [best, least] = [node, away];
-  }
-  return best;
+/** Of the nodes of some triangles those nearest to places, x y z each. */
+function nearestNodes(triangles, positions, places) {
+  const nodes = new Uint32Array(new Set(triangles));
+  return Array.from({ length: places.length / 3 }, (_, p) => {
+    const [x, y, z] = places.subarray(3 * p, 3 * p + 3);
+    let [best, least] = [nodes[0], Infinity];
+    for (let i = 0; i < nodes.length; i++) {
+      const at = 3 * nodes[i];
+      const away = (positions[at] - x) ** 2 + (positions[at + 1] - y) ** 2 + (positions[at + 2] - z) ** 2;
+      if (away < least) {
+        best = nodes[i];
+        least = away;
+      }
+    }
+    return best;
+  });
 }
 
 /** The mean inward normal of the facets around the touched nodes, by their areas, of those that face along the contacts' `normal`. */
 function inwards(triangles, rest, touched, normal) {
+  const isTouched = new Uint8Array(rest.length / 3);
+  for (const node of touched) isTouched[node] = 1;
   const at = (node) => [rest[3 * node], rest[3 * node + 1], rest[3 * node + 2]];
-  const areas = Array.from({ length: triangles.length / 3 }, (_, t) => triangles.subarray(3 * t, 3 * t + 3))
-    .filter((nodes) => nodes.some((node) => touched.has(node)))
-    .map((nodes) => Array.from(nodes, at))
-    .map(([a, b, c]) => cross(a.map((x, k) => b[k] - x), a.map((x, k) => c[k] - x)));
+  const areas = [];
+  for (let t = 0; t < triangles.length; t += 3) {
+    if (!isTouched[triangles[t]] && !isTouched[triangles[t + 1]] && !isTouched[triangles[t + 2]]) continue;
+    const [a, b, c] = [at(triangles[t]), at(triangles[t + 1]), at(triangles[t + 2])];
+    areas.push(cross(a.map((x, k) => b[k] - x), a.map((x, k) => c[k] - x)));
+  }
   const facing = areas.filter((area) => Math.abs(dot(area, normal)) > FACING * Math.hypot(...area));
   const mean = [0, 1, 2].map((k) => (facing.length ? facing : areas).reduce((sum, area) => sum - area[k], 0));
   return mean.map((c) => c / Math.hypot(...mean));

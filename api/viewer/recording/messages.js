@@ -17,7 +17,16 @@ export function cellsOf(message) {
 
 /** Norms of vectors. */
 export function norms(vectors) {
-  return Float32Array.from({ length: vectors.length / 3 }, (_, i) => Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
+  const found = new Float32Array(vectors.length / 3);
+  for (let i = 0; i < found.length; i++) found[i] = Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]);
+  return found;
+}
+
+/** Positions of nodes displaced by `u` from where the undeformed body with its nodes at `X` has flown in a time: X + V t + u [m]. */
+export function moved(u, X, V, time) {
+  const positions = u.slice();
+  for (let i = 0; i < positions.length; i++) positions[i] += X[i] + V[i % 3] * time;
+  return positions;
 }
 
 /** Contacts of a message by pair, as arrays by name. */

@@ -4,7 +4,7 @@
 import { McapIndexedReader } from "../vendor/mcap/McapIndexedReader.js";
 import { boneOf } from "../mesh/bone.js";
 import { HttpRange } from "./http_range.js";
-import { cellsOf, contactsOf, norms, poseOf, surfaceOf, unpacked, unzstd, xyz } from "./messages.js";
+import { cellsOf, contactsOf, moved, norms, poseOf, surfaceOf, unpacked, unzstd, xyz } from "./messages.js";
 import { decoderOf } from "./protobuf.js";
 import { Series } from "./series.js";
 
@@ -250,7 +250,7 @@ export class Recording {
     const arrays = new Map(nodal.map((array) => [array.name, unpacked(array)]));
     const u = arrays.get("displacement_m");
     if (!u) throw new Error(TOO_OLD);
-    const positions = u.map((value, i) => X[i] + V[i % 3] * Math.max(time_s, 0) + value);
+    const positions = moved(u, X, V, Math.max(time_s, 0));
     const fields = Object.fromEntries(nodal.map((array) => [array.name, array.components === 3 ? norms(arrays.get(array.name)) : arrays.get(array.name)]));
     this.#frameAt(at).bodies.set(name, { positions, fields, eroded: this.#erodedOf(topicName, element) });
   }
