@@ -43,6 +43,8 @@ def test_the_first_screen_answers(page, jobs, width, height):
         assert answer["x"] > box["x"] + box["width"]
     else:
         assert page.locator(".cards").bounding_box()["y"] > box["y"]
+        tops = {round(tool.bounding_box()["y"]) for tool in page.locator(".title .tools > *").all()}
+        assert len(tops) == 1, "what can be done with the job is one row"
     page.set_viewport_size({"width": 1440, "height": 1000})
 
 
@@ -99,6 +101,26 @@ def test_a_view_that_was_turned_stays_when_the_rest_has_come(page, jobs):
     turned = middle_of_picture(page)
     page.get_by_role("button", name="Impact").click()
     assert middle_of_picture(page) != turned
+
+
+def test_a_comparison_shows_what_is_there(page, jobs):
+    """Requests for recordings are answered one by one: numbers need none, pictures a frame of each, curves all of them."""
+    held = []
+    page.route("**/recording", lambda route: held.append(route))
+    page.goto("/")
+    page.goto(f"/#/compare/{jobs['near']['id']}/{jobs['far']['id']}")
+    expect(page.locator("tbody").first.locator("tr")).to_have_count(4)
+    answered, pictures_at = 0, None
+    while not page.locator(".plots .u-over").first.is_visible():
+        if pictures_at is None and page.locator(".mesh-view canvas").count() == 3:
+            pictures_at = answered
+        if held:
+            held.pop(0).continue_()
+            answered += 1
+        page.wait_for_timeout(50)
+    page.unroute("**/recording")
+    assert 0 < pictures_at < answered / 2
+    expect(page.locator(".stage .time-output").first).to_have_text(page.locator(".time-bar .time-output").inner_text())
 
 
 def middle_of_picture(page):

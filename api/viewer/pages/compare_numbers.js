@@ -27,7 +27,7 @@ export function runTitle({ label, job, summary }) {
 function numberCell(summary, { quantity }) {
   if (!quantity) return "–";
   if (isMiss(summary)) return "nothing touched";
-  return summary.withheld ? "withheld" : `${bracketed(quantity)} ${hasError(quantity) ? errorWords(quantity, "") : `(error ${errorWords(quantity, "")})`}`;
+  return summary.withheld ? "withheld" : `${bracketed(quantity)}${hasError(quantity) ? " " : ", error "}${errorWords(quantity, "")}`;
 }
 
 function differenceCell(p, q) {

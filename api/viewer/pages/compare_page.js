@@ -7,11 +7,11 @@ import { FIELDS, Legend } from "../mesh/colours.js";
 import { MeshView } from "../mesh/mesh_view.js";
 import { contactPlots, energyPlot } from "../plots/run_plots.js";
 import { frameAt, placeOf } from "../recording/between.js";
-import { Recording } from "../recording/recording.js";
-import { mainImpact, resultsOf, significantThresholds } from "../summary/headline.js";
+import { significantThresholds } from "../summary/headline.js";
 import { numbersTable } from "./compare_numbers.js";
+import { commonBodies, firstTouch, loadRun, readAll } from "./compare_runs.js";
 import { TimeBar } from "../picture/time_bar.js";
-import { ViewSettings, forceWindow } from "../picture/view_settings.js";
+import { ViewSettings } from "../picture/view_settings.js";
 
 export async function comparePage(first, second) {
   const { jobs } = await getJson("/v1/jobs?limit=200");
@@ -25,6 +25,7 @@ export async function comparePage(first, second) {
   const runs = await Promise.all([["A", a], ["B", b]].map(([label, id]) => loadRun(label, id)));
   const comparison = new Comparison(runs);
   element.append(comparison.element);
+  comparison.read();
   return { title: "Compare", element, leave: () => comparison.dispose() };
 }
 
@@ -36,30 +37,6 @@ function chooser(jobs, a, b) {
     select("A", options, a, (id) => (location.hash = `#/compare/${id}/${b}`)),
     select("B", options, b, (id) => (location.hash = `#/compare/${a}/${id}`)),
   );
-}
-
-async function loadRun(label, id) {
-  const job = await getJson(`/v1/jobs/${id}`);
-  if (!job.links.summary || !job.links.recording) throw new Error(`${job.name} has no recording with numbers, so there is nothing to compare.`);
-  const [summary, recording] = await Promise.all([getJson(job.links.summary), Recording.open(job.links.recording).then((opened) => opened.read())]);
-  return { label, job, summary, recording, window: forceWindow(summary), contact: firstContact(summary, recording), shift: 0 };
-}
-
-/** Simulated time at which a run's contact with the tissue begins [s]; null without contact. */
-function firstContact(summary, recording) {
-  const span = mainImpact(resultsOf(summary))?.contact_span_s;
-  if (span) return span[0];
-  const touching = recording.frames.find((frame) => frame.contacts?.some(({ node }) => node.length));
-  return touching ? touching.time : null;
-}
-
-/** Bodies of both whose nodes can be compared one by one. */
-function commonBodies([a, b]) {
-  const names = [...a.recording.bodies.values()].filter(({ name, cells }) => {
-    const other = b.recording.bodies.get(name);
-    return cells && other?.cells && cells.equals(other.cells);
-  });
-  return new Set(names.map(({ name }) => name));
 }
 
 const CLOCKS = [["simulated", "in simulated time"], ["contact", "since first contact of each"]];
@@ -74,15 +51,54 @@ class Comparison {
   #curves = html("div", { class: "plots pairs" });
   #time = null;
   #timeHolder = html("div");
+  #clockHolder = html("div", { class: "settings-row" });
   #note = html("p", { class: "quiet", "aria-live": "polite" });
+  #bar = html("progress", { max: 1, value: 0, "aria-label": "Reading the recordings" });
+  #loading = html("p", { class: "quiet loading" }, "Reading the recordings ", this.#bar);
   #isSinceContact = false;
+  #isLeft = false;
 
   constructor(runs) {
     this.#runs = runs;
-    this.element.append(numbersTable(runs));
-    if (runs.every(({ recording }) => recording.frames.length)) this.#addSpace();
-    this.element.append(this.#curves);
-    this.#setClock(false);
+    this.element.append(numbersTable(runs), this.#loading, this.#curves);
+  }
+
+  /** Reads the recordings: the pictures come with a frame of each, the curves when all is there. */
+  async read() {
+    try {
+      for (const run of this.#runs) run.recording = await run.opening;
+      const times = this.#times;
+      const onFirst = () => this.#runs.every(({ recording }) => recording.frames.length) && !this.#isLeft && this.#addSpace();
+      const onProgress = (fraction) => {
+        this.#bar.value = fraction;
+        if (this.#time?.isWaiting && !this.#isLeft) this.#showFrame();
+      };
+      await readAll(this.#runs, times[Math.floor((times.length - 1) / 2)] ?? 0, { onFirst, onProgress });
+      if (!this.#isLeft) this.#finish();
+    } catch (error) {
+      if (this.#isLeft) return;
+      console.error(error);
+      this.#loading.replaceWith(html("p", { class: "alert", role: "alert" }, error.message));
+    }
+  }
+
+  /** All of both is there: what is looked for in all frames is looked for again, and the curves are drawn. */
+  #finish() {
+    this.#loading.remove();
+    for (const run of this.#runs) run.contact ??= firstTouch(run.recording);
+    this.#addPlots();
+    if (!this.settings) return;
+    this.#showClocks();
+    this.settings.refresh();
+    this.#setBodies();
+    if (!this.#views.some((view) => view.isMoved)) this.#look();
+    this.#time.setTimes(this.#times);
+    this.#settingsChanged();
+  }
+
+  /** Times of the frames of both, by the clock of each [s]. */
+  get #times() {
+    return [...new Set(this.#runs.flatMap(({ recording, shift }) => recording.times.map((time) => time - shift)))].sort((a, b) => a - b);
   }
 
   get #unit() {
@@ -94,25 +110,36 @@ class Comparison {
     const thresholds = significantThresholds(this.#runs[0].summary);
     this.settings = new ViewSettings(recordings, thresholds, (isView) => this.#settingsChanged(isView));
     this.common = commonBodies(this.#runs);
-    const stages = this.#runs.map((run) => this.#addView(`${run.label}: ${run.job.name}`, run.recording.drawn));
-    if (this.common.size) {
-      const bodies = [...recordings[0].bodies].filter(([name]) => this.common.has(name));
-      stages.push(this.#addView("B − A, on the shape of A", bodies));
-    }
+    const stages = this.#runs.map((run) => this.#addView(`${run.label}: ${run.job.name}`));
+    if (this.common.size) stages.push(this.#addView("B − A, on the shape of A"));
+    this.#setBodies();
     this.#views.forEach((view) => view.linkTo(this.#views));
-    const canShift = this.#runs.every(({ contact }) => contact != null);
-    const clock = select("Equal times are", canShift ? CLOCKS : CLOCKS.slice(0, 1), "simulated", (value) => this.#setClock(value === "contact"));
-    this.element.append(
+    this.#showClocks();
+    this.#loading.before(
       html("section", { class: "panel" }, html("div", { class: "side-by-side" }, stages), this.#timeHolder, this.#note,
-        html("div", { class: "stage-foot" }, html("div", { class: "settings-row" }, clock), this.settings.element, this.settings.details)),
+        html("div", { class: "stage-foot" }, this.#clockHolder, this.settings.element, this.settings.details)),
     );
     this.#look();
+    this.#setTimes();
     this.#settingsChanged();
   }
 
-  #addView(title, bodies) {
+  /** Gives each view its bodies, unless it shows them already: those that are rigid come with the frames. */
+  #setBodies() {
+    const [{ recording: first }] = this.#runs;
+    const bodies = [...this.#runs.map(({ recording }) => recording.drawn), new Map([...first.bodies].filter(([name]) => this.common.has(name)))];
+    this.#views.forEach((view, i) => view.bodyCount !== bodies[i].size && view.setBodies(bodies[i]));
+  }
+
+  /** What equal times can be: since the contact of each only where each has one. */
+  #showClocks() {
+    const canShift = this.#runs.every(({ contact }) => contact != null);
+    const chosen = this.#isSinceContact ? "contact" : "simulated";
+    this.#clockHolder.replaceChildren(select("Equal times are", canShift ? CLOCKS : CLOCKS.slice(0, 1), chosen, (value) => this.#setClock(value === "contact")));
+  }
+
+  #addView(title) {
     const [view, legend, clock] = [new MeshView(title), new Legend(), html("output", { class: "time-output" })];
-    view.setBodies(bodies);
     this.#views.push(view);
     this.#legends.push(legend);
     this.#clocks.push(clock);
@@ -123,13 +150,17 @@ class Comparison {
   #setClock(isSinceContact) {
     this.#isSinceContact = isSinceContact;
     for (const run of this.#runs) run.shift = isSinceContact ? run.contact : 0;
-    this.#addPlots();
-    if (!this.settings) return;
-    const times = new Set(this.#runs.flatMap(({ recording, shift }) => recording.frames.map((frame) => frame.time - shift)));
+    if (this.#plots.length) this.#addPlots();
+    this.#setTimes();
+    this.#showFrame();
+  }
+
+  /** A slider over the times of both, at the middle of them. */
+  #setTimes() {
+    const times = this.#times;
     this.#time?.stop();
-    this.#time = new TimeBar([...times].sort((a, b) => a - b), Math.max(...this.#runs.map(({ recording }) => recording.endTime)), () => this.#showFrame());
+    this.#time = new TimeBar(times, Math.max(...this.#runs.map(({ recording }) => recording.endTime)), () => this.#showFrame(), Math.floor((times.length - 1) / 2));
     this.#timeHolder.replaceChildren(this.#time.element);
-    this.#time.go(Math.floor((times.size - 1) / 2));
   }
 
   #look() {
@@ -166,8 +197,11 @@ class Comparison {
     const { settings } = this;
     const { factor, name } = this.#unit;
     const words = (seconds) => withUnit(seconds * factor, name);
+    const owns = this.#runs.map(({ recording: { times }, shift }) => Math.min(Math.max(time + shift, times[0]), times.at(-1)));
+    this.#time.isWaiting = this.#runs.map(({ recording }, i) => recording.has(owns[i])).includes(false);
+    if (this.#time.isWaiting) return;
     const shown = this.#runs.map(({ recording, shift }) => {
-      const [own, first, last] = [time + shift, recording.frames[0].time, recording.frames.at(-1).time];
+      const [own, first, last] = [time + shift, recording.times[0], recording.times.at(-1)];
       const slack = 1e-9 * last;
       return { own, has: own >= first - slack && own <= last + slack, frame: frameAt(recording, placeOf(recording, own), (body) => settings.stretchOf(body)) };
     });
@@ -205,6 +239,7 @@ class Comparison {
   }
 
   dispose() {
+    this.#isLeft = true;
     this.#time?.stop();
     this.#views.forEach((view) => view.dispose());
     this.#plots.forEach((plot) => plot.dispose());
