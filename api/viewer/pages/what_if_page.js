@@ -34,7 +34,7 @@ class WhatIfPage {
   #isSampled = false;
   #proposal = new WhatIfProposal();
   #ask = button("What if?", () => this.#addCase(), { class: "primary" });
-  #state = html("p", { class: "quiet", "aria-live": "polite" }, "Each case is a row, when it is computed.");
+  #state = html("p", { class: "quiet", "aria-live": "polite" }, "Move what should be different, then ask: each answer is a row, beside the one as it was.");
   #answers = html("div");
 
   /** `threshold` [Pa] is what depths of stress are above; null until it is known. */
@@ -43,8 +43,8 @@ class WhatIfPage {
     this.#threshold = threshold;
     this.#parameters = parameters;
     const sliders = parameters.map((parameter) => this.#slider(parameter));
-    const alone = checkbox("also each by itself, from the low to the high end: what matters most?", false, (isWanted) => (this.#isOneAtATime = isWanted));
-    const sampled = checkbox(`also ${this.#sampleCount()} cases spread over all sliders, so that moving one proposes numbers`, false, (isWanted) => (this.#isSampled = isWanted));
+    const alone = checkbox("also each one alone, at both ends of its slider: what matters most?", false, (isWanted) => (this.#isOneAtATime = isWanted));
+    const sampled = checkbox(`also ${this.#sampleCount()} cases spread over all sliders: then moving one shows an estimate at once`, false, (isWanted) => (this.#isSampled = isWanted));
     this.element = html(
       "div",
       {},
@@ -76,7 +76,8 @@ class WhatIfPage {
         this.#proposal.show(this.#sliderValues());
       },
     });
-    return html("label", { class: "field" }, html("span", {}, label), input, output);
+    const ends = html("span", { class: "ends quiet", "aria-hidden": "true" }, html("span", {}, words(low)), html("span", {}, words(high)));
+    return html("label", { class: "field" }, html("span", {}, label), input, ends, output);
   }
 
   /** Where all sliders stand, by name. */
