@@ -250,7 +250,9 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     bar.set_position((progress.progress * BAR_LENGTH as f64) as u64);
     bar.set_message(match progress.phase {
         Phase::Waiting | Phase::Loading => LOADING.to_owned(),
-        Phase::EstimatingErrors => "estimating errors".to_owned(),
+        Phase::EstimatingErrors => {
+            progress.accuracy.map_or("estimating errors".to_owned(), |place| format!("mesh {}", place.run))
+        }
         Phase::DynamicRelaxation => "dynamic relaxation".to_owned(),
         Phase::Preload => "preload".to_owned(),
         Phase::Stepping | Phase::Closing | Phase::Done => {

@@ -9,7 +9,7 @@ use super::bulk_modulus_choice::lower;
 use super::clock::Clock;
 use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size, steps_and_contact};
 use super::precision::in_single_precision;
-use super::progress::{Phase, Progress};
+use super::progress::{AccuracyProgress, Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_plan};
 use super::variant::{Variants, split};
@@ -79,6 +79,8 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
     let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
     let mut was_withheld = false;
     let mut done: Vec<Done> = Vec::new();
+    let mut place =
+        AccuracyProgress { run: 0, mesh_factor: 1.0, requested: requested.relative, before: None };
     // A finer mesh may be stopped by the time; the first one runs to its end.
     let (has_result, discards) = (AtomicBool::new(false), AtomicBool::new(false));
     let wall = clock.wall();
@@ -128,8 +130,10 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
             finish: level > 0 && best.is_some(),
             show: best.as_ref().is_some_and(|best| !is_withheld(&best.summary)),
         };
-        let run = LevelRun { is_last, must, discards: &discards, interrupt: &stop };
+        place = AccuracyProgress { run: place.run + 1, mesh_factor: meshes.factor(level), ..place };
+        let run = LevelRun { place, is_last, must, discards: &discards, interrupt: &stop };
         let mut result = run.run(&mut request, &mut mesh, accuracy, bars)?;
+        place.before = largest_error(&result);
         if let Some(Err(why)) = &lowered {
             result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
         }
@@ -198,6 +202,7 @@ impl LevelMesh {
 
 /// The run of a level.
 struct LevelRun<'a> {
+    place: AccuracyProgress,
     /// Whether no other follows, so that its progress is that of all.
     is_last: bool,
     must: Must,
@@ -217,7 +222,8 @@ impl LevelRun<'_> {
         let plan = mesh.plan.take().map_or_else(|| compile(&mesh.scene), Ok)?;
         let RunRequest { sinks, also, threads, progress, .. } = request;
         let mut report = |p: Progress| {
-            progress(if self.is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
+            let shown = if self.is_last { p } else { Progress::beginning(Phase::EstimatingErrors) };
+            progress(Progress { accuracy: Some(self.place), ..shown });
         };
         let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must };
         let mut kept: Vec<_> = sinks.iter_mut().map(|sink| discardable(&mut **sink)).collect();
@@ -259,6 +265,12 @@ fn is_good_enough(result: &RunResult, level: i32, coarser: usize, again: bool) -
 /// Whether the error bars are as small as requested.
 fn has_reached(result: &RunResult) -> bool {
     result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached)
+}
+
+/// The largest error bar of the requested numbers, as a fraction of each [-]; none where one of them has none.
+fn largest_error(result: &RunResult) -> Option<f64> {
+    let numbers = &result.summary.accuracy.as_ref()?.numbers;
+    numbers.iter().map(|number| number.relative).try_fold(0.0, |most: f64, error| Some(most.max(error?)))
 }
 
 fn is_withheld(summary: &Summary) -> bool {

@@ -26,7 +26,7 @@ pub use omissions::{
 };
 #[cfg(feature = "png")]
 pub use png::png;
-pub use progress::{Phase, Progress};
+pub use progress::{AccuracyProgress, Phase, Progress, Stage};
 pub use run::run_scene;
 pub use setting::Setting;
 pub use single::{RunError, RunRequest, RunResult, process_cpu_s};

@@ -57,6 +57,9 @@ impl Phase {
     }
 }
 
+/// Phase of a run, and number of the mesh in a run to a requested accuracy.
+pub type Stage = (Phase, Option<u32>);
+
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
@@ -72,6 +75,22 @@ pub struct Progress {
     pub simulated_time_s: f64,
     /// Expected time to the end on the wall clock [s].
     pub eta_s: Option<f64>,
+    /// Where a run to a requested accuracy stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyProgress>,
+}
+
+/// Where a run to a requested accuracy stands: it runs on finer and finer meshes, and how many is not known in advance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AccuracyProgress {
+    /// Number of the mesh that is run now, from 1.
+    pub run: u32,
+    /// Number of elements in each direction relative to the scene's own mesh [-].
+    pub mesh_factor: f64,
+    /// Largest admissible error bar, as a fraction of the number [-].
+    pub requested: f64,
+    /// Largest error bar of the requested numbers on the mesh before, as such a fraction [-]; none where one has no error bar yet.
+    pub before: Option<f64>,
 }
 
 impl Progress {
@@ -82,6 +101,11 @@ impl Progress {
 
     /// A run at this point; the estimates of the remainder are left to others.
     pub fn at(phase: Phase, progress: f64, step: u64, simulated_time_s: f64) -> Self {
-        Self { phase, progress, step, expected_steps: None, simulated_time_s, eta_s: None }
+        Self { phase, progress, step, expected_steps: None, simulated_time_s, eta_s: None, accuracy: None }
+    }
+
+    /// What a change of is reported at once: the phase, and the number of the mesh in a run to an accuracy.
+    pub fn stage(&self) -> Stage {
+        (self.phase, self.accuracy.map(|accuracy| accuracy.run))
     }
 }

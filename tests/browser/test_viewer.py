@@ -331,6 +331,19 @@ def test_everything_has_a_name_and_fits(page, path):
     page.set_viewport_size({"width": 1440, "height": 1000})
 
 
+def test_a_run_to_an_accuracy_says_which_mesh_it_runs(page):
+    scene = page.request.get("/viewer/presets.json").json()[0]["scene"]
+    scene["accuracy"] = {"relative": 0.1}
+    job = page.request.post("/v1/jobs", data=json.dumps(scene), headers={"Content-Type": "application/json"}).json()
+    page.goto(f"/#/job/{job['id']}")
+    log = page.locator(".event-log")
+    for mesh in (1, 2, 3, 4):
+        expect(log).to_contain_text(f"mesh {mesh}, with")
+    expect(log).to_contain_text(re.compile(r"error bars of the mesh before: up to ± [\d.]+ %, ± 10 % are requested"))
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator("h1 .badge")).to_have_text("cancelled")
+
+
 def test_a_service_with_tokens_asks_for_one(browser, tmp_path):
     (tmp_path / "tokens").write_text("reader 0123456789abcdef\n")
     service = Service(tmp_path / "data", "--tokens-file", tmp_path / "tokens")

@@ -20,6 +20,13 @@ export function reached(job) {
 /** Phases in words; the others as they are. */
 const PHASES = { loading: "loading: meshes are read and scans are meshed", estimating_errors: "estimating errors", dynamic_relaxation: "dynamic relaxation" };
 
+/** Where a run to an accuracy stands: it takes finer and finer meshes, how many is not known in advance. */
+function meshWords({ run, mesh_factor: factor, requested, before }) {
+  const percent = (fraction) => `± ${number(100 * fraction, 2)} %`;
+  const bars = before == null ? "" : `; error bars of the mesh before: up to ${percent(before)}, ${percent(requested)} are requested`;
+  return `mesh ${run}, with ${number(factor, 2)} × the elements of the scene in each direction${bars}`;
+}
+
 /** The bar, the words and the log of a job that waits or runs. */
 export class ProgressPanel {
   #bar = html("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
@@ -58,6 +65,11 @@ export class ProgressPanel {
     if (data.phase === "loading") return;
     const phase = PHASES[data.phase] ?? data.phase;
     clearInterval(this.#clock);
+    if (data.accuracy && data.progress === 0) {
+      this.#bar.removeAttribute("value");
+      this.#words.textContent = `Running ${meshWords(data.accuracy)}`;
+      return this.#note(meshWords(data.accuracy));
+    }
     this.#bar.value = data.progress;
     // Many runs behind one job leave no recording to look at.
     if (isStudy(data)) this.#look.remove();

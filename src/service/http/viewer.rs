@@ -1,7 +1,7 @@
 //! `/`, `/docs/` and `/viewer/…`: the viewer, a web page that reads the same recordings as any other client.
 //!
 //! Its files are those of `api/viewer/`, embedded in the binary: plain ES modules, without a build step or external
-//! resources. A development build reads them from the folder on request, so changes show after a reload.
+//! resources. A development build reads them from the folder on request, so changes show after a reload, new modules after a restart.
 
 use super::preloads::{import_map, with_preloads};
 use super::problem::Problem;
@@ -12,6 +12,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use rust_embed::Embed;
 use sha2::{Digest, Sha256};
+use std::sync::LazyLock;
 
 /// Embedded files of the viewer.
 #[derive(Embed)]
@@ -37,11 +38,17 @@ const PRESETS: [(&str, &str); 8] = [
     preset!("hollow_ball_breathing/scene.json"),
 ];
 
+/// The page of the viewer with links to its modules; the modules are searched once.
+static PAGE: LazyLock<Option<String>> = LazyLock::new(|| Some(with_preloads(&source("index.html")?, source)));
+
+/// Text of a file of the viewer.
+fn source(name: &str) -> Option<String> {
+    Some(String::from_utf8_lossy(&ViewerFiles::get(name)?.data).into_owned())
+}
+
 /// `/`: the page of the viewer.
 pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
-    let file = ViewerFiles::get("index.html").ok_or_else(Problem::no_such_address)?;
-    let source = |name: &str| Some(String::from_utf8_lossy(&ViewerFiles::get(name)?.data).into_owned());
-    send_page(&with_preloads(&String::from_utf8_lossy(&file.data), source), &headers)
+    send_page(PAGE.as_ref().ok_or_else(Problem::no_such_address)?, &headers)
 }
 
 /// `/docs/`: the API documentation as a page.

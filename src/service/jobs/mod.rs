@@ -44,7 +44,7 @@ pub use error::{JobsError, StoreFault};
 pub use kind::JobKind;
 pub use priority::Priority;
 
-pub use crate::study::{Phase, Progress};
+pub use crate::study::{Phase, Progress, Stage};
 
 use crate::step::Ending;
 use serde::{Deserialize, Serialize};

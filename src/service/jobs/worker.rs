@@ -8,7 +8,7 @@ use super::engine::{RunOrder, RunReport};
 use super::failures::{internal, lacked_room, panicked, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
-use super::{FinalRecording, JobId, JobState, JobsError, Phase, Progress};
+use super::{FinalRecording, JobId, JobState, JobsError, Progress, Stage};
 use crate::service::traces::continue_from;
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::what_if::Note;
@@ -360,7 +360,7 @@ struct Reporter<'a> {
     started: Instant,
     /// When the run that the progress is of began: those for its error bars come before it.
     run_began: Instant,
-    last: Option<(Instant, Phase)>,
+    last: Option<(Instant, Stage)>,
 }
 
 impl<'a> Reporter<'a> {
@@ -372,11 +372,12 @@ impl<'a> Reporter<'a> {
     fn report(&mut self, mut progress: Progress) {
         let elapsed = self.started.elapsed();
         let interval = PROGRESS_INTERVAL.max(elapsed / PROGRESS_PER_EFOLD);
-        let is_due = self.last.is_none_or(|(at, phase)| at.elapsed() >= interval || phase != progress.phase);
+        let is_due =
+            self.last.is_none_or(|(at, stage)| at.elapsed() >= interval || stage != progress.stage());
         if !is_due {
             return;
         }
-        self.last = Some((Instant::now(), progress.phase));
+        self.last = Some((Instant::now(), progress.stage()));
         if progress.progress <= 0.0 {
             self.run_began = Instant::now();
         }

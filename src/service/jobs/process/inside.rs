@@ -10,7 +10,7 @@ use crate::service::jobs::control::RunControl;
 use crate::service::jobs::engine::{Engine, JsonDocument, MeshFile, RunOrder, RunReport, not_json};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
-use crate::service::jobs::{JobId, JobKind, Phase, Progress};
+use crate::service::jobs::{JobId, JobKind, Progress, Stage};
 use crate::step::Failure;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -112,10 +112,10 @@ impl Run<'_> {
         host: &Arc<Host>,
         control: &RunControl,
     ) -> Result<RunReport, Failure> {
-        let mut last: Option<(Instant, Phase)> = None;
+        let mut last: Option<(Instant, Stage)> = None;
         let mut progress = |p: Progress| {
-            if last.is_none_or(|(at, phase)| at.elapsed() >= PROGRESS_INTERVAL || phase != p.phase) {
-                last = Some((Instant::now(), p.phase));
+            if last.is_none_or(|(at, stage)| at.elapsed() >= PROGRESS_INTERVAL || stage != p.stage()) {
+                last = Some((Instant::now(), p.stage()));
                 // A service that is gone ends the process.
                 drop(host.send(&FromChild::Progress(p), &[]));
             }
