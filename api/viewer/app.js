@@ -1,6 +1,6 @@
 // The page: which part of it the address asks for, and the token where the service wants one.
 
-import { ApiProblem, token } from "./api.js";
+import { ApiProblem, getJson, token } from "./api.js";
 import { button, html } from "./dom.js";
 
 /** What is behind `#/`: a function that loads the modules of a page and opens it. */
@@ -8,10 +8,16 @@ const ROUTES = [
   [/^$/, async () => (await import("./pages/list_page.js")).listPage()],
   [/^ask$/, async () => (await import("./pages/ask_page.js")).askPage()],
   [/^new(?:\/([\w-]+))?(\?accuracy)?$/, async (id, accuracy) => (await import("./pages/submit_page.js")).submitPage(id, Boolean(accuracy))],
-  [/^job\/([\w-]+)$/, async (id) => (await import("./pages/job_page.js")).jobPage(id)],
+  [/^job\/([\w-]+)$/, openJob],
   [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, async (id, question) => (await import("./pages/what_if_page.js")).whatIfPage(id, question)],
   [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, async (a, b) => (await import("./pages/compare_page.js")).comparePage(a, b)],
 ];
+
+/** A job is asked for while the modules of its page come. */
+async function openJob(id) {
+  const [job, { jobPage }] = await Promise.all([getJson(`/v1/jobs/${id}`), import("./pages/job_page.js")]);
+  return jobPage(job);
+}
 
 const main = document.getElementById("main");
 let leave = () => {};

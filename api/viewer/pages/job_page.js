@@ -28,8 +28,9 @@ async function loadPanel() {
 
 const FINAL = ["succeeded", "failed", "cancelled"];
 
-export async function jobPage(id) {
-  const page = new JobPage(await getJson(`/v1/jobs/${id}`));
+/** The page of a job, as the service describes it. */
+export function jobPage(job) {
+  const page = new JobPage(job);
   page.start();
   return { title: page.job.name, element: page.element, leave: () => page.leave() };
 }
