@@ -192,8 +192,8 @@ fn without_effect(mesh: &Mesh, region: &Region, requested: &RefinementDocument, 
 fn incomplete(mesh: &Mesh, region: &Region, requested: &RefinementDocument, here: &Pointer) -> Problem {
     let [_, most] = region.sizes_in(mesh).unwrap_or([0.0; 2]);
     let message = format!(
-        "hexahedra with edges along the surface of up to {most:.4e} m are left within {} m of the place: only hexahedra are split, beside \
-         wedges once, beside tetrahedra not at all",
+        "hexahedra with edges along the surface of up to {most:.4e} m are left within {} m of the place: only hexahedra are split, and \
+         not those that touch other elements",
         requested.within_m
     );
     Problem::warning("refinement_incomplete", &here.key("size_m"), message)
