@@ -93,8 +93,8 @@ fn every_kind_of_cell_gives_the_same_impulse_and_force() {
         ("tetrahedra of four nodes", [linear(6), linear(12)]),
     ];
     let cases = cases.map(|(what, meshes)| (what, meshes.map(impact)));
-    let quantities: [(&str, fn(&Impact) -> f64); 2] =
-        [("impulse [N s]", |of| of.impulse), ("peak force [N]", |of| of.force)];
+    let impulse: fn(&Impact) -> f64 = |of| of.impulse;
+    let quantities = [("impulse [N s]", impulse), ("peak force [N]", |of| of.force)];
     for (quantity, of) in quantities {
         let (fine, coarse) = (of(&fine), of(&coarse));
         let bar = 3.0 * (coarse - fine).abs();

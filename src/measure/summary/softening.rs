@@ -37,7 +37,7 @@ impl SofteningOfPart {
     /// The softening in one sentence.
     pub fn in_words(&self) -> String {
         format!(
-            "{} ({}) exceeded its strength in {} mm³ from {} on; in {} mm³ damage exceeds one half.",
+            "{} ({}) exceeded its strength in {} mm³ from {} on; in {} mm³ damage exceeds one half, without eroded elements.",
             self.part,
             self.body,
             number(self.softened_mm3),
