@@ -239,8 +239,8 @@ mod tests {
     /// A block whose upper half is split into wedges or tetrahedra.
     fn mixed(split: impl Fn(Mesh) -> Mesh) -> Mesh {
         let half = |z: f64| {
-            let (low, high) = (Vec3::new(0.0, 0.0, z), Vec3::new(8.0, 8.0, z + 2.0));
-            Block::uniform(low, high, [8, 8, 2], "b").generate().unwrap()
+            let (origin, size) = (Vec3::new(0.0, 0.0, z), Vec3::new(8.0, 8.0, 2.0));
+            Block::uniform(origin, size, [8, 8, 2], "b").generate().unwrap()
         };
         let (lower, upper) = (half(0.0), split(half(2.0)));
         // Nodes of both at z = 2 are one.
