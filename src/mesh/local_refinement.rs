@@ -109,7 +109,7 @@ impl Refinement {
         let touching = self.elements_at_nodes();
         let mut by_level: Vec<usize> = (0..self.cells.len()).collect();
         by_level.sort_by_key(|e| self.level[*e]);
-        let mut kept: Vec<bool> = by_level.iter().map(|_| false).collect();
+        let mut kept = vec![false; self.cells.len()];
         for e in by_level {
             let others = self.nodes_on(e).into_iter().flat_map(|node| &touching[node as usize]);
             kept[e] = kind(e) != CellKind::Hex8
