@@ -19,12 +19,6 @@ use crate::scene::document::Keep;
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
-/// Bulk modulus of water [Pa], and about that of soft tissue and rubber.
-const WATER_PA: f64 = 2.2e9;
-
-/// K/G from which on a part is meant to keep its volume [-], as foam is not: Poisson's ratio is 0.4.
-const KEEPS_ITS_VOLUME: f64 = 5.0;
-
 /// Relative amount by which a step may exceed its nominal length, as in the stepper.
 const ROUNDING: f64 = 1e-9;
 
@@ -121,8 +115,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
 fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
     let mut capped = BTreeSet::new();
     for block in &plan.blocks {
-        let (shear, bulk) = block.parameters.material.moduli_at_rest();
-        if bulk < WATER_PA && bulk > KEEPS_ITS_VOLUME * shear {
+        if let Some(bulk) = block.parameters.material.capped_bulk_modulus() {
             let body = &plan.bodies[block.body];
             let megapascals = 1e-6 * bulk;
             let of_part = |part| format!("{part} ({}) {megapascals:.3} MPa", body.name);
@@ -132,7 +125,7 @@ fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
     let listed = capped.into_iter().take(MOST_LISTED_BODIES).collect::<Vec<_>>().join(", ");
     (!listed.is_empty()).then(|| {
         format!(
-            "Bulk modulus capped: {listed}; that of water is 2.2 GPa. `contuse study bulk-modulus` measures the effect on the results, \
+            "Bulk modulus capped: {listed}; that of water is 2.2 GPa. A run to an accuracy measures the effect on its coarsest mesh, \
              `--lower-bulk-modulus` adds it to the error bars"
         )
     })

@@ -2,12 +2,10 @@
 
 use super::RecordedRun;
 use crate::measure::summary::number;
+use crate::mechanics::material::BULK_MODULUS_OF_WATER;
 use crate::scene::part_document::PartDocument;
 use serde::Deserialize;
 use serde_json::Value;
-
-/// Bulk modulus of water, and about that of soft tissue [Pa].
-const BULK_MODULUS_OF_WATER_PA: f64 = 2.2e9;
 
 /// Sentences on what the scene of a run does not model.
 pub(super) fn omissions(run: &RecordedRun) -> Vec<String> {
@@ -38,11 +36,11 @@ pub(super) fn omissions(run: &RecordedRun) -> Vec<String> {
     }
     let bulk = parts.iter().filter_map(|part| part["material"]["bulk_modulus_pa"].as_f64());
     let largest = bulk.fold(0.0, f64::max);
-    if largest > 0.0 && largest < 0.5 * BULK_MODULUS_OF_WATER_PA {
+    if largest > 0.0 && largest < 0.5 * BULK_MODULUS_OF_WATER {
         all.push(format!(
             "Its resistance to compression ({} MPa) is below that of tissue ({} MPa): pressures and waves of pressure are those of the model.",
             number(1e-6 * largest),
-            number(1e-6 * BULK_MODULUS_OF_WATER_PA)
+            number(1e-6 * BULK_MODULUS_OF_WATER)
         ));
     }
     if tissue["mesh"]["generator"]["kind"] == "limb_segment" {

@@ -21,8 +21,9 @@ pub struct AccuracyDocument {
     /// meshes, and the results are the same to the last bit.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reproducible: bool,
-    /// Whether the bulk moduli are lowered as far as this changes the required results by less than a third of the accuracy, by runs
-    /// on the coarsest mesh: the time step grows with their square root. The change is part of the error bars.
+    /// Whether the bulk moduli are lowered, from those of the scene or, where these are below it, from that of water, as far as this changes
+    /// the required results by less than a third of the accuracy, by runs on the coarsest mesh: the time step grows as their square root
+    /// falls. The change is part of the error bars.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub lower_bulk_modulus: bool,
 }
@@ -66,6 +67,15 @@ pub enum RequestedNumber {
 }
 
 impl RequestedNumber {
+    /// All results, in the order of a summary.
+    pub const ALL: [Self; 6] = [
+        Self::PeakForce,
+        Self::Impulse,
+        Self::ContactPatch,
+        Self::StressDepth,
+        Self::EnergyGiven,
+        Self::Deflection,
+    ];
     /// Default results: those that describe the load on the tissue as a whole.
     pub(super) fn usual() -> Vec<Self> {
         vec![Self::PeakForce, Self::Impulse, Self::EnergyGiven]

@@ -5,7 +5,7 @@
 //! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
 //! have every element split into eight.
 
-use super::bulk_modulus_choice::lower;
+use super::bulk_modulus_choice::{BulkModulusEffect, effect_of_cap, lower};
 use super::clock::Clock;
 use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size, steps_and_contact};
 use super::precision::in_single_precision;
@@ -15,8 +15,7 @@ use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_p
 use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
 use crate::measure::{
-    Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus, MeasuredEnd, MeasuredFrame,
-    RequestedAccuracy, Sink, Summary,
+    Compared, ComparedRuns, ErrorBars, Level, MeasuredEnd, MeasuredFrame, RequestedAccuracy, Sink, Summary,
 };
 use crate::plan::{CompileError, Plan, compile};
 use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
@@ -34,6 +33,9 @@ const LEVELS_USED: usize = 2;
 const COARSEST: f64 = 0.25;
 /// Most elements of a direction in which √2 times the number is no refinement by √2 (1 stays 1, 2 becomes 3) [-].
 const THIN: u32 = 2;
+/// Most numbers of elements of a mesh on which the bulk modulus of water is tried, relative to the scene's own [-]: where the scene has 50 MPa, the
+/// run takes at most 0.4 of the time of one on the scene's own mesh.
+const COARSE: f64 = 0.5;
 /// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: f64 = 4.0;
 /// The least it can be: a thin direction keeps its elements, and they limit the step.
@@ -56,8 +58,8 @@ struct Meshes<'a> {
     variants: Variants<'a>,
     /// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-].
     ratio: f64,
-    /// Effect of its lowered bulk moduli.
-    lowered: Option<&'a LoweredBulkModulus>,
+    /// What its bulk moduli change, once that is known.
+    bulk_modulus: OnceCell<BulkModulusEffect>,
 }
 
 struct Done {
@@ -76,120 +78,192 @@ struct Done {
 pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> Result<RunResult, RunError> {
     let (threads, interrupt) = (request.threads, request.interrupt);
     let mut clock = Clock::new(requested);
-    let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
-    let mut was_withheld = false;
-    let mut done: Vec<Done> = Vec::new();
-    let mut place =
-        AccuracyProgress { run: 0, mesh_factor: 1.0, requested: requested.relative, before: None };
     // A finer mesh may be stopped by the time; the first one runs to its end.
     let (has_result, discards) = (AtomicBool::new(false), AtomicBool::new(false));
     let wall = clock.wall();
     let stop = || wall.interrupt(interrupt(), has_result.load(Ordering::Relaxed), &discards);
-    let scene = &in_single_precision(request.scene);
-    let own = Meshes::of(scene, threads, &stop);
-    let lowered = requested
-        .lower_bulk_modulus
-        .then(|| lower((scene, &own.first().1.scene), requested, &own.variants, &mut clock));
-    let meshes = match &lowered {
-        Some(Ok((lowered, scene))) => Meshes { lowered: Some(lowered), ..Meshes::of(scene, threads, &stop) },
-        _ => own,
-    };
-    let (mut level, mut mesh) = meshes.first();
-    let mut started = clock.elapsed_s();
+    // The scene itself, or with other bulk moduli.
+    let mut scene = in_single_precision(request.scene);
+    let mut bulk_modulus = OnceCell::new();
+    if requested.lower_bulk_modulus {
+        let meshes = Meshes::of(&scene, threads, &stop);
+        let lowered = lower((&scene, &meshes.first().scene), requested, &meshes.variants, &mut clock);
+        let warning = lowered.as_ref().err().map(|why| format!("The bulk moduli are not lowered: {why}"));
+        let (change, lowered) = lowered.ok().unzip();
+        scene = lowered.map_or(scene, |lowered| in_single_precision(&lowered));
+        bulk_modulus = OnceCell::from(BulkModulusEffect { change, warning });
+    }
+    let meshes = Meshes { bulk_modulus, ..Meshes::of(&scene, threads, &stop) };
+    // The meshes one after the other.
+    let mut next = meshes.first();
+    let mut sequence = Sequence::of(meshes, clock, requested, [&has_result, &discards]);
     loop {
+        match sequence.run_level(&mut request, next)? {
+            Step::Next(mesh) => next = mesh,
+            Step::End(result) => return Ok(*result),
+        }
+    }
+}
+
+/// The levels up to one.
+struct Sequence<'a> {
+    meshes: Meshes<'a>,
+    clock: Clock,
+    requested: &'a AccuracyDocument,
+    /// Those that may serve error bars.
+    done: Vec<Done>,
+    /// Result of the last of them.
+    best: Option<RunResult>,
+    /// Whether the results of the latest level are withheld.
+    was_withheld: bool,
+    place: AccuracyProgress,
+    /// What the level is expected to take, and when it began [s].
+    expected_s: Option<f64>,
+    started_s: f64,
+    has_result: &'a AtomicBool,
+    discards: &'a AtomicBool,
+}
+
+/// What follows a level.
+enum Step {
+    Next(LevelMesh),
+    End(Box<RunResult>),
+}
+
+impl<'a> Sequence<'a> {
+    fn of(
+        meshes: Meshes<'a>,
+        clock: Clock,
+        requested: &'a AccuracyDocument,
+        [has_result, discards]: [&'a AtomicBool; 2],
+    ) -> Self {
+        Self {
+            meshes,
+            requested,
+            done: Vec::new(),
+            best: None,
+            was_withheld: false,
+            place: AccuracyProgress { run: 0, mesh_factor: 1.0, requested: requested.relative, before: None },
+            expected_s: None,
+            started_s: clock.elapsed_s(),
+            clock,
+            has_result,
+            discards,
+        }
+    }
+
+    /// Runs a level, and decides what follows.
+    fn run_level(&mut self, request: &mut RunRequest, mut mesh: LevelMesh) -> Result<Step, RunError> {
         // What it and the next are expected to take; of the first mesh the next is made in advance, to know whether both can be run.
-        let expected = last_s.map(|(growth, seconds)| growth * seconds);
-        let mut ahead =
-            Ahead { next: None, growth: meshes.growth_of_time((level, &mesh.scene), done.last()) };
+        let growth = self.meshes.growth_of_time(&mesh, self.done.last());
+        let mut ahead = Ahead { next: None, growth };
         let mut is_only = false;
-        if clock.is_estimated() && done.is_empty() {
-            let own_s = expected.map_or_else(|| mesh.expected_s(), Ok)?;
-            ahead = meshes.look_ahead(|next_s| clock.is_over_after(own_s + next_s), own_s, level);
-            is_only = clock.is_over_after((1.0 + ahead.growth) * own_s);
+        if self.clock.is_estimated() && self.done.is_empty() {
+            let own_s = self.expected_s.map_or_else(|| mesh.expected_s(), Ok)?;
+            let is_over_after = |next_s| self.clock.is_over_after(own_s + next_s);
+            ahead = self.meshes.look_ahead(is_over_after, own_s, mesh.level);
+            is_only = self.clock.is_over_after((1.0 + ahead.growth) * own_s);
         }
-        if is_only && level < 0 {
+        if is_only && mesh.level < 0 {
             // Two levels are too many: the scene's own mesh, with the error bars of any run.
-            (level, mesh) = (0, meshes.scene.clone().into());
-            continue;
+            return Ok(Step::Next(self.meshes.own()));
         }
-        // Error bars of this level.
-        let without_bars_s = clock.elapsed_s();
-        let bars = meshes.bars(&done, &mesh.scene, level, is_only);
-        let bars_s = clock.elapsed_s() - without_bars_s;
+        let without_bars_s = self.clock.elapsed_s();
+        let bars = self.meshes.bars(&self.done, &mut mesh, is_only, self.requested);
+        let bars_s = self.clock.elapsed_s() - without_bars_s;
+        let (result, must) = self.run(request, &mut mesh, bars, ahead.growth)?;
+        self.clock.count(&result.plan_report, result.outcome.steps);
+        let seconds = self.clock.elapsed_s() - self.started_s - bars_s;
+        Ok(self.step_after(mesh, result, must, ahead, seconds))
+    }
+
+    /// Runs a level with its error bars; the next takes `growth` times as long. Results that are withheld are no answer where there is one.
+    fn run(
+        &mut self,
+        request: &mut RunRequest,
+        mesh: &mut LevelMesh,
+        bars: ErrorBars,
+        growth: f64,
+    ) -> Result<(RunResult, Must), RunError> {
+        let mesh_factor = self.meshes.factor(mesh.level);
         let accuracy = RequestedAccuracy {
-            relative: requested.relative,
-            of: requested.of.clone(),
-            mesh_factor: meshes.factor(level),
-            next_s: expected.map(|seconds| ahead.growth * seconds).filter(|seconds| seconds.is_finite()),
-            is_estimated: clock.is_estimated(),
+            relative: self.requested.relative,
+            of: self.requested.of.clone(),
+            mesh_factor,
+            next_s: self.expected_s.map(|seconds| growth * seconds).filter(|seconds| seconds.is_finite()),
+            is_estimated: self.clock.is_estimated(),
         };
-        let is_last =
-            accuracy.next_s.is_some_and(|next| clock.is_over_after(next + expected.unwrap_or_default()));
-        // Results that are withheld are no answer where there is one.
+        let (next_s, expected_s) = (accuracy.next_s, self.expected_s.unwrap_or_default());
+        let is_last = next_s.is_some_and(|next| self.clock.is_over_after(next + expected_s));
         let must = Must {
-            finish: level > 0 && best.is_some(),
-            show: best.as_ref().is_some_and(|best| !is_withheld(&best.summary)),
+            finish: mesh.level > 0 && self.best.is_some(),
+            show: self.best.as_ref().is_some_and(|best| !is_withheld(&best.summary)),
         };
-        place = AccuracyProgress { run: place.run + 1, mesh_factor: meshes.factor(level), ..place };
-        let run = LevelRun { place, is_last, must, discards: &discards, interrupt: &stop };
-        let mut result = run.run(&mut request, &mut mesh, accuracy, bars)?;
-        place.before = largest_error(&result);
-        if let Some(Err(why)) = &lowered {
-            result.summary.warnings.push(format!("The bulk moduli are not lowered: {why}"));
-        }
-        // Whether it is good enough, or there is nothing that a finer mesh would show.
-        clock.count(&result.plan_report, result.outcome.steps);
-        let seconds = clock.elapsed_s() - started - bars_s;
-        let again = is_withheld(&result.summary) && was_withheld;
-        was_withheld = is_withheld(&result.summary);
+        self.place = AccuracyProgress { run: self.place.run + 1, mesh_factor, ..self.place };
+        let (discards, interrupt) = (self.discards, self.meshes.variants.interrupt);
+        let run = LevelRun { place: self.place, is_last, must, discards, interrupt };
+        let result = run.run(request, mesh, accuracy, bars)?;
+        self.place.before = largest_error(&result);
+        Ok((result, must))
+    }
+
+    /// What follows a level that took so many `seconds`: the next, unless it is accurate enough, or there is nothing that a finer mesh would
+    /// show, or no time.
+    fn step_after(
+        &mut self,
+        mesh: LevelMesh,
+        mut result: RunResult,
+        must: Must,
+        mut ahead: Ahead,
+        seconds: f64,
+    ) -> Step {
+        let (level, coarser) = (mesh.level, self.done.len());
+        let again = is_withheld(&result.summary) && self.was_withheld;
+        self.was_withheld = is_withheld(&result.summary);
         let lacks = must.lacks(&result);
-        let has_stopped = is_good_enough(&result, level, done.len(), again);
-        if clock.is_estimated() && ahead.next.is_none() && !has_stopped {
-            let own_s = expected.unwrap_or(seconds);
-            ahead = meshes.look_ahead(|next_s| clock.is_over_after(next_s), own_s, level);
+        let has_stopped = is_good_enough(&result, level, coarser, again);
+        if self.clock.is_estimated() && ahead.next.is_none() && !has_stopped {
+            let own_s = self.expected_s.unwrap_or(seconds);
+            ahead = self.meshes.look_ahead(|next_s| self.clock.is_over_after(next_s), own_s, level);
         }
         let Ahead { next, growth } = ahead;
-        let is_over = is_over(&clock, &mut result, done.len(), growth * seconds);
+        let is_over = is_over(&self.clock, &mut result, coarser, growth * seconds);
         // Of a mesh that is coarser than the scene's own, a discarded run says nothing about the finer ones.
-        let is_discarded =
-            discards.load(Ordering::Relaxed) || (lacks.is_some() && (level >= 0 || is_over || has_stopped));
-        if is_discarded && let Some(mut best) = best.take() {
-            best.summary.warnings.push(discarded(meshes.factor(level), lacks));
-            return Ok(best);
+        let is_discarded = self.discards.load(Ordering::Relaxed)
+            || (lacks.is_some() && (level >= 0 || is_over || has_stopped));
+        if is_discarded && let Some(mut best) = self.best.take() {
+            best.summary.warnings.push(discarded(self.meshes.factor(level), lacks));
+            return Step::End(Box::new(best));
         }
         if is_over && !has_stopped && level < 0 {
-            result.summary.warnings.push(coarser(meshes.factor(level)));
+            result.summary.warnings.push(coarser_than_own(self.meshes.factor(level)));
         }
         if lacks.is_none() && (has_stopped || is_over) {
-            return Ok(result);
+            return Step::End(Box::new(result));
         }
-        started = clock.elapsed_s();
-        let next = match next.unwrap_or_else(|| meshes.scene_of(level + 1).map(LevelMesh::from)) {
+        self.started_s = self.clock.elapsed_s();
+        let next = match next.unwrap_or_else(|| self.meshes.at(level + 1)) {
             Ok(next) => next,
-            Err(why) => return Ok(without_finer_mesh(result, &why)),
+            Err(why) => return Step::End(Box::new(without_finer_mesh(result, &why))),
         };
+        self.expected_s = Some(growth * seconds);
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished && lacks.is_none() {
             let run = Compared::new(result.summary.values(), Vec::new(), result.outcome.steps);
-            done.push(Done { level, scene: mesh.scene, run, others: OnceCell::new() });
-            best = Some(result);
-            has_result.store(true, Ordering::Relaxed);
+            self.done.push(Done { level, scene: mesh.scene, run, others: OnceCell::new() });
+            self.best = Some(result);
+            self.has_result.store(true, Ordering::Relaxed);
         }
-        (mesh, last_s, level) = (next, Some((growth, seconds)), level + 1);
+        Step::Next(next)
     }
 }
 
 /// The mesh of a level.
 struct LevelMesh {
+    level: i32,
     scene: Scene,
     /// Its plan, if that was made to estimate its time.
     plan: Option<Plan>,
-}
-
-impl From<Scene> for LevelMesh {
-    fn from(scene: Scene) -> Self {
-        Self { scene, plan: None }
-    }
 }
 
 impl LevelMesh {
@@ -314,7 +388,7 @@ fn without_finer_mesh(mut result: RunResult, why: &str) -> RunResult {
 }
 
 /// Warning of a mesh that is coarser than the scene's own.
-fn coarser(mesh_factor: f64) -> String {
+fn coarser_than_own(mesh_factor: f64) -> String {
     format!(
         "The scene's own mesh would take too long: these are the results of one with {mesh_factor:.2} times the numbers of elements; \
          `--as-is` runs the scene's own"
@@ -366,18 +440,22 @@ impl<'a> Meshes<'a> {
             threads,
             interrupt,
         };
-        Self { scene, variants, ratio: ratio(document), lowered: None }
+        Self { scene, variants, ratio: ratio(document), bulk_modulus: OnceCell::new() }
     }
 
-    /// The first level and its scene: some levels below the scene's own mesh, as long as a few elements are left and the mesh can be
-    /// made so coarse.
-    fn first(&self) -> (i32, LevelMesh) {
+    /// The level of the scene itself.
+    fn own(&self) -> LevelMesh {
+        LevelMesh { level: 0, scene: self.scene.clone(), plan: None }
+    }
+
+    /// The first level: some below the scene's own mesh, as long as a few elements are left and the mesh can be made so coarse.
+    fn first(&self) -> LevelMesh {
         let elements = |level: i32| self.scene.element_count() as f64 * self.factor(level).powi(3);
         let below = if self.scene.document.has_mesh_file() { 0.0 } else { COARSEST.log(SQRT_2).round() };
         (below as i32..0)
             .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
-            .find_map(|level| Some((level, self.scene_of(level).ok()?.into())))
-            .unwrap_or_else(|| (0, self.scene.clone().into()))
+            .find_map(|level| self.at(level).ok())
+            .unwrap_or_else(|| self.own())
     }
 
     /// The level after `level`, whose own estimated run time is `own_s` [s]. A mesh that is certainly too fine for the time that is left is
@@ -389,12 +467,11 @@ impl<'a> Meshes<'a> {
             let next = Err("it would take longer than the estimates allow".into());
             return Ahead { next: Some(next), growth: usual };
         }
-        let estimated = |scene: Scene| {
-            let mut mesh = LevelMesh::from(scene);
+        let estimated = |mut mesh: LevelMesh| {
             let seconds = mesh.expected_s().map_err(|error| error.to_string())?;
             Ok((mesh, seconds))
         };
-        match self.scene_of(level + 1).and_then(estimated) {
+        match self.at(level + 1).and_then(estimated) {
             Ok((mesh, seconds)) => Ahead { next: Some(Ok(mesh)), growth: seconds / own_s },
             Err(why) => Ahead { next: Some(Err(why)), growth: f64::INFINITY },
         }
@@ -402,13 +479,13 @@ impl<'a> Meshes<'a> {
 
     /// Run time of the level after one in units of its own [-]: h⁻¹ steps, and elements as their number grew from the level `before`,
     /// where thin directions and regions refined to a given size keep theirs. Infinite for more elements than there may be.
-    fn growth_of_time(&self, (level, mesh): (i32, &Scene), before: Option<&Done>) -> f64 {
-        let elements = mesh.element_count() as f64;
+    fn growth_of_time(&self, LevelMesh { level, scene, .. }: &LevelMesh, before: Option<&Done>) -> f64 {
+        let elements = scene.element_count() as f64;
         let dimensions = before.map_or(ORDER_OF_TIME - 1.0, |before| {
-            let ratio = self.factor(level) / self.factor(before.level);
+            let ratio = self.factor(*level) / self.factor(before.level);
             (elements / before.scene.element_count() as f64).log(ratio).clamp(1.0, ORDER_OF_TIME - 1.0)
         });
-        let ratio = self.factor(level + 1) / self.factor(level);
+        let ratio = self.factor(level + 1) / self.factor(*level);
         if elements * ratio.powf(dimensions) > Budget::COMMAND_LINE.elements as f64 {
             return f64::INFINITY;
         }
@@ -420,18 +497,18 @@ impl<'a> Meshes<'a> {
         if level < 0 { SQRT_2.powi(level) } else { self.ratio.powi(level) }
     }
 
-    /// Scene of a level (0 for the document itself), or the reason why there is none: its mesh cannot be made, or
-    /// exceeds the budget.
-    fn scene_of(&self, level: i32) -> Result<Scene, String> {
-        if level == 0 {
-            return Ok(self.scene.clone());
-        }
-        if self.scene.document.has_mesh_file() {
-            return split(self.scene, level.unsigned_abs());
-        }
-        let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
-        let scene = self.variants.scene(&setting, None, None);
-        scene.map_err(|error| format!("no run on another mesh: {error}"))
+    /// Mesh of a level (0 for that of the document itself), or the reason why there is none: it cannot be made, or exceeds the budget.
+    fn at(&self, level: i32) -> Result<LevelMesh, String> {
+        let scene = if level == 0 {
+            self.scene.clone()
+        } else if self.scene.document.has_mesh_file() {
+            split(self.scene, level.unsigned_abs())?
+        } else {
+            let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
+            let scene = self.variants.scene(&setting, None, None);
+            scene.map_err(|error| format!("no run on another mesh: {error}"))?
+        };
+        Ok(LevelMesh { level, scene, plan: None })
     }
 
     /// Element size of a completed level relative to that of a finer one [-].
@@ -443,17 +520,39 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Error bars of a level: from the coarser ones, or, where it is the only one, those of any run; with the effect of lowered bulk moduli.
-    fn bars(&self, done: &[Done], mesh: &Scene, level: i32, is_only: bool) -> ErrorBars {
+    /// Error bars of a level: from the coarser ones, or, where it is the only one, those of any run; with what its bulk moduli change.
+    fn bars(
+        &self,
+        done: &[Done],
+        mesh: &mut LevelMesh,
+        is_only: bool,
+        requested: &AccuracyDocument,
+    ) -> ErrorBars {
         let mut bars = if is_only {
-            error_bars(mesh, &[], self.variants.threads, self.variants.interrupt)
+            error_bars(&mesh.scene, &[], self.variants.threads, self.variants.interrupt)
         } else {
-            self.bars_of_levels(done, mesh, level)
+            self.bars_of_levels(done, &mesh.scene, mesh.level)
         };
-        if let ErrorBars::From(runs) = &mut bars {
-            runs.bulk_modulus = self.lowered.cloned();
+        let of_cap = |first: &Done| {
+            self.bulk_modulus.get_or_init(|| self.effect_of_cap(first, requested));
+        };
+        done.first().into_iter().for_each(of_cap);
+        if let Some(BulkModulusEffect { change, warning }) = self.bulk_modulus.get() {
+            mesh.scene.warnings.extend(warning.clone());
+            if let ErrorBars::From(runs) = &mut bars {
+                runs.bulk_modulus.clone_from(change);
+            }
         }
         bars
+    }
+
+    /// What the bulk moduli of the scene in place of that of water change on the first mesh; nothing where that is not much coarser than the
+    /// scene's own, so that the run would take longer than the others.
+    fn effect_of_cap(&self, first: &Done, requested: &AccuracyDocument) -> BulkModulusEffect {
+        if self.factor(first.level) > COARSE {
+            return BulkModulusEffect::default();
+        }
+        effect_of_cap((&first.scene, &first.run), requested, &self.variants)
     }
 
     fn bars_of_levels(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {

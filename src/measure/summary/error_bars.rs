@@ -115,20 +115,20 @@ pub struct ComparedRuns {
     pub small_steps: Compared,
     /// Run on that mesh with a looser contact tolerance.
     pub loose_contact: Compared,
-    /// Runs on the coarsest mesh with other bulk moduli, where the scene allows to lower them.
-    pub bulk_modulus: Option<LoweredBulkModulus>,
+    /// Runs on the coarsest mesh with other bulk moduli, if there are any.
+    pub bulk_modulus: Option<BulkModulusChange>,
 }
 
-/// Runs on one mesh with bulk moduli as the scene has them, and as the run itself has them.
+/// Runs on one mesh with bulk moduli that others are compared with, and with those of the run itself.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LoweredBulkModulus {
-    /// Bulk moduli of the run itself relative to those of the scene [-].
-    pub factor: f64,
-    /// Run with those of the scene.
-    pub as_given: Compared,
+pub struct BulkModulusChange {
+    /// Run with the bulk moduli that are compared with.
+    pub reference: Compared,
     /// Run with those of the run itself.
-    pub lowered: Compared,
-    /// Finding as a sentence.
+    pub own: Compared,
+    /// Whether their difference is a part of the error bars.
+    pub is_in_bars: bool,
+    /// Finding as a part of a sentence.
     pub words: String,
 }
 
@@ -175,7 +175,7 @@ impl ComparedRuns {
         } else {
             ""
         };
-        let bulk = self.bulk_modulus.as_ref().map_or(String::new(), |lowered| format!("; {}", lowered.words));
+        let bulk = self.bulk_modulus.as_ref().map_or(String::new(), |change| format!("; {}", change.words));
         format!("estimated from {runs}: {rule}{facets}{directions}{bulk}")
     }
 
@@ -244,8 +244,8 @@ impl Results {
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
         let [base, small_steps, loose_contact] =
             [&runs.base, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
-        let bulk = runs.bulk_modulus.as_ref();
-        let bulk = bulk.map(|bulk| [&bulk.as_given, &bulk.lowered].map(|run| run.numbers(self)));
+        let bulk = runs.bulk_modulus.as_ref().filter(|change| change.is_in_bars);
+        let bulk = bulk.map(|change| [&change.reference, &change.own].map(|run| run.numbers(self)));
         let all_listed = self.list_mut();
         let count = all_listed.len();
         let of_bulk = bulk.iter().flatten();
@@ -269,8 +269,7 @@ impl Results {
                 loose_contact: loose_contact[i],
             };
             let differences = runs.differences(listed.quantity.value, own_steps, &values);
-            let bulk_modulus =
-                bulk.as_ref().map_or(0.0, |[as_given, lowered]| (lowered[i] - as_given[i]).abs());
+            let bulk_modulus = bulk.as_ref().map_or(0.0, |[reference, own]| (own[i] - reference[i]).abs());
             all_found.push((listed, Differences { bulk_modulus, ..differences }));
         }
         let least = LEAST_FRACTION * median_mesh_error(&all_found);
@@ -363,21 +362,26 @@ mod tests {
     }
 
     #[test]
-    fn lowered_bulk_moduli_widen_the_bar_by_their_difference_and_are_named() {
+    fn other_bulk_moduli_are_named_and_widen_the_bar_by_their_difference_where_they_are_in_it() {
         let mut runs = runs([9.0, 9.1, 8.99]);
         let with_headline = |value: f64, steps: u64| {
             let headline = Headline { impact: Some(0), ..Headline::default() };
             Compared::new(&Results { headline, ..results(value) }, vec![value], steps)
         };
-        let lowered = LoweredBulkModulus {
-            factor: 0.25,
-            as_given: with_headline(9.0, 200),
-            lowered: with_headline(8.8, 100),
+        let lowered = BulkModulusChange {
+            reference: with_headline(9.0, 200),
+            own: with_headline(8.8, 100),
+            is_in_bars: true,
             words: "bulk moduli × 0.25".into(),
         };
-        let change = lowered.lowered.change(&lowered.as_given, RequestedNumber::Impulse).unwrap();
+        let change = lowered.own.change(&lowered.reference, RequestedNumber::Impulse).unwrap();
         assert!((change - 0.2 / 9.0).abs() < 1e-12, "{change}");
-        assert_eq!(lowered.lowered.change(&lowered.as_given, RequestedNumber::Deflection), None);
+        assert_eq!(lowered.own.change(&lowered.reference, RequestedNumber::Deflection), None);
+        let outside = BulkModulusChange { is_in_bars: false, ..lowered.clone() };
+        let mut without = results(10.0);
+        without.estimate_errors(&ComparedRuns { bulk_modulus: Some(outside), ..runs.clone() }, 200, 1.0);
+        let error = estimate(&without.impacts[0].impulse_n_s);
+        assert!(error.bulk_modulus == 0.0 && (error.total - 3.31).abs() < 1e-9, "{error:?}");
         runs.bulk_modulus = Some(lowered);
         let mut own = results(10.0);
         own.estimate_errors(&runs, 200, 1.0);

@@ -24,7 +24,7 @@ mod words;
 mod written;
 
 pub use accuracy::{Accuracy, AccuracyOf, AccuracyScale, RequestedAccuracy};
-pub use error_bars::{Compared, ComparedRuns, ErrorBars, Level, LoweredBulkModulus};
+pub use error_bars::{BulkModulusChange, Compared, ComparedRuns, ErrorBars, Level};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::{LawRange, LawRate};

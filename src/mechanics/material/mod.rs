@@ -57,7 +57,8 @@ pub use prony::{Branch, MAX_BRANCHES, PronySeries, SecantStiffness, isochoric_st
 pub use stability::{Instability, first_instability};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
 pub use validity::{Deformations, Given, Validity};
-pub use volumetric::Volumetric;
+use volumetric::KEEPS_ITS_VOLUME;
+pub use volumetric::{BULK_MODULUS_OF_WATER, Volumetric};
 pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 
 use super::real::{Outlined, Real};
@@ -144,6 +145,11 @@ impl Material {
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
     pub fn moduli_at_rest(&self) -> (f64, f64) {
         with_law!(self, law => law.moduli_at_rest())
+    }
+    /// Bulk modulus at rest [Pa], if it is below that of water in a solid that is meant to keep its volume.
+    pub fn capped_bulk_modulus(&self) -> Option<f64> {
+        let (shear, bulk) = self.moduli_at_rest();
+        (bulk < BULK_MODULUS_OF_WATER && bulk > KEEPS_ITS_VOLUME * shear).then_some(bulk)
     }
     /// Upper bound of the contribution of fibres in tension to the stiffness at rest [Pa],
     /// [`Law::fibre_modulus_at_rest`].

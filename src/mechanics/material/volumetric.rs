@@ -2,6 +2,11 @@
 
 use crate::real::{Real, ln_1p_defect};
 
+/// Bulk modulus of water, and about that of soft tissue and rubber [Pa].
+pub const BULK_MODULUS_OF_WATER: f64 = 2.2e9;
+/// K/G from which on a solid is meant to keep its volume [-], as foam is not: Poisson's ratio is 0.4.
+pub(super) const KEEPS_ITS_VOLUME: f64 = 5.0;
+
 /// U(J) with its bulk modulus K [Pa]; all three have U″(1) = K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Volumetric {
