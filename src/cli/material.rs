@@ -2,11 +2,12 @@
 
 use super::input_file::read_file;
 use super::material_fit::{FitArgs, material_fit};
+use super::material_path::{PathName, PathRequest};
 use super::{CliError, Exit, plot};
-use crate::mechanics::material::{self, Material, PathPoint, eval_path, eval_point};
+use crate::mechanics::material::{self, Material, PathPoint, Validity, eval_path, eval_point};
 use crate::mechanics::tensor::Mat3;
 use crate::scene::Problem;
-use crate::scene::material_question::{MaterialAnswer, MaterialQuestion, MaterialQuestions, rows};
+use crate::scene::material_question::{InRange, MaterialAnswer, MaterialQuestion, MaterialQuestions, rows};
 use crate::scene::problem::Pointer;
 use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
@@ -61,24 +62,6 @@ pub enum Format {
     Svg,
 }
 
-/// A deformation path starting at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PathName {
-    /// Stretch along x with free sides.
-    Uniaxial,
-    /// Equal stretch along x and y, the third side free.
-    Equibiaxial,
-    /// Simple shear x += γ y, the third side free.
-    Shear,
-}
-
-/// A requested path with its values.
-struct PathRequest {
-    name: PathName,
-    values: Vec<f64>,
-}
-
 /// One point of a path.
 #[derive(Debug, Serialize)]
 struct PathRow {
@@ -120,6 +103,7 @@ fn read_input(args: &MaterialArgs) -> Result<Vec<u8>, CliError> {
 fn answer_points(questions: &MaterialQuestions, format: Format, out: &mut dyn Write) -> Result<(), CliError> {
     let answers: Vec<MaterialAnswer> =
         questions.each().map(|(place, question)| at_point(&place, question)).collect::<Result<_, _>>()?;
+    warn_beyond(answers.iter());
     match format {
         Format::Json => write_json(questions, &answers, out)?,
         Format::Csv => {
@@ -143,10 +127,10 @@ fn at_point(place: &Pointer, question: &MaterialQuestion) -> Result<MaterialAnsw
         return Err(problem.alone().into());
     };
     let F = Mat3::from_fn(|i, j| F[i][j]);
-    let law = law_of(question, place)?;
+    let (law, validity) = law_of(question, place)?;
     let stress = eval_point(&law, &F)
         .map_err(|source| CliError::Material { place: here.as_str().to_owned(), source })?;
-    finite(MaterialAnswer::new(&F, &stress), &here)
+    finite(MaterialAnswer::new(&F, &stress, &validity), &here)
 }
 
 fn answer_path(
@@ -159,6 +143,7 @@ fn answer_path(
         .each()
         .map(|(place, question)| along(request, &place, question))
         .collect::<Result<_, _>>()?;
+    warn_beyond(curves.iter().flatten().map(|row| &row.answer));
     match format {
         Format::Json => write_json(questions, &curves, out)?,
         Format::Csv => {
@@ -180,23 +165,39 @@ fn along(
     place: &Pointer,
     question: &MaterialQuestion,
 ) -> Result<Vec<PathRow>, CliError> {
-    let law = law_of(question, place)?;
+    let (law, validity) = law_of(question, place)?;
     let path = request.name.path();
     let points = eval_path(&law, law.fibre_directions(), path, &request.values)
         .map_err(|source| CliError::Material { place: place.key("material").as_str().to_owned(), source })?;
-    points.iter().map(|point| row(point, place)).collect()
+    points.iter().map(|point| row(point, &validity, place)).collect()
 }
 
-fn row(point: &PathPoint, place: &Pointer) -> Result<PathRow, CliError> {
-    let answer = finite(MaterialAnswer::new(&point.F, &point.stress), place)?;
+fn row(point: &PathPoint, validity: &Validity, place: &Pointer) -> Result<PathRow, CliError> {
+    let answer = finite(MaterialAnswer::new(&point.F, &point.stress, validity), place)?;
     Ok(PathRow { value: point.value, deformation_gradient: rows(&point.F), answer })
 }
 
-fn law_of(question: &MaterialQuestion, place: &Pointer) -> Result<Material, CliError> {
-    question.material.to_material().ok_or_else(|| CliError::Material {
+/// The law of a question, and its range of validity.
+fn law_of(question: &MaterialQuestion, place: &Pointer) -> Result<(Material, Validity), CliError> {
+    let law = question.material.to_material().ok_or_else(|| CliError::Material {
         place: place.key("material").as_str().to_owned(),
         source: material::MaterialError::NoSuchFibres,
-    })
+    })?;
+    Ok((law, question.material.valid_to().range_of(&law)))
+}
+
+/// Warns of answers beyond the ranges of their laws.
+fn warn_beyond<'a>(answers: impl Iterator<Item = &'a MaterialAnswer>) {
+    let ranges: Vec<InRange> = answers.map(|answer| answer.range).collect();
+    let count = |range: InRange| ranges.iter().filter(|of| **of == range).count();
+    let (extrapolated, beyond) = (count(InRange::Extrapolated), count(InRange::BeyondLimit));
+    if extrapolated + beyond > 0 {
+        tracing::warn!(
+            "{} of {} points are beyond the range that the law is fitted to, {beyond} of them beyond its limit (`range`)",
+            extrapolated + beyond,
+            ranges.len()
+        );
+    }
 }
 
 /// Rejects an overflow: JSON cannot represent infinity.
@@ -225,14 +226,15 @@ fn write_json<T: Serialize>(
 
 const ANSWER_COLUMNS: &str = "J,psi_j_per_m3,\
     P_xx_pa,P_xy_pa,P_xz_pa,P_yx_pa,P_yy_pa,P_yz_pa,P_zx_pa,P_zy_pa,P_zz_pa,\
-    cauchy_xx_pa,cauchy_yy_pa,cauchy_zz_pa,cauchy_xy_pa,cauchy_yz_pa,cauchy_xz_pa";
+    cauchy_xx_pa,cauchy_yy_pa,cauchy_zz_pa,cauchy_xy_pa,cauchy_yz_pa,cauchy_xz_pa,range";
 
 fn columns(answer: &MaterialAnswer) -> String {
     let s = &answer.cauchy_pa;
     let cauchy = [s[0][0], s[1][1], s[2][2], s[0][1], s[1][2], s[0][2]];
     let numbers = [answer.jacobian, answer.psi_j_per_m3];
     let all = numbers.iter().chain(answer.first_piola_pa.iter().flatten()).chain(&cauchy);
-    all.map(f64::to_string).collect::<Vec<_>>().join(",")
+    let range = answer.range.name().to_owned();
+    all.map(f64::to_string).chain([range]).collect::<Vec<_>>().join(",")
 }
 
 fn picture(
@@ -259,51 +261,4 @@ fn picture(
         }
     }
     plot::stress_plot(name.title(), name.axis(), &lines).map_err(CliError::Picture)
-}
-
-impl PathRequest {
-    fn new(name: PathName, args: &MaterialArgs) -> Result<Self, CliError> {
-        let (rest, usual) = if name == PathName::Shear { (0.0, 0.5) } else { (1.0, 1.5) };
-        let (from, to) = (args.from.unwrap_or(rest), args.to.unwrap_or(usual));
-        let possible = |value: f64| value.is_finite() && (name == PathName::Shear || value > 0.0);
-        if !possible(from) || !possible(to) {
-            return Err(CliError::Usage(format!(
-                "--from {from} --to {to}: a stretch is a number > 0, a shear any number"
-            )));
-        }
-        let last = f64::from(args.points.saturating_sub(1).max(1));
-        let values = (0..args.points).map(|i| from + (to - from) * f64::from(i) / last).collect();
-        Ok(Self { name, values })
-    }
-}
-
-impl PathName {
-    fn path(self) -> material::Path {
-        match self {
-            Self::Uniaxial => material::Path::Uniaxial,
-            Self::Equibiaxial => material::Path::Equibiaxial,
-            Self::Shear => material::Path::SimpleShear,
-        }
-    }
-    fn value_name(self) -> &'static str {
-        if self == Self::Shear { "shear" } else { "stretch" }
-    }
-    fn title(self) -> &'static str {
-        match self {
-            Self::Uniaxial => "Uniaxial stress along x",
-            Self::Equibiaxial => "Equibiaxial stretch in the plane x, y",
-            Self::Shear => "Simple shear in the plane x, y",
-        }
-    }
-    fn axis(self) -> &'static str {
-        if self == Self::Shear { "amount of shear γ [-]" } else { "stretch λ [-]" }
-    }
-    /// Stress components to plot, with their row and column.
-    fn components(self) -> &'static [(&'static str, (usize, usize))] {
-        match self {
-            Self::Uniaxial => &[("xx", (0, 0))],
-            Self::Equibiaxial => &[("xx", (0, 0)), ("yy", (1, 1))],
-            Self::Shear => &[("xy", (0, 1))],
-        }
-    }
 }

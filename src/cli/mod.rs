@@ -13,6 +13,7 @@ mod json;
 pub mod keep;
 pub mod material;
 mod material_fit;
+mod material_path;
 pub mod materials;
 pub mod mesh;
 mod mesh_file;

@@ -83,6 +83,8 @@ pub struct PartRange {
     pub energy_beyond_declared: Largest,
     /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
+    /// Whether its elements are eroded: by the stretch of their mean deformation, which its limits are compared with, too.
+    erodes: bool,
     /// Index of the body in [`LawRanges`].
     in_body: usize,
 }
@@ -114,6 +116,7 @@ impl PartRange {
             energy_beyond: Largest::default(),
             energy_beyond_declared: Largest::default(),
             has_turned_over: false,
+            erodes: false,
             in_body,
         }
     }
@@ -183,6 +186,7 @@ impl PartRange {
     fn accumulate_deformation(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
         let (Validity { fitted, limit, .. }, declared) = (self.validity, self.validity.declared_limit());
         for lane in lanes {
+            let mean = self.erodes.then(|| stretch(points.mean_strain[lane]));
             for q in 0..points.count {
                 let strains = [points.least_principal_strain[q][lane], points.principal_strain[q][lane]];
                 let of_point =
@@ -190,8 +194,10 @@ impl PartRange {
                 self.extend(&of_point);
                 let volume = points.volume[q][lane];
                 let energy = volume * points.psi[q][lane];
-                let exceeds = |range: Deformations| range.excess(of_point.stretch, of_point.jacobian) > 1.0;
-                if exceeds(fitted) {
+                let [least, largest] = of_point.stretch;
+                let limited = [least, mean.unwrap_or(largest)];
+                let exceeds = |range: Deformations| range.excess(limited, of_point.jacobian) > 1.0;
+                if fitted.excess(of_point.stretch, of_point.jacobian) > 1.0 {
                     self.left.volume.now += volume;
                 }
                 if exceeds(limit) {
@@ -276,12 +282,10 @@ impl LawRanges {
                 let known = ranges.parts.iter().position(is_it);
                 let index = known.unwrap_or_else(|| {
                     let validity = body.validity[part];
-                    ranges.parts.push(PartRange::at_rest(
-                        body.name.clone(),
-                        name.clone(),
-                        validity,
-                        block.body,
-                    ));
+                    let (body, part, erodes) =
+                        (body.name.clone(), name.clone(), block.parameters.erosion.is_some());
+                    let part = PartRange::at_rest(body, part, validity, block.body);
+                    ranges.parts.push(PartRange { erodes, ..part });
                     ranges.parts.len() - 1
                 });
                 ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();

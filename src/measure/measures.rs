@@ -36,7 +36,7 @@ pub struct Measures {
     pub deflection: Deflection,
     /// Eroded elements by part.
     pub eroded: Eroded,
-    /// Interpenetration of bodies at the field times.
+    /// Interpenetration of bodies at the look times.
     pub penetration: Penetration,
     /// Fields at the latest field time; `None` if the plan requests none.
     pub fields: Option<Fields>,

@@ -31,7 +31,7 @@ pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfa
 /// Lattice points along each axis of a rigid body.
 const LATTICE: i32 = 12;
 
-/// The deepest penetration and the largest overlap at the field times.
+/// The deepest penetration and the largest overlap at the look times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Penetration {
     /// Depth with the largest fraction of a face size so far.
@@ -77,7 +77,7 @@ enum Side<'a> {
 }
 
 impl Penetration {
-    /// Accumulates a frame at a field time, when all displacements are known. `touched`: whether a pair has been in
+    /// Accumulates a frame at a look time, when all displacements are known. `touched`: whether a pair has been in
     /// contact so far; a body that has not touched itself cannot have entered itself.
     pub fn accumulate(&mut self, frame: &Frame, touched: impl Fn(usize) -> bool) {
         // Current positions.

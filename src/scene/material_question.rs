@@ -6,7 +6,7 @@ use super::problem::{Pointer, Problem, Problems};
 use super::read::{accept, read};
 use super::validate::Findings;
 use super::{json, named_materials, schema};
-use crate::mechanics::material::PointStress;
+use crate::mechanics::material::{Deformations, PointStress, Validity};
 use crate::mechanics::tensor::Mat3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -38,16 +38,57 @@ pub struct MaterialAnswer {
     pub first_piola_pa: [[f64; 3]; 3],
     /// Cauchy stress σ = P Fᵀ / J [Pa].
     pub cauchy_pa: [[f64; 3]; 3],
+    /// Whether the deformation is in the range of the law.
+    pub range: InRange,
 }
 
+/// Where a deformation is in the range of validity of a law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InRange {
+    /// In the range that the parameters are fitted to, or, where none is given, that is usual for the law.
+    Fitted,
+    /// Beyond that range, where the law is extrapolated.
+    Extrapolated,
+    /// Beyond the limit of the law: its stress is that of no intact tissue.
+    BeyondLimit,
+}
+
+impl InRange {
+    /// That of a deformation gradient `F`.
+    fn of(F: &Mat3, validity: &Validity) -> Self {
+        let (stretches, J) = (F.singular_values(), F.determinant());
+        let exceeds =
+            |range: &Deformations| range.excess([stretches.min(), stretches.max()], [J; 2]) > 1.0 + ROUNDING;
+        match (exceeds(&validity.fitted), exceeds(&validity.limit)) {
+            (_, true) => Self::BeyondLimit,
+            (true, false) => Self::Extrapolated,
+            (false, false) => Self::Fitted,
+        }
+    }
+
+    /// As written in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fitted => "fitted",
+            Self::Extrapolated => "extrapolated",
+            Self::BeyondLimit => "beyond_limit",
+        }
+    }
+}
+
+/// Amount by which a deformation at the end of a range exceeds it by rounding [-].
+const ROUNDING: f64 = 1e-12;
+
 impl MaterialAnswer {
-    /// The answer for a deformation gradient `F`.
-    pub fn new(F: &Mat3, stress: &PointStress) -> Self {
+    /// The answer for a deformation gradient `F`, given the range of the law.
+    pub fn new(F: &Mat3, stress: &PointStress, validity: &Validity) -> Self {
         Self {
             jacobian: F.determinant(),
             psi_j_per_m3: stress.psi,
             first_piola_pa: rows(&stress.P),
             cauchy_pa: rows(&stress.cauchy),
+            range: InRange::of(F, validity),
         }
     }
     /// Whether all numbers are finite; an extreme deformation can overflow.

@@ -91,3 +91,23 @@ fn a_batch_that_is_not_full_is_evaluated_as_far_as_its_elements() {
     assert!(ranges.parts[0].stretch[1] > 10.0 && ranges.parts[0].beyond.volume.now > 0.0);
     assert!(ranges.parts[1].stretch[1] < 1.2, "another part");
 }
+
+/// Erosion deletes an element when the stretch of its mean deformation exceeds a limit, and a limit of its law is exceeded no earlier.
+#[test]
+#[allow(clippy::float_cmp)] // these sums are exact
+fn limits_of_what_erodes_are_those_of_the_mean_deformation_of_an_element() {
+    // Points with stretches of 1 and 2.2; the limit is 2.
+    let mut points = points(0.0, 0.0);
+    for q in 0..points.count {
+        points.principal_strain[q][3] = if q % 2 == 0 { 0.0 } else { 1.92 };
+        points.volume[q][3] = 1.0;
+    }
+    for (erodes, mean_strain, beyond) in [(false, 0.9, 4.0), (true, 0.9, 0.0), (true, 1.6, 8.0)] {
+        let mut ranges = ranges();
+        ranges.parts[1].erodes = erodes;
+        points.mean_strain[3] = mean_strain;
+        ranges.accumulate(0..BATCH, &points);
+        assert_eq!(ranges.parts[1].beyond.volume.now, beyond, "{erodes}, {mean_strain}");
+        assert_eq!(ranges.parts[1].left.volume.now, 4.0, "the fitted range is that of the points");
+    }
+}

@@ -193,7 +193,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for ErosionChec
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Largest eigenvalue of F̄ᵀF̄, less 1, and mean volume ratio, less 1, of the elements of a register [-]; zero in padding.
     #[inline(always)]
-    fn mean_deformation<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> [Lane<S>; 2] {
+    pub(super) fn mean_deformation<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> [Lane<S>; 2] {
         let zero = Lane::splat(simd, 0.0);
         let first = self.first_pass(simd, part, u);
         let mut sum = Tensor::diagonal(zero);

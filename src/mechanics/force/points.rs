@@ -48,6 +48,8 @@ pub struct PointBatch {
     pub principal_strain: PointScalar,
     /// Its smallest eigenvalue [-].
     pub least_principal_strain: PointScalar,
+    /// Largest eigenvalue of E of the mean deformation of an element, which erosion is decided by [-]; means nothing in blocks without erosion.
+    pub mean_strain: Row,
     /// Volume ratio that U is evaluated at [-]: the mean over the element where it has one pressure, else J = det F of the point. Where
     /// pressure is averaged over nodes that is the element's, which shares U with them.
     pub jacobian: PointScalar,
@@ -71,6 +73,7 @@ impl Default for PointBatch {
             pressure: zero,
             principal_strain: zero,
             least_principal_strain: zero,
+            mean_strain: Row::default(),
             jacobian: zero,
             strain_rate: zero,
             damage: zero,
@@ -320,6 +323,10 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, E, N, Q> {
         // Displacement gradients at all points, mean dilatation.
         let first_pass = self.batch.first_pass(simd, part, u);
         let FirstPass { cof_X, w, H, j, .. } = &first_pass;
+        if self.response.block.parameters.erosion.is_some() {
+            let [largest, _] = self.batch.mean_deformation(simd, part, u);
+            (largest * 0.5).store(&mut self.to.mean_strain, part);
+        }
         // Padding has no volume.
         let is_element = Lane::load(simd, &self.batch.volume, part).select_positive(zero + 1.0, zero);
         let rates = self.rates.zip(v.map(|v| E::local_gradients(&load_corners(simd, v, part))));
