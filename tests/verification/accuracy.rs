@@ -98,17 +98,23 @@ fn estimated_run_times_choose_the_same_mesh_on_every_machine() {
     assert!(!reached.reached && (reached.mesh_factor - 1.0).abs() < 1e-12, "{reached:?}");
 }
 
+/// The bars as solids with a shear modulus of 3 MPa, and as many times that as bulk modulus.
+fn solid_bars(elements: u32, ratio: f64, accuracy: &Value) -> Value {
+    let mut document = two_bars(elements, accuracy);
+    for body in document["bodies"].as_array_mut().unwrap() {
+        let part = &mut body["parts"][0];
+        part["density_kg_per_m3"] = json!(1e4);
+        part["material"] = json!({"law": "neo_hookean", "c10_pa": 1.5e6, "bulk_modulus_pa": ratio * 3e6});
+    }
+    document
+}
+
 /// Bars of an incompressible solid have E = 3 G, whatever the bulk modulus, and lower ones need fewer steps.
 #[test]
 fn bulk_moduli_are_lowered_as_far_as_the_accuracy_allows() {
-    let of_bars = |lower: bool, factor: f64, of: &[&str]| {
+    let of_bars = |lower: bool, ratio: f64, of: &[&str]| {
         let accuracy = json!({"relative": 0.1, "of": of, "time_budget_s": 600, "lower_bulk_modulus": lower});
-        let mut document = two_bars(8, &accuracy);
-        for body in document["bodies"].as_array_mut().unwrap() {
-            body["parts"][0]["material"] =
-                json!({"law": "neo_hookean", "c10_pa": 150, "bulk_modulus_pa": factor * 300.0});
-        }
-        summary_of(&document)
+        summary_of(&solid_bars(8, ratio, &accuracy))
     };
     let numbers = |summary: &Summary| {
         let tissue = summary.values().tissue.clone().unwrap();
@@ -127,6 +133,52 @@ fn bulk_moduli_are_lowered_as_far_as_the_accuracy_allows() {
     assert!(summary.error_bars.contains("bulk moduli not lowered"), "{}", summary.error_bars);
     let ErrorEstimate::Estimated(error) = numbers(&summary)[0].error else { panic!("no error bar") };
     assert!(error.bulk_modulus == 0.0, "{error:?}");
+}
+
+/// A rigid ball on a block of gel of a shear modulus of 0.1 MPa.
+fn ball_on_gel(elements: u32, bulk_modulus_pa: f64) -> Value {
+    json!({
+        "name": "ball on gel", "end_time_s": 2e-3,
+        "bodies": [
+            {"name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -5],
+             "rigid": {"shape": {"kind": "ball", "radius_m": 0.02}, "center_m": [0, 0, 0.0701], "mass_kg": 0.05}},
+            {"name": "gel", "role": "tissue", "fixed": [{"set": "z_min"}],
+             "mesh": {"generator": {"kind": "block", "min_m": [-0.05, -0.05, 0], "max_m": [0.05, 0.05, 0.05],
+                      "elements": [elements; 3]}},
+             "parts": [{"part": "block", "density_kg_per_m3": 1000, "shear_viscosity_pa_s": 3,
+                        "material": {"law": "neo_hookean", "c10_pa": 5e4, "bulk_modulus_pa": bulk_modulus_pa}}]}
+        ],
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+#[test]
+fn bulk_moduli_below_that_of_water_are_compared_with_it() {
+    // The coarsest mesh has half the numbers of elements.
+    let impulse = |bulk_modulus_pa: f64| {
+        let coarse = ball_on_gel(6, bulk_modulus_pa);
+        summary_of(&coarse).values().impacts[0].impulse_n_s.value
+    };
+    let with_water = impulse(2.2e9);
+    for (bulk_modulus_pa, relative) in [(6e5, 0.05), (2e7, 0.1), (2.2e9, 0.1)] {
+        let mut document = ball_on_gel(12, bulk_modulus_pa);
+        document["accuracy"] = json!({"relative": relative, "of": ["impulse"], "time_budget_s": 1e9});
+        let summary = summary_of(&document);
+        let change = summary.error_bars.split_once("changes on the coarsest mesh ");
+        assert_eq!(change.is_some(), bulk_modulus_pa < 2.2e9, "{}", summary.error_bars);
+        let ErrorEstimate::Estimated(error) = summary.values().impacts[0].impulse_n_s.error else {
+            panic!("no error bar")
+        };
+        assert!(error.bulk_modulus == 0.0, "{error:?}");
+        let Some((_, change)) = change else { continue };
+        let (_, change) = change.split_once("impulse by ").unwrap();
+        let percent: f64 = change.split_once(" %").unwrap().0.parse().unwrap();
+        let expected = (impulse(bulk_modulus_pa) / with_water - 1.0).abs();
+        // As printed, with a digit after the point.
+        assert_at_most((percent - 100.0 * expected).abs(), 0.06, "change of the impulse by the bulk modulus");
+        let warns = summary.warnings.iter().any(|warning| warning.contains("in place of that of water"));
+        assert_eq!(warns, expected > relative, "{:?}", summary.warnings);
+    }
 }
 
 /// What contact nodes lose belongs half to either bar, and all of it comes from the striker, which is left at rest.
