@@ -9,9 +9,7 @@
 mod tests;
 
 use crate::mechanics::element::MOST_POINTS;
-use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::CellKind;
-use crate::mesh::distance::DepthField;
 
 /// Most corners of an element.
 const MOST_CORNERS: usize = 8;
@@ -94,10 +92,10 @@ pub struct StressField {
 }
 
 impl StressField {
-    /// A field without stress, below a skin, with nodes at `X` [m]. `part_count` and `slot_count` are those of the plan.
+    /// A field without stress, given the depth of each node of the plan [m], unused outside of the tissue. `part_count` and `slot_count` are
+    /// those of the plan.
     pub fn new<'a>(
-        skin: &DepthField,
-        X: &[Vec3],
+        depths: &[f64],
         (part_count, slot_count): (usize, usize),
         tissue: impl Iterator<Item = TissueElement<'a>>,
     ) -> Self {
@@ -107,21 +105,10 @@ impl StressField {
             edges: Vec::new(),
             part_count,
         };
-        let mut numbers = vec![u32::MAX; part_count * X.len()];
-        let mut depths = vec![f64::NAN; X.len()];
-        let mut before = None;
+        let mut numbers = vec![u32::MAX; part_count * depths.len()];
         for element in tissue {
-            // Depths of the nodes, each evaluated once: no deeper than at the node before, plus the distance from there.
-            for node in element.nodes.iter().map(|node| *node as usize) {
-                if depths[node].is_nan() {
-                    let most =
-                        before.map_or(f64::INFINITY, |near: usize| depths[near] + (X[node] - X[near]).norm());
-                    depths[node] = skin.depth_up_to(&X[node], most);
-                }
-                before = Some(node);
-            }
             let depth_of = |local: usize| depths[element.nodes[local] as usize];
-            let number = |local: usize| element.part * X.len() + element.nodes[local] as usize;
+            let number = |local: usize| element.part * depths.len() + element.nodes[local] as usize;
             for local in 0..element.cell.table().corners {
                 let known = &mut numbers[number(local)];
                 if *known == u32::MAX {

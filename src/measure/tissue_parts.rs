@@ -55,6 +55,12 @@ impl TissueParts {
             return Ok(None);
         }
         let skin = DepthField::new(&plan.measures.tissue_skin, &plan.X)?;
+        let mut depths = vec![f64::NAN; plan.X.len()];
+        for body in &self.bodies {
+            let nodes = plan.bodies[*body].nodes.clone();
+            let nodes = nodes.start as usize..nodes.end as usize;
+            depths[nodes.clone()].copy_from_slice(&skin.depths(&plan.X[nodes]));
+        }
         let blocks = plan.blocks.iter().filter(|block| self.bodies.contains(&block.body));
         let elements = blocks.flat_map(|block| {
             let body = &plan.bodies[block.body];
@@ -70,6 +76,6 @@ impl TissueParts {
             })
         });
         let counts = (self.names.len(), plan.slot_count());
-        Ok(Some(StressField::new(&skin, &plan.X, counts, elements)))
+        Ok(Some(StressField::new(&depths, counts, elements)))
     }
 }

@@ -3,11 +3,14 @@
 use super::MeshError;
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::math::Vector;
-use parry3d_f64::query::PointQuery;
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::TriMesh;
+use rayon::prelude::*;
 
 /// Factor on the bound of a depth, so that its rounding excludes no face [-].
 const ROUNDING: f64 = 1.0 + 1e-9;
+/// Fewest points for which another thread is worth its start.
+const FEWEST_POINTS: usize = 1024;
 
 /// Distance to a fixed set of faces, quadrilaterals and triangles, by a tree of bounding boxes.
 ///
@@ -52,12 +55,22 @@ impl DepthField {
         Ok(Self { triangles })
     }
 
-    /// As [`DepthField::depth`], with the same bits, of a point that is at most so deep [m]: found sooner, since no face beyond
-    /// is looked at.
-    pub fn depth_up_to(&self, point: &Vec3, most: f64) -> f64 {
+    /// Depths of points [m], each with the bits of [`DepthField::depth`]: found sooner where points follow their neighbours, since the nearest
+    /// triangle of one bounds the distance of the next.
+    pub fn depths(&self, points: &[Vec3]) -> Vec<f64> {
+        let points = points.par_iter().with_min_len(FEWEST_POINTS);
+        points.map_init(|| None, |near, point| self.depth_near(point, near)).collect()
+    }
+
+    /// Depth of a point [m], given a triangle that may be near, which is replaced by the nearest.
+    fn depth_near(&self, point: &Vec3, near: &mut Option<u32>) -> f64 {
         let at = Vector::new(point.x, point.y, point.z);
-        let found = self.triangles.project_local_point_with_max_dist(at, true, most * ROUNDING);
-        found.map_or_else(|| self.depth(point), |nearest| (at - nearest.point).length())
+        let distance = |triangle: u32| self.triangles.triangle(triangle).distance_to_local_point(at, true);
+        let most = near.map_or(f64::MAX, distance) * ROUNDING;
+        let found = self.triangles.project_local_point_and_get_location_with_max_dist(at, true, most);
+        let Some((nearest, (triangle, _))) = found else { return self.depth(point) };
+        *near = Some(triangle);
+        (at - nearest.point).length()
     }
 
     /// Distance [m] from a point [m] to the nearest face, ≥ 0; NaN for a point that is not finite.
@@ -87,9 +100,9 @@ mod tests {
             let exact = [x, 3.0 - x, y, 2.0 - y, z, 1.0 - z].into_iter().fold(f64::INFINITY, f64::min);
             let (point, depth) = (Vec3::new(x, y, z), field.depth(&Vec3::new(x, y, z)));
             prop_assert!((depth - exact).abs() < 1e-12);
-            // Whether the bound is close, far or wrong.
-            for most in [depth, 1.001 * depth, 10.0, 0.5 * depth, 0.0, f64::NAN] {
-                prop_assert_eq!(field.depth_up_to(&point, most).to_bits(), depth.to_bits());
+            // Whether the triangle is near or far.
+            for mut near in (0..field.triangles.num_triangles() as u32).map(Some).chain([None]) {
+                prop_assert_eq!(field.depth_near(&point, &mut near).to_bits(), depth.to_bits());
             }
         }
     }
@@ -102,7 +115,11 @@ mod tests {
         let field = DepthField::new(&faces, &mesh.nodes).unwrap();
         assert!((field.depth(&Vec3::new(0.3, 0.9, 0.2)) - 0.8).abs() < 1e-12);
         assert!((field.depth(&Vec3::new(0.5, 0.5, 1.25)) - 0.25).abs() < 1e-12, "outside counts the same");
-        assert!(field.depth(&Vec3::new(f64::NAN, 0.0, 0.0)).is_nan());
+        let nowhere = Vec3::new(f64::NAN, 0.0, 0.0);
+        assert!(field.depth(&nowhere).is_nan());
+        let depths = field.depths(&[nowhere, Vec3::new(0.5, 0.5, 0.5), nowhere, Vec3::new(0.3, 0.9, 0.2)]);
+        assert!(depths[0].is_nan() && depths[2].is_nan(), "{depths:?}");
+        assert!((depths[1] - 0.5).abs() < 1e-12 && (depths[3] - 0.8).abs() < 1e-12, "{depths:?}");
     }
 
     #[test]

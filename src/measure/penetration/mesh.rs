@@ -24,8 +24,14 @@ pub(super) struct Mesh<'a> {
     pub surface: Cow<'a, Surface>,
     pub x: &'a [Vec3],
     pub bounds: [Vec3; 2],
-    /// Largest distance of a corner of each face from its first [m].
-    widths: OnceCell<Vec<f64>>,
+    /// Where each face is.
+    places: OnceCell<Vec<Place>>,
+}
+
+/// Where a face is: its first corner [m], and the largest distance of another from it [m].
+struct Place {
+    corner: Vec3,
+    width: f64,
 }
 
 /// Result for one pair: depth with its fraction of a face, and volume.
@@ -56,7 +62,7 @@ impl<'a> Mesh<'a> {
         let nodes = surface.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { cells, surface, x, bounds, widths: OnceCell::new() }
+        Self { cells, surface, x, bounds, places: OnceCell::new() }
     }
 
     /// Volume [m³], or the sum over its first elements as soon as that reaches `enough`: elements that have not inverted
@@ -74,24 +80,26 @@ impl<'a> Mesh<'a> {
 
     /// Distance [m] to the nearest accepted face, and the size of that face [m].
     pub fn depth_below_surface(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
-        let width = |face: &[u32; 4]| {
+        let place = |face: &[u32; 4]| {
             let corners = Patch::new(face, self.x).corners;
-            corners.iter().map(|c| (c - corners[0]).norm_squared()).fold(0.0, f64::max).sqrt()
+            let square = corners.iter().map(|c| (c - corners[0]).norm_squared()).fold(0.0, f64::max);
+            Place { corner: corners[0], width: square.sqrt() }
         };
-        let widths = self.widths.get_or_init(|| self.surface.faces.iter().map(width).collect());
-        let square_to = |face: &[u32; 4]| (point - self.x[face[0] as usize]).norm_squared();
+        let places = self.places.get_or_init(|| self.surface.faces.iter().map(place).collect());
+        let faces = || self.surface.faces.iter().zip(places);
+        let square_to = |place: &Place| (point - place.corner).norm_squared();
         // The nearest corner bounds the distance; most faces are farther, as squares show.
         let mut bound = f64::INFINITY;
-        for face in &self.surface.faces {
-            let square = square_to(face);
+        for (face, place) in faces() {
+            let square = square_to(place);
             if square < bound && takes(face) {
                 bound = square;
             }
         }
         bound = bound.sqrt();
         let mut best: Option<(f64, f64)> = None;
-        for (face, width) in self.surface.faces.iter().zip(widths) {
-            let square = square_to(face);
+        for (face, place) in faces() {
+            let (square, width) = (square_to(place), place.width);
             let reach = best.map_or(bound, |(depth, _)| depth.min(bound)) + width;
             if square > FAR * reach * reach || !takes(face) {
                 continue;

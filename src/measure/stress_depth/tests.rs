@@ -23,7 +23,7 @@ fn column(count: u32, thresholds: &[f64]) -> StressDepth {
         nodes,
         volumes: [0.125; MOST_POINTS],
     });
-    let field = StressField::new(&skin, &X, (1, count as usize), elements);
+    let field = StressField::new(&skin.depths(&X), (1, count as usize), elements);
     let parts = TissueParts {
         bodies: vec![1],
         names: vec!["gel".into()],

@@ -1,6 +1,8 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact values
 
 use super::*;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::distance::DepthField;
 use crate::mesh::generate::block::Block;
 use crate::mesh::surface::{boundary, faces_within};
 use crate::mesh::{CellKind, Mesh};
@@ -44,7 +46,7 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
             volumes,
         }
     });
-    let mut field = StressField::new(&skin, &mesh.nodes, (2, mesh.cells.len()), tissue);
+    let mut field = StressField::new(&skin.depths(&mesh.nodes), (2, mesh.cells.len()), tissue);
     field.begin();
     for (slot, points) in points.iter().enumerate() {
         for (q, (X, volume)) in points.iter().enumerate() {
