@@ -144,7 +144,7 @@ fn ball_on_gel(elements: u32, bulk_modulus_pa: f64) -> Value {
              "rigid": {"shape": {"kind": "ball", "radius_m": 0.02}, "center_m": [0, 0, 0.0701], "mass_kg": 0.05}},
             {"name": "gel", "role": "tissue", "fixed": [{"set": "z_min"}],
              "mesh": {"generator": {"kind": "block", "min_m": [-0.05, -0.05, 0], "max_m": [0.05, 0.05, 0.05],
-                      "elements": [elements; 3]}},
+                      "elements": [elements, elements, elements]}},
              "parts": [{"part": "block", "density_kg_per_m3": 1000, "shear_viscosity_pa_s": 3,
                         "material": {"law": "neo_hookean", "c10_pa": 5e4, "bulk_modulus_pa": bulk_modulus_pa}}]}
         ],
