@@ -53,6 +53,10 @@ fn write_answer(answer: &FitAnswer, out: &mut dyn Write) -> Result<(), CliError>
     for problem in &answer.problems {
         writeln!(out, "{problem}")?;
     }
+    // What is no fit is not offered to a scene.
+    if answer.problems.iter().any(Problem::is_error) {
+        return Ok(());
+    }
     writeln!(out, "\nIn a part: \"material\":")?;
     write_json(&answer.constants.material, out)?;
     if let Some(series) = &answer.constants.prony_series {

@@ -1,9 +1,10 @@
 //! Artificial ends of the model: where a limb is truncated, waves are reflected that would pass in the real limb.
 
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{CUTS, Plan};
+use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::scene::document::{Generator, MeshDocument, Role};
+use crate::scene::exposed_faces::CUTS;
 
 /// Truncated ends of the tissue, and the speed of waves towards them.
 ///

@@ -44,7 +44,6 @@ pub use report::{
     BlockReport, IntegratorReport, MemoryReport, Omitted, PairReport, PlanReport, RefinementReport,
     RigidReport,
 };
-pub use requested::CUTS;
 pub use rigid::RigidPlan;
 pub use sector::mapping::Sector;
 pub use sector::{compile, recompile};

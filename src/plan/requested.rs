@@ -3,8 +3,8 @@
 use super::body::PlanBody;
 use super::measure_plan::{ForceAverage, MeasurePlan, TissueEnd};
 use crate::scene::Scene;
-use crate::scene::document::{BodyDocument, Generator, MeasuresDocument, MeshDocument, Role, SceneDocument};
-use crate::scene::exposed_faces::exposed_faces;
+use crate::scene::document::{BodyDocument, MeasuresDocument, Role, SceneDocument};
+use crate::scene::exposed_faces::{CUTS, exposed_faces, is_generated_limb};
 use std::collections::BTreeSet;
 
 /// Default number of field frames of a run.
@@ -69,9 +69,6 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
     }
 }
 
-/// Node sets of a generated limb on its cut sections.
-pub const CUTS: [&str; 2] = ["end_low", "end_high"];
-
 /// Held node sets by name, the cuts of generated limbs, and outer faces that are no skin; not those that a symmetry holds.
 fn tissue_ends(scene: &Scene, bodies: &[PlanBody], boundary: &[[u32; 4]]) -> Vec<TissueEnd> {
     let mut ends = Vec::new();
@@ -95,7 +92,7 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], boundary: &[[u32; 4]]) -> Vec
         for fixed in document.fixed.iter().filter(|fixed| fixed.axes.len() == 3) {
             add(format!("the held nodes \u{201c}{}\u{201d}", fixed.set), of_set(&fixed.set));
         }
-        if matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment(_)))) {
+        if is_generated_limb(document) {
             let cuts: Vec<u32> = CUTS.iter().flat_map(|set| of_set(set)).collect();
             known.extend(&cuts);
             add("an artificial end of the model".into(), cuts);

@@ -27,7 +27,8 @@ pub struct MeasuresDocument {
     /// Filter the force as in crash tests instead, and report its maximum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_filter: Option<ForceFilter>,
-    /// Node set of the tissue's surface from which depth is measured; by default the whole boundary that is not fixed.
+    /// Node set of the tissue's surface from which depth is measured; by default the whole boundary that is not fixed,
+    /// without the cut sections of a generated limb.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin_set: Option<String>,
     /// Person and place of impact, required by published injury criteria.

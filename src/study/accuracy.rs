@@ -5,7 +5,7 @@
 //! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
 //! have every element split into eight.
 
-use super::bulk_modulus_choice::{BulkModulusEffect, effect_of_cap, lower};
+use super::bulk_modulus_choice::{BulkModulusEffect, effect_of_cap, lower, untried_cap};
 use super::clock::Clock;
 use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size, steps_and_contact};
 use super::precision::in_single_precision;
@@ -546,11 +546,11 @@ impl<'a> Meshes<'a> {
         bars
     }
 
-    /// What the bulk moduli of the scene in place of that of water change on the first mesh; nothing where that is not much coarser than the
+    /// What the bulk moduli of the scene in place of that of water change on the first mesh; not tried where that is not much coarser than the
     /// scene's own, so that the run would take longer than the others.
     fn effect_of_cap(&self, first: &Done, requested: &AccuracyDocument) -> BulkModulusEffect {
         if self.factor(first.level) > COARSE {
-            return BulkModulusEffect::default();
+            return untried_cap(&first.scene);
         }
         effect_of_cap((&first.scene, &first.run), requested, &self.variants)
     }

@@ -16,6 +16,8 @@ use crate::scene::document::{AccuracyDocument, Formulation, RequestedNumber};
 const FACTORS: [f64; 4] = [1.0 / 256.0, 1.0 / 64.0, 1.0 / 16.0, 0.25];
 /// Least bulk modulus in units of the shear modulus [-]: below it the volume of tissue is soft, and validation warns of it.
 const LEAST_RATIO: f64 = 10.0;
+/// What is compared with water, in words.
+const OF_SCENE: &str = "the bulk modulus of the scene in place of that of water";
 /// Largest change of each required result, in units of the accuracy [-]: the mesh needs the rest.
 const FRACTION: f64 = 1.0 / 3.0;
 
@@ -68,9 +70,9 @@ pub(super) fn effect_of_cap(
             return BulkModulusEffect { warning: Some(warning), ..BulkModulusEffect::default() };
         }
     };
-    let changes = changes(own, &reference, &RequestedNumber::ALL);
+    let changes = changes(own, &reference, &told(requested));
     let words = format!(
-        "the bulk modulus of the scene in place of that of water changes on the coarsest mesh {}, which is not in the error bars",
+        "{OF_SCENE} changes on the coarsest mesh {}, which is not in the error bars",
         each_in_words(&changes)
     );
     // Only the required results have an accuracy to compare with.
@@ -81,77 +83,99 @@ pub(super) fn effect_of_cap(
     let warning = (!large.is_empty()).then(|| {
         format!(
             "The bulk modulus of the scene in place of that of water changes on the coarsest mesh {}, more than the accuracy allows: \
-             `--lower-bulk-modulus` chooses one that does not, and adds its effect to the error bars.",
+             `--lower-bulk-modulus` adds its effect to the error bars, and lowers it no further than the accuracy allows.",
             each_in_words(&large)
         )
     });
-    let change = BulkModulusChange { reference, own: own.clone(), is_in_bars: false, words };
-    BulkModulusEffect { change: Some(change), warning }
+    BulkModulusEffect { change: Some(BulkModulusChange { in_bars: None, words }), warning }
 }
 
-/// Runs a scene on its coarsest mesh with the bulk moduli of water, where it has less, and with lower ones, the lowest first. Returns what
-/// this changes with the scene with the lowest admissible ones: the first of all where no change is small enough. `resources` has whatever
-/// the runs need but the scene.
+/// Says that the effect of the bulk moduli of a scene in place of that of water is unknown, where a part has less than water.
+pub(super) fn untried_cap(scene: &Scene) -> BulkModulusEffect {
+    let mut materials = scene.bodies.iter().flat_map(|body| &body.materials);
+    let is_capped = materials.any(|material| material.capped_bulk_modulus().is_some());
+    let words = format!(
+        "what {OF_SCENE} changes was not tried, since there is no much coarser mesh: `contuse study bulk-modulus` tries it on the scene's own"
+    );
+    BulkModulusEffect {
+        change: is_capped.then_some(BulkModulusChange { in_bars: None, words }),
+        ..BulkModulusEffect::default()
+    }
+}
+
+/// Results whose change is told: those that a coarse mesh resolves, and those that were requested.
+fn told(requested: &AccuracyDocument) -> Vec<RequestedNumber> {
+    let is_resolved = |number: &RequestedNumber| {
+        !matches!(number, RequestedNumber::ContactPatch | RequestedNumber::StressDepth)
+    };
+    let is_told = |number: &RequestedNumber| is_resolved(number) || requested.of.contains(number);
+    RequestedNumber::ALL.into_iter().filter(is_told).collect()
+}
+
+/// Runs a scene on its coarsest mesh with the bulk moduli of water, where it has less, then with lower ones, the lowest first, until one
+/// changes the required results little enough; else those of the scene stand. Returns what they change, with the scene that has them.
+/// `resources` has whatever the runs need but the scene.
 ///
 /// # Errors
-/// Why there is no choice: the run with the first ones did not finish.
+/// Why there is no choice: a run with the moduli of water or of the scene did not finish.
 pub(super) fn lower(
     (own, coarsest): (&Scene, &Scene),
     requested: &AccuracyDocument,
     resources: &Variants,
     clock: &mut Clock,
 ) -> Result<(BulkModulusChange, Scene), String> {
+    if !own.bodies.iter().flat_map(|body| &body.materials).any(Material::keeps_its_volume) {
+        let words = "bulk moduli not lowered: no part is meant to keep its volume".into();
+        return Ok((BulkModulusChange { in_bars: None, words }, own.clone()));
+    }
+    let mut run = |scene: &Scene| {
+        let variants = Variants { document: &scene.document, ..*resources };
+        compared(&variants, scene, &[]).inspect(|(run, report)| clock.count(report, run.steps))
+    };
     let stiff = |scene: &Scene| {
         with_that_of_water(scene, resources).map(|stiff| stiff.unwrap_or_else(|| scene.clone()))
     };
-    let (own, coarsest) = (stiff(own)?, stiff(coarsest)?);
-    let (factor, change) = choose(&coarsest, requested, resources, clock)?;
-    let scene = if factor < 1.0 { lowered(&own, resources, factor)? } else { own };
-    Ok((change, scene))
-}
-
-/// The first factor whose change is small enough, with the runs that show it; without one the factor is 1.
-fn choose(
-    coarsest: &Scene,
-    requested: &AccuracyDocument,
-    resources: &Variants,
-    clock: &mut Clock,
-) -> Result<(f64, BulkModulusChange), String> {
-    let variants = Variants { document: &coarsest.document, ..*resources };
-    let mut run = |scene: &Scene| {
-        compared(&variants, scene, &[]).inspect(|(run, report)| clock.count(report, run.steps))
-    };
-    let (reference, _) = run(coarsest)?;
+    let stiff_coarsest = stiff(coarsest)?;
+    let (reference, _) = run(&stiff_coarsest)?;
     let mut nearest = None;
     for factor in FACTORS {
         // Moduli below what the laws admit are refused, and runs with them may fail: the next ones may not.
-        let Ok(scene) = lowered(coarsest, resources, factor) else { continue };
-        let Ok((own, _)) = run(&scene) else { continue };
-        let changes = changes(&own, &reference, &requested.of);
+        let Ok(scene) = lowered(&stiff_coarsest, resources, factor) else { continue };
+        let Ok((with_lower, _)) = run(&scene) else { continue };
+        let changes = changes(&with_lower, &reference, &requested.of);
         let is_small = |(_, change): &(RequestedNumber, Option<f64>)| {
             change.is_some_and(|change| change <= FRACTION * requested.relative)
         };
         let words = format!("× {factor:.3} on the coarsest mesh change {}", each_in_words(&changes));
         if changes.iter().all(is_small) {
             let words = format!("bulk moduli {words}, which is in the error bars");
-            return Ok((factor, BulkModulusChange { reference, own, is_in_bars: true, words }));
+            let change = BulkModulusChange { in_bars: Some([reference, with_lower]), words };
+            return Ok((change, lowered(&stiff(own)?, resources, factor)?));
         }
         nearest = Some(words);
     }
+    // None is admissible: those of the scene stand, with what they change.
     let why = nearest.map_or_else(|| "no lower ones can be run".into(), |words| format!("those {words}"));
-    let words = format!("bulk moduli not lowered: {why}");
-    let own = reference.clone();
-    Ok((1.0, BulkModulusChange { reference, own, is_in_bars: true, words }))
+    let (as_given, _) = run(coarsest)?;
+    let each = each_in_words(&changes(&as_given, &reference, &requested.of));
+    let words =
+        format!("bulk moduli not lowered: {why}; {OF_SCENE} changes {each}, which is in the error bars");
+    Ok((BulkModulusChange { in_bars: Some([reference, as_given]), words }, own.clone()))
 }
 
-/// The scene with its bulk moduli times a factor. An error where a modulus became too low.
+/// The scene with its bulk moduli times a factor, but in parts that are not meant to keep their volume. An error where a modulus became too
+/// low.
 fn lowered(scene: &Scene, resources: &Variants, factor: f64) -> Result<Scene, String> {
-    let lowered = scaled(scene, resources, |_| factor)?;
-    let is_soft = |material: &Material| {
-        let (shear, bulk) = material.moduli_at_rest();
-        bulk < LEAST_RATIO * shear
+    let of = |material: &Material| if material.keeps_its_volume() { factor } else { 1.0 };
+    let lowered = scaled(scene, resources, of)?;
+    let materials = |scene: &Scene| -> Vec<Material> {
+        scene.bodies.iter().flat_map(|body| body.materials.clone()).collect()
     };
-    if lowered.bodies.iter().flat_map(|body| &body.materials).any(is_soft) {
+    let is_soft = |(before, after): (Material, Material)| {
+        let (shear, bulk) = after.moduli_at_rest();
+        before.keeps_its_volume() && bulk < LEAST_RATIO * shear
+    };
+    if materials(scene).into_iter().zip(materials(&lowered)).any(is_soft) {
         return Err(format!("a bulk modulus is below {LEAST_RATIO} shear moduli"));
     }
     Ok(lowered)

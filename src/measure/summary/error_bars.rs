@@ -115,19 +115,16 @@ pub struct ComparedRuns {
     pub small_steps: Compared,
     /// Run on that mesh with a looser contact tolerance.
     pub loose_contact: Compared,
-    /// Runs on the coarsest mesh with other bulk moduli, if there are any.
+    /// What the bulk moduli change; `None` where that was not looked at.
     pub bulk_modulus: Option<BulkModulusChange>,
 }
 
-/// Runs on one mesh with bulk moduli that others are compared with, and with those of the run itself.
+/// What the bulk moduli of a run change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BulkModulusChange {
-    /// Run with the bulk moduli that are compared with.
-    pub reference: Compared,
-    /// Run with those of the run itself.
-    pub own: Compared,
-    /// Whether their difference is a part of the error bars.
-    pub is_in_bars: bool,
+    /// Runs on one mesh with the bulk moduli that are compared with, and with those of the run itself, if their difference is a part of the
+    /// error bars.
+    pub in_bars: Option<[Compared; 2]>,
     /// Finding as a part of a sentence.
     pub words: String,
 }
@@ -244,8 +241,8 @@ impl Results {
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
         let [base, small_steps, loose_contact] =
             [&runs.base, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
-        let bulk = runs.bulk_modulus.as_ref().filter(|change| change.is_in_bars);
-        let bulk = bulk.map(|change| [&change.reference, &change.own].map(|run| run.numbers(self)));
+        let bulk = runs.bulk_modulus.as_ref().and_then(|change| change.in_bars.as_ref());
+        let bulk = bulk.map(|both| both.each_ref().map(|run| run.numbers(self)));
         let all_listed = self.list_mut();
         let count = all_listed.len();
         let of_bulk = bulk.iter().flatten();
@@ -368,16 +365,13 @@ mod tests {
             let headline = Headline { impact: Some(0), ..Headline::default() };
             Compared::new(&Results { headline, ..results(value) }, vec![value], steps)
         };
-        let lowered = BulkModulusChange {
-            reference: with_headline(9.0, 200),
-            own: with_headline(8.8, 100),
-            is_in_bars: true,
-            words: "bulk moduli × 0.25".into(),
-        };
-        let change = lowered.own.change(&lowered.reference, RequestedNumber::Impulse).unwrap();
+        let [reference, lowered] = [with_headline(9.0, 200), with_headline(8.8, 100)];
+        let change = lowered.change(&reference, RequestedNumber::Impulse).unwrap();
         assert!((change - 0.2 / 9.0).abs() < 1e-12, "{change}");
-        assert_eq!(lowered.own.change(&lowered.reference, RequestedNumber::Deflection), None);
-        let outside = BulkModulusChange { is_in_bars: false, ..lowered.clone() };
+        assert_eq!(lowered.change(&reference, RequestedNumber::Deflection), None);
+        let in_bars = Some([reference, lowered]);
+        let lowered = BulkModulusChange { in_bars, words: "bulk moduli × 0.25".into() };
+        let outside = BulkModulusChange { in_bars: None, ..lowered.clone() };
         let mut without = results(10.0);
         without.estimate_errors(&ComparedRuns { bulk_modulus: Some(outside), ..runs.clone() }, 200, 1.0);
         let error = estimate(&without.impacts[0].impulse_n_s);

@@ -146,10 +146,15 @@ impl Material {
     pub fn moduli_at_rest(&self) -> (f64, f64) {
         with_law!(self, law => law.moduli_at_rest())
     }
+    /// Whether it is meant to keep its volume, as foam is not.
+    pub fn keeps_its_volume(&self) -> bool {
+        let (shear, bulk) = self.moduli_at_rest();
+        bulk > KEEPS_ITS_VOLUME * shear
+    }
     /// Bulk modulus at rest [Pa], if it is below that of water in a solid that is meant to keep its volume.
     pub fn capped_bulk_modulus(&self) -> Option<f64> {
-        let (shear, bulk) = self.moduli_at_rest();
-        (bulk < BULK_MODULUS_OF_WATER && bulk > KEEPS_ITS_VOLUME * shear).then_some(bulk)
+        let (_, bulk) = self.moduli_at_rest();
+        (bulk < BULK_MODULUS_OF_WATER && self.keeps_its_volume()).then_some(bulk)
     }
     /// Upper bound of the contribution of fibres in tension to the stiffness at rest [Pa],
     /// [`Law::fibre_modulus_at_rest`].

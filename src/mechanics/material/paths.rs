@@ -194,11 +194,12 @@ struct Specimen<'a> {
 
 impl Specimen<'_> {
     /// The state at `value` from a state on the path, in increments of at most 0.05 that are halved where Newton's
-    /// method fails and doubled where it converges.
+    /// method fails and doubled where it converges; it may fail forty times.
     fn load_to(&self, value: f64, mut state: (f64, Mat3)) -> Result<(f64, Mat3), MaterialError> {
         const LARGEST: f64 = 0.05;
         const SMALLEST: f64 = 1e-7;
-        let mut increment = LARGEST;
+        const MOST_FAILURES: u32 = 40;
+        let (mut increment, mut failures) = (LARGEST, 0);
         loop {
             let to_go = value - state.0;
             let last = to_go.abs() <= increment;
@@ -210,8 +211,8 @@ impl Specimen<'_> {
                 }
                 increment = LARGEST.min(2.0 * increment);
             } else {
-                increment *= 0.5;
-                if increment < SMALLEST {
+                (increment, failures) = (0.5 * increment, failures + 1);
+                if increment < SMALLEST || failures > MOST_FAILURES {
                     return Err(MaterialError::NotConverged { path: self.path, value, reached: state.0 });
                 }
             }

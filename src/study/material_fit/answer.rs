@@ -104,6 +104,17 @@ fn test_of(test: &TestDocument, model: &[f64]) -> FittedTest {
     }
 }
 
+/// Reports a law that follows none of the curves: it is no nearer to any than the mean of its values.
+pub(super) fn no_fit(tests: &[FittedTest]) -> Option<Problem> {
+    let best = tests.iter().filter_map(|test| test.r_squared).reduce(f64::max)?;
+    (best <= 0.0).then(|| {
+        Problem::error("no_fit", &Pointer::root(), "the law follows none of the curves")
+            .value(best)
+            .limit("an R² above 0")
+            .remedy("check signs and units of the stresses; free more parameters, or choose another law")
+    })
+}
+
 /// Principal stretches of all tests, `None` without a path.
 pub(super) fn stretch_range(predictions: &[Prediction]) -> Option<[f64; 2]> {
     let ranges = predictions.iter().filter_map(|prediction| prediction.stretches);

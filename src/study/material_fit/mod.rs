@@ -65,8 +65,11 @@ fn answer_of(
     if !is_exact {
         problems.extend(answer::correlated_residuals(question, &minimum.residual));
     }
+    let tests = answer::tests(question, predictions);
+    problems.extend(answer::no_fit(&tests));
+    let is_fit = !problems.iter().any(Problem::is_error);
     let stretch_range = answer::stretch_range(predictions);
-    let constants = answer::with_range(constants, stretch_range);
+    let constants = answer::with_range(constants, stretch_range.filter(|_| is_fit));
     problems.extend(constants.check());
     FitAnswer {
         constants,
@@ -76,7 +79,7 @@ fn answer_of(
         points: minimum.residual.len(),
         degrees_of_freedom: intervals.degrees_of_freedom(),
         residual_deviation: intervals.deviation(),
-        tests: answer::tests(question, predictions),
+        tests,
         stretch_range,
         iterations: minimum.iterations,
         has_converged: minimum.has_converged,
