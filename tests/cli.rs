@@ -153,8 +153,8 @@ fn material_follows_paths_as_json_csv_and_svg() {
     let rows: Value = serde_json::from_slice(&limited.stdout).unwrap();
     let ranges: Vec<&Value> = rows.as_array().unwrap().iter().map(|row| &row["range"]).collect();
     assert_eq!(ranges, ["extrapolated", "fitted", "fitted", "beyond_limit"]);
-    let told = "2 of 4 points are beyond the range that the law is fitted to, 1 of them beyond its limit";
-    assert!(text(&limited.stderr).contains(told), "{}", text(&limited.stderr));
+    let reported = "2 of 4 points are beyond the range that the law is fitted to, 1 of them beyond its limit";
+    assert!(text(&limited.stderr).contains(reported), "{}", text(&limited.stderr));
 
     let csv = run_with(&[&path[..], &["--format", "csv"]].concat(), &question);
     let lines: Vec<&str> = text(&csv.stdout).lines().collect();

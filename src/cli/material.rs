@@ -87,7 +87,12 @@ pub fn material(args: &MaterialArgs, out: &mut dyn Write) -> Result<Exit, CliErr
     }
     match &args.path {
         None => answer_points(&questions, args.format, out)?,
-        Some(name) => answer_path(&questions, &PathRequest::new(*name, args)?, args.format, out)?,
+        Some(name) => answer_path(
+            &questions,
+            &PathRequest::new(*name, [args.from, args.to], args.points)?,
+            args.format,
+            out,
+        )?,
     }
     Ok(Exit::Success)
 }

@@ -1,7 +1,6 @@
 //! The paths of `contuse material --path`.
 
 use super::CliError;
-use super::material::MaterialArgs;
 use crate::mechanics::material;
 use clap::ValueEnum;
 use serde::Serialize;
@@ -25,21 +24,21 @@ pub(super) struct PathRequest {
 }
 
 impl PathRequest {
-    /// The path of the arguments.
+    /// So many points on a path between two values; `None` for the usual ones.
     ///
     /// # Errors
     /// If an end is no deformation.
-    pub fn new(name: PathName, args: &MaterialArgs) -> Result<Self, CliError> {
+    pub fn new(name: PathName, [from, to]: [Option<f64>; 2], points: u32) -> Result<Self, CliError> {
         let (rest, usual) = if name == PathName::Shear { (0.0, 0.5) } else { (1.0, 1.5) };
-        let (from, to) = (args.from.unwrap_or(rest), args.to.unwrap_or(usual));
+        let (from, to) = (from.unwrap_or(rest), to.unwrap_or(usual));
         let possible = |value: f64| value.is_finite() && (name == PathName::Shear || value > 0.0);
         if !possible(from) || !possible(to) {
             return Err(CliError::Usage(format!(
                 "--from {from} --to {to}: a stretch is a number > 0, a shear any number"
             )));
         }
-        let last = f64::from(args.points.saturating_sub(1).max(1));
-        let values = (0..args.points).map(|i| from + (to - from) * f64::from(i) / last).collect();
+        let last = f64::from(points.saturating_sub(1).max(1));
+        let values = (0..points).map(|i| from + (to - from) * f64::from(i) / last).collect();
         Ok(Self { name, values })
     }
 }

@@ -5,70 +5,19 @@
 //! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
 //! have every element split into eight.
 
-use super::bulk_modulus_choice::{BulkModulusEffect, effect_of_cap, lower, untried_cap};
+use super::bulk_modulus_choice::{BulkModulusEffect, lower};
 use super::clock::Clock;
-use super::error_bars::{compared_runs, error_bars, keeps_a_direction, relative_size, steps_and_contact};
+use super::levels::{Ahead, Done, LEVELS_USED, LevelMesh, Meshes};
 use super::precision::in_single_precision;
 use super::progress::{AccuracyProgress, Phase, Progress};
-use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_plan};
-use super::variant::{Variants, split};
 use crate::measure::summary::Shown;
-use crate::measure::{
-    Compared, ComparedRuns, ErrorBars, Level, MeasuredEnd, MeasuredFrame, RequestedAccuracy, Sink, Summary,
-};
-use crate::plan::{CompileError, Plan, compile};
-use crate::scene::document::{AccuracyDocument, MeshDocument, SceneDocument};
-use crate::scene::{Budget, Scene};
+use crate::measure::{Compared, ErrorBars, MeasuredEnd, MeasuredFrame, RequestedAccuracy, Sink, Summary};
+use crate::plan::{Plan, compile};
+use crate::scene::document::AccuracyDocument;
 use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::cell::OnceCell;
-use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Minimum number of elements of the first mesh, if the scene's own has as many [-].
-const FEWEST_ELEMENTS: f64 = 100.0;
-/// Number of coarser meshes for the error bars, if there are as many.
-const LEVELS_USED: usize = 2;
-/// Numbers of elements of the coarsest mesh relative to the scene's own [-].
-const COARSEST: f64 = 0.25;
-/// Most elements of a direction in which √2 times the number is no refinement by √2 (1 stays 1, 2 becomes 3) [-].
-const THIN: u32 = 2;
-/// Most numbers of elements of a mesh on which the bulk modulus of water is tried, relative to the scene's own [-]: where the scene has 50 MPa, the
-/// run takes at most 0.4 of the time of one on the scene's own mesh.
-const COARSE: f64 = 0.5;
-/// Order of the run time in 1/h: elements and steps.
-const ORDER_OF_TIME: f64 = 4.0;
-/// The least it can be: a thin direction keeps its elements, and they limit the step.
-const LEAST_ORDER_OF_TIME: f64 = 2.0;
-/// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
-const CAUTION: f64 = 1.2;
-
-/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them, and so must the
-/// sequence of a mesh with a thin direction, or its levels would differ in the ratio of thickness to width, too. Below the scene's own
-/// mesh thin directions keep their elements whatever the ratio, so that it is √2 for every generated mesh.
-fn ratio(document: &SceneDocument) -> f64 {
-    let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
-    let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
-    if document.has_mesh_file() || counts.into_iter().any(is_thin) { 2.0 } else { SQRT_2 }
-}
-
-/// The sequence of meshes of a scene.
-struct Meshes<'a> {
-    scene: &'a Scene,
-    variants: Variants<'a>,
-    /// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-].
-    ratio: f64,
-    /// What its bulk moduli change, once that is known.
-    bulk_modulus: OnceCell<BulkModulusEffect>,
-}
-
-struct Done {
-    level: i32,
-    scene: Scene,
-    run: Compared,
-    /// The same with shorter steps, and with a looser contact tolerance, once an error bar needs them.
-    others: OnceCell<Result<[Compared; 2], String>>,
-}
 
 /// Runs a scene to an accuracy. The result is that of the finest mesh whose run came to its end within the time, and it is the run
 /// that the sinks hold.
@@ -93,13 +42,14 @@ pub(super) fn run_to(mut request: RunRequest, requested: &AccuracyDocument) -> R
         scene = lowered.map_or(scene, |lowered| in_single_precision(&lowered));
         bulk_modulus = OnceCell::from(BulkModulusEffect { change, warning });
     }
-    let meshes = Meshes { bulk_modulus, ..Meshes::of(&scene, threads, &stop) };
+    let mut meshes = Meshes::of(&scene, threads, &stop);
+    meshes.bulk_modulus = bulk_modulus;
     // The meshes one after the other.
     let mut next = meshes.first();
     let mut sequence = Sequence::of(meshes, clock, requested, [&has_result, &discards]);
     loop {
         match sequence.run_level(&mut request, next)? {
-            Step::Next(mesh) => next = mesh,
+            Step::Next(mesh) => next = *mesh,
             Step::End(result) => return Ok(*result),
         }
     }
@@ -126,7 +76,7 @@ struct Sequence<'a> {
 
 /// What follows a level.
 enum Step {
-    Next(LevelMesh),
+    Next(Box<LevelMesh>),
     End(Box<RunResult>),
 }
 
@@ -166,7 +116,7 @@ impl<'a> Sequence<'a> {
         }
         if is_only && mesh.level < 0 {
             // Two levels are too many: the scene's own mesh, with the error bars of any run.
-            return Ok(Step::Next(self.meshes.own()));
+            return Ok(Step::Next(Box::new(self.meshes.own())));
         }
         let without_bars_s = self.clock.elapsed_s();
         let bars = self.meshes.bars(&self.done, &mut mesh, is_only, self.requested);
@@ -254,23 +204,7 @@ impl<'a> Sequence<'a> {
             self.best = Some(result);
             self.has_result.store(true, Ordering::Relaxed);
         }
-        Step::Next(next)
-    }
-}
-
-/// The mesh of a level.
-struct LevelMesh {
-    level: i32,
-    scene: Scene,
-    /// Its plan, if that was made to estimate its time.
-    plan: Option<Plan>,
-}
-
-impl LevelMesh {
-    /// Estimated run time [s].
-    fn expected_s(&mut self) -> Result<f64, CompileError> {
-        let plan = self.plan.take().map_or_else(|| compile(&self.scene), Ok)?;
-        Ok(self.plan.insert(plan).report.expected_run_time_s)
+        Step::Next(Box::new(next))
     }
 }
 
@@ -395,14 +329,6 @@ fn coarser_than_own(mesh_factor: f64) -> String {
     )
 }
 
-/// The level after one, and its time.
-struct Ahead {
-    /// The mesh, or why there is none; `None` if it is not made yet.
-    next: Option<Result<LevelMesh, String>>,
-    /// Its run time in units of that of the level itself [-].
-    growth: f64,
-}
-
 /// A sink that discards a run which the time has stopped, or which does not do what it must.
 struct Discardable<'a> {
     sink: &'a mut dyn Sink,
@@ -427,149 +353,5 @@ impl Sink for Discardable<'_> {
             return Ok(());
         }
         self.sink.finish(end)
-    }
-}
-
-impl<'a> Meshes<'a> {
-    fn of(scene: &'a Scene, threads: usize, interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync)) -> Self {
-        let document = &scene.document;
-        let variants = Variants {
-            document,
-            source: &scene.kept_files,
-            budget: &Budget::COMMAND_LINE,
-            threads,
-            interrupt,
-        };
-        Self { scene, variants, ratio: ratio(document), bulk_modulus: OnceCell::new() }
-    }
-
-    /// The level of the scene itself.
-    fn own(&self) -> LevelMesh {
-        LevelMesh { level: 0, scene: self.scene.clone(), plan: None }
-    }
-
-    /// The first level: some below the scene's own mesh, as long as a few elements are left and the mesh can be made so coarse.
-    fn first(&self) -> LevelMesh {
-        let elements = |level: i32| self.scene.element_count() as f64 * self.factor(level).powi(3);
-        let below = if self.scene.document.has_mesh_file() { 0.0 } else { COARSEST.log(SQRT_2).round() };
-        (below as i32..0)
-            .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
-            .find_map(|level| self.at(level).ok())
-            .unwrap_or_else(|| self.own())
-    }
-
-    /// The level after `level`, whose own estimated run time is `own_s` [s]. A mesh that is certainly too fine for the time that is left is
-    /// not even made.
-    fn look_ahead(&self, is_over_after: impl Fn(f64) -> bool, own_s: f64, level: i32) -> Ahead {
-        let ratio = self.factor(level + 1) / self.factor(level);
-        let [least, usual] = [LEAST_ORDER_OF_TIME, ORDER_OF_TIME].map(|order| ratio.powf(order));
-        if is_over_after(least * own_s) {
-            let next = Err("it would take longer than the estimates allow".into());
-            return Ahead { next: Some(next), growth: usual };
-        }
-        let estimated = |mut mesh: LevelMesh| {
-            let seconds = mesh.expected_s().map_err(|error| error.to_string())?;
-            Ok((mesh, seconds))
-        };
-        match self.at(level + 1).and_then(estimated) {
-            Ok((mesh, seconds)) => Ahead { next: Some(Ok(mesh)), growth: seconds / own_s },
-            Err(why) => Ahead { next: Some(Err(why)), growth: f64::INFINITY },
-        }
-    }
-
-    /// Run time of the level after one in units of its own [-]: h⁻¹ steps, and elements as their number grew from the level `before`,
-    /// where thin directions and regions refined to a given size keep theirs. Infinite for more elements than there may be.
-    fn growth_of_time(&self, LevelMesh { level, scene, .. }: &LevelMesh, before: Option<&Done>) -> f64 {
-        let elements = scene.element_count() as f64;
-        let dimensions = before.map_or(ORDER_OF_TIME - 1.0, |before| {
-            let ratio = self.factor(*level) / self.factor(before.level);
-            (elements / before.scene.element_count() as f64).log(ratio).clamp(1.0, ORDER_OF_TIME - 1.0)
-        });
-        let ratio = self.factor(level + 1) / self.factor(*level);
-        if elements * ratio.powf(dimensions) > Budget::COMMAND_LINE.elements as f64 {
-            return f64::INFINITY;
-        }
-        ratio.powf(dimensions + 1.0) * CAUTION
-    }
-
-    /// Numbers of elements of a level relative to the scene's own [-].
-    fn factor(&self, level: i32) -> f64 {
-        if level < 0 { SQRT_2.powi(level) } else { self.ratio.powi(level) }
-    }
-
-    /// Mesh of a level (0 for that of the document itself), or the reason why there is none: it cannot be made, or exceeds the budget.
-    fn at(&self, level: i32) -> Result<LevelMesh, String> {
-        let scene = if level == 0 {
-            self.scene.clone()
-        } else if self.scene.document.has_mesh_file() {
-            split(self.scene, level.unsigned_abs())?
-        } else {
-            let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
-            let scene = self.variants.scene(&setting, None, None);
-            scene.map_err(|error| format!("no run on another mesh: {error}"))?
-        };
-        Ok(LevelMesh { level, scene, plan: None })
-    }
-
-    /// Element size of a completed level relative to that of a finer one [-].
-    fn size(&self, coarse: &Done, fine: &Scene, level: i32) -> f64 {
-        if self.scene.document.has_mesh_file() {
-            self.factor(level) / self.factor(coarse.level)
-        } else {
-            relative_size(&fine.document, &coarse.scene.document)
-        }
-    }
-
-    /// Error bars of a level: from the coarser ones, or, where it is the only one, those of any run; with what its bulk moduli change.
-    fn bars(
-        &self,
-        done: &[Done],
-        mesh: &mut LevelMesh,
-        is_only: bool,
-        requested: &AccuracyDocument,
-    ) -> ErrorBars {
-        let mut bars = if is_only {
-            error_bars(&mesh.scene, &[], self.variants.threads, self.variants.interrupt)
-        } else {
-            self.bars_of_levels(done, &mesh.scene, mesh.level)
-        };
-        let of_cap = |first: &Done| {
-            self.bulk_modulus.get_or_init(|| self.effect_of_cap(first, requested));
-        };
-        done.first().into_iter().for_each(of_cap);
-        if let Some(BulkModulusEffect { change, warning }) = self.bulk_modulus.get() {
-            mesh.scene.warnings.extend(warning.clone());
-            if let ErrorBars::From(runs) = &mut bars {
-                runs.bulk_modulus.clone_from(change);
-            }
-        }
-        bars
-    }
-
-    /// What the bulk moduli of the scene in place of that of water change on the first mesh; not tried where that is not much coarser than the
-    /// scene's own, so that the run would take longer than the others.
-    fn effect_of_cap(&self, first: &Done, requested: &AccuracyDocument) -> BulkModulusEffect {
-        if self.factor(first.level) > COARSE {
-            return untried_cap(&first.scene);
-        }
-        effect_of_cap((&first.scene, &first.run), requested, &self.variants)
-    }
-
-    fn bars_of_levels(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
-        let used = &done[done.len().saturating_sub(LEVELS_USED)..];
-        let (Some(first), Some(coarsest)) = (done.first(), used.first()) else {
-            return ErrorBars::Unknown("there is no coarser mesh to compare with".into());
-        };
-        // Steps and contact once, on the first mesh of all.
-        let others = first
-            .others
-            .get_or_init(|| steps_and_contact(&self.variants, (&first.scene, first.run.steps), &[]));
-        let of = |done: &Done| Level { size: self.size(done, mesh, level), run: done.run.clone() };
-        let levels = used.iter().map(of).collect();
-        let keeps_a_direction = keeps_a_direction(&mesh.document, &coarsest.scene.document);
-        others.clone().map_or_else(ErrorBars::Unknown, |others| {
-            let runs = compared_runs(&self.scene.document, first.run.clone(), others, levels);
-            ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, ..runs }))
-        })
     }
 }

@@ -70,7 +70,7 @@ pub(super) fn effect_of_cap(
             return BulkModulusEffect { warning: Some(warning), ..BulkModulusEffect::default() };
         }
     };
-    let changes = changes(own, &reference, &told(requested));
+    let changes = changes(own, &reference, &reported(requested));
     let words = format!(
         "{OF_SCENE} changes on the coarsest mesh {}, which is not in the error bars",
         each_in_words(&changes)
@@ -103,13 +103,13 @@ pub(super) fn untried_cap(scene: &Scene) -> BulkModulusEffect {
     }
 }
 
-/// Results whose change is told: those that a coarse mesh resolves, and those that were requested.
-fn told(requested: &AccuracyDocument) -> Vec<RequestedNumber> {
+/// Results whose change is reported: those that a coarse mesh resolves, and those that were requested.
+fn reported(requested: &AccuracyDocument) -> Vec<RequestedNumber> {
     let is_resolved = |number: &RequestedNumber| {
         !matches!(number, RequestedNumber::ContactPatch | RequestedNumber::StressDepth)
     };
-    let is_told = |number: &RequestedNumber| is_resolved(number) || requested.of.contains(number);
-    RequestedNumber::ALL.into_iter().filter(is_told).collect()
+    let is_reported = |number: &RequestedNumber| is_resolved(number) || requested.of.contains(number);
+    RequestedNumber::ALL.into_iter().filter(is_reported).collect()
 }
 
 /// Runs a scene on its coarsest mesh with the bulk moduli of water, where it has less, then with lower ones, the lowest first, until one

@@ -7,6 +7,7 @@ mod clock;
 pub mod coverage;
 pub mod error;
 mod error_bars;
+mod levels;
 pub mod material_fit;
 pub mod omissions;
 pub mod palette;

@@ -194,11 +194,11 @@ struct Specimen<'a> {
 
 impl Specimen<'_> {
     /// The state at `value` from a state on the path, in increments of at most 0.05 that are halved where Newton's
-    /// method fails and doubled where it converges; it may fail forty times.
+    /// method fails and doubled where it converges; it may fail two hundred times.
     fn load_to(&self, value: f64, mut state: (f64, Mat3)) -> Result<(f64, Mat3), MaterialError> {
         const LARGEST: f64 = 0.05;
         const SMALLEST: f64 = 1e-7;
-        const MOST_FAILURES: u32 = 40;
+        const MOST_FAILURES: u32 = 200;
         let (mut increment, mut failures) = (LARGEST, 0);
         loop {
             let to_go = value - state.0;
