@@ -3,8 +3,8 @@
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::Scene;
-use crate::scene::document::{Generator, MeshDocument, Role};
-use crate::scene::exposed_faces::CUTS;
+use crate::scene::document::Role;
+use crate::scene::exposed_faces::{CUTS, is_generated_limb};
 
 /// Truncated ends of the tissue, and the speed of waves towards them.
 ///
@@ -23,8 +23,7 @@ impl ArtificialEnds {
     pub fn of(scene: &Scene, plan: &Plan) -> Option<Self> {
         let (mut nodes, mut wave_speed) = (Vec::new(), 0.0f64);
         for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
-            let is_limb = matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment(_))));
-            if document.role != Role::Tissue || !is_limb {
+            if document.role != Role::Tissue || !is_generated_limb(document) {
                 continue;
             }
             let ends = CUTS.iter().filter_map(|set| body.mesh.node_sets.get(*set)).flatten();

@@ -4,8 +4,8 @@
 //! A [`MeasuringRecorder`] accumulates every frame of a run in its [`Measures`], once, and passes it to the [`Sink`]s
 //! as a [`MeasuredFrame`]; a run without one is not measured, at no cost. What needs stresses at quadrature points
 //! (depth of significant stress, peak values, nodal fields) is evaluated at the field times only, because the stepper
-//! does not store stresses; what needs whole bodies (ranges of the laws, interpenetration) at fifty look times, too;
-//! everything else at every step.
+//! does not store stresses; what needs whole bodies (ranges of the laws, interpenetration) once in each fiftieth of a
+//! run without a field time, too; everything else at every step.
 
 pub mod absorbed_energy;
 pub mod artificial_end;

@@ -298,7 +298,7 @@ impl StressDepth {
                         .map(|field| field[q][lane]);
                 // Stress beyond the reach of waves is counted separately.
                 let size = || (points.count as f64 * volume).cbrt();
-                if self.reach.as_ref().is_some_and(|reach| !reach.holds(&position(lane, q), size)) {
+                if self.reach.as_ref().is_some_and(|reach| !reach.holds(|| position(lane, q), size)) {
                     let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                     above.for_each(|exceedance| exceedance.numerical += volume);
                     continue;

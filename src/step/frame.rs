@@ -44,7 +44,7 @@ pub struct Frame<'a> {
     pub energy: &'a Energy,
     /// Whether t_n is one of the plan's field times (or the end of a run that failed or was cancelled).
     pub is_field_time: bool,
-    /// Whether measures evaluate the whole bodies: at field times, and at fifty look times in between; only then are
+    /// Whether measures evaluate the whole bodies: at the field times, and once in each fiftieth of a run without one; only then are
     /// the displacements of all nodes available, otherwise those of the boundary nodes alone.
     pub is_look_time: bool,
 }

@@ -128,11 +128,13 @@ fn drive(
         // Complete frames are due at field times and look times.
         let is_field_time =
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
-        // The first step in each of the equal parts of the run.
-        let look = (LOOKS * state.time / plan.end_time).floor();
-        let is_look_time = is_field_time || look > last_look;
-        last_look = last_look.max(look);
+        // The first step in each of the equal parts of the run, unless the part has a field time.
+        let part = |time: f64| (LOOKS * time / plan.end_time).floor();
+        let look = part(state.time);
+        let has_field_time = target.is_some_and(|target| part(target) <= look);
+        let is_look_time = is_field_time || (look > last_look && !has_field_time);
         if is_look_time {
+            last_look = look;
             stepper.note_history();
         }
         let (contacts, reactions) = stepper.contacts();

@@ -9,6 +9,7 @@ use super::setting::Setting;
 use super::variant::Variants;
 use crate::measure::{BulkModulusChange, Compared, QuantityOfInterest};
 use crate::mechanics::material::{BULK_MODULUS_OF_WATER, Material};
+use crate::plan::PlanReport;
 use crate::scene::Scene;
 use crate::scene::document::{AccuracyDocument, Formulation, RequestedNumber};
 
@@ -27,14 +28,23 @@ const FRACTION: f64 = 1.0 / 3.0;
 /// # Errors
 /// Why the scene with that modulus is refused.
 pub(super) fn with_that_of_water(scene: &Scene, resources: &Variants) -> Result<Option<Scene>, String> {
-    let materials = || scene.bodies.iter().flat_map(|body| &body.materials);
-    if materials().all(|material| material.capped_bulk_modulus().is_none()) {
+    if !has_less_than_water(scene) {
         return Ok(None);
     }
     let factor = |material: &Material| {
         material.capped_bulk_modulus().map_or(1.0, |capped| BULK_MODULUS_OF_WATER / capped)
     };
     scaled(scene, resources, factor).map(Some)
+}
+
+/// Laws of all bodies.
+fn materials(scene: &Scene) -> impl Iterator<Item = &Material> {
+    scene.bodies.iter().flat_map(|body| &body.materials)
+}
+
+/// Whether a part that is meant to keep its volume has a lower bulk modulus than water.
+fn has_less_than_water(scene: &Scene) -> bool {
+    materials(scene).any(|material| material.capped_bulk_modulus().is_some())
 }
 
 /// What the bulk moduli of a run change.
@@ -54,12 +64,8 @@ pub(super) fn effect_of_cap(
     resources: &Variants,
 ) -> BulkModulusEffect {
     let with_water = with_that_of_water(mesh, resources);
-    let reference = with_water.and_then(|scene| {
-        let run = |scene: Scene| {
-            compared(&Variants { document: &scene.document, ..*resources }, &scene, &[]).map(|(run, _)| run)
-        };
-        scene.map(run).transpose()
-    });
+    let reference = with_water
+        .and_then(|scene| scene.map(|scene| run(&scene, resources).map(|(run, _)| run)).transpose());
     let reference = match reference {
         Ok(Some(reference)) => reference,
         Ok(None) => return BulkModulusEffect::default(),
@@ -92,13 +98,11 @@ pub(super) fn effect_of_cap(
 
 /// Says that the effect of the bulk moduli of a scene in place of that of water is unknown, where a part has less than water.
 pub(super) fn untried_cap(scene: &Scene) -> BulkModulusEffect {
-    let mut materials = scene.bodies.iter().flat_map(|body| &body.materials);
-    let is_capped = materials.any(|material| material.capped_bulk_modulus().is_some());
     let words = format!(
         "what {OF_SCENE} changes was not tried, since there is no much coarser mesh: `contuse study bulk-modulus` tries it on the scene's own"
     );
     BulkModulusEffect {
-        change: is_capped.then_some(BulkModulusChange { in_bars: None, words }),
+        change: has_less_than_water(scene).then_some(BulkModulusChange { in_bars: None, words }),
         ..BulkModulusEffect::default()
     }
 }
@@ -124,14 +128,12 @@ pub(super) fn lower(
     resources: &Variants,
     clock: &mut Clock,
 ) -> Result<(BulkModulusChange, Scene), String> {
-    if !own.bodies.iter().flat_map(|body| &body.materials).any(Material::keeps_its_volume) {
+    if !materials(own).any(Material::keeps_its_volume) {
         let words = "bulk moduli not lowered: no part is meant to keep its volume".into();
         return Ok((BulkModulusChange { in_bars: None, words }, own.clone()));
     }
-    let mut run = |scene: &Scene| {
-        let variants = Variants { document: &scene.document, ..*resources };
-        compared(&variants, scene, &[]).inspect(|(run, report)| clock.count(report, run.steps))
-    };
+    let mut run =
+        |scene: &Scene| run(scene, resources).inspect(|(run, report)| clock.count(report, run.steps));
     let stiff = |scene: &Scene| {
         with_that_of_water(scene, resources).map(|stiff| stiff.unwrap_or_else(|| scene.clone()))
     };
@@ -163,19 +165,21 @@ pub(super) fn lower(
     Ok((BulkModulusChange { in_bars: Some([reference, as_given]), words }, own.clone()))
 }
 
+/// A run of a scene, which must finish, and the report of its plan.
+fn run(scene: &Scene, resources: &Variants) -> Result<(Compared, PlanReport), String> {
+    compared(&Variants { document: &scene.document, ..*resources }, scene, &[])
+}
+
 /// The scene with its bulk moduli times a factor, but in parts that are not meant to keep their volume. An error where a modulus became too
 /// low.
 fn lowered(scene: &Scene, resources: &Variants, factor: f64) -> Result<Scene, String> {
     let of = |material: &Material| if material.keeps_its_volume() { factor } else { 1.0 };
     let lowered = scaled(scene, resources, of)?;
-    let materials = |scene: &Scene| -> Vec<Material> {
-        scene.bodies.iter().flat_map(|body| body.materials.clone()).collect()
-    };
-    let is_soft = |(before, after): (Material, Material)| {
+    let is_soft = |(before, after): (&Material, &Material)| {
         let (shear, bulk) = after.moduli_at_rest();
         before.keeps_its_volume() && bulk < LEAST_RATIO * shear
     };
-    if materials(scene).into_iter().zip(materials(&lowered)).any(is_soft) {
+    if materials(scene).zip(materials(&lowered)).any(is_soft) {
         return Err(format!("a bulk modulus is below {LEAST_RATIO} shear moduli"));
     }
     Ok(lowered)
