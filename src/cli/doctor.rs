@@ -5,6 +5,7 @@ use crate::service::doctor::{Diagnosis, examine};
 use crate::service::jobs::store::StoreAddress;
 use clap::Args;
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 /// Flags of `contuse doctor`.
 #[derive(Args, Clone, Debug)]
@@ -72,8 +73,34 @@ fn write(diagnosis: &Diagnosis, address: &StoreAddress, out: &mut dyn Write) -> 
     for name in &diagnosis.without_file {
         writeln!(out, "mesh {name}: its file is lost; upload the same file again")?;
     }
+    write_open(&diagnosis.open_to_others, address, out)?;
     if diagnosis.is_sound() {
         writeln!(out, "nothing is damaged or lost")?;
+    }
+    Ok(())
+}
+
+/// Files that are named one by one; more are counted.
+const MOST_NAMED: usize = 20;
+
+/// Says what other users of the machine could read, and how to close it.
+fn write_open(open: &[(PathBuf, u32)], address: &StoreAddress, out: &mut dyn Write) -> io::Result<()> {
+    for (path, mode) in open.iter().take(MOST_NAMED) {
+        writeln!(
+            out,
+            "{}: other users of this machine could read or enter it (mode {mode:04o})",
+            path.display()
+        )?;
+    }
+    if open.len() > MOST_NAMED {
+        writeln!(out, "and {} more", open.len() - MOST_NAMED)?;
+    }
+    if !open.is_empty() {
+        let data = address.data.display();
+        writeln!(
+            out,
+            "  {data} is closed now (mode 0700); close what is in it with `chmod -R go= {data}`, too"
+        )?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 //!
 //! It names owners, addresses, ids and statuses, never scenes. It stays when jobs are deleted; of its files the oldest is removed when all
 //! are too large, which the log says.
+//! Where lines cannot be written, the next one that can says how many are lost.
 //! Refused requests, of which anyone can send any number, are counted, and their counts written every minute.
 
 use super::audit_file::AuditFile;
@@ -12,6 +13,7 @@ use serde::Serialize;
 use std::io;
 use std::net::IpAddr;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
@@ -50,10 +52,24 @@ struct Removed<'a> {
     removed: &'a str,
 }
 
+/// Lines that could not be written before this one.
+#[derive(Serialize)]
+struct Lost {
+    lost: u64,
+}
+
+/// The files, and how many lines they lack at the end.
+#[derive(Debug)]
+struct Lines {
+    file: AuditFile,
+    lost: u64,
+}
+
 /// An audit log in files.
 #[derive(Debug)]
 pub struct Audit {
-    file: Mutex<AuditFile>,
+    lines: Mutex<Lines>,
+    failures: AtomicU64,
     refusals: Refusals,
 }
 
@@ -70,15 +86,25 @@ impl Audit {
     /// # Errors
     /// If the file cannot be opened.
     pub fn open(folder: &Path, most_bytes: u64) -> Result<Self, JobsError> {
-        let file = Mutex::new(AuditFile::open(folder, most_bytes)?);
-        let log = Self { file, refusals: Refusals::default() };
-        Self::remove_oldest(&mut log.file()).map_err(|error| JobsError::file(folder, error))?;
-        Ok(log)
+        let mut file = AuditFile::open(folder, most_bytes)?;
+        remove_oldest(&mut file).map_err(|error| JobsError::file(folder, error))?;
+        let lines = Mutex::new(Lines { file, lost: 0 });
+        Ok(Self { lines, failures: AtomicU64::new(0), refusals: Refusals::default() })
     }
 
     /// Appends an entry.
     pub fn record(&self, entry: &Entry<'_>) {
         self.append(entry);
+    }
+
+    /// Number of lines that could not be written so far.
+    pub fn failures(&self) -> u64 {
+        self.failures.load(Ordering::Relaxed)
+    }
+
+    /// Whether lines can be written, which is tried if the last one could not be.
+    pub fn accepts_lines(&self) -> bool {
+        self.lines().make_up().is_ok()
     }
 
     /// Counts a request that was refused.
@@ -101,36 +127,56 @@ impl Audit {
         }
     }
 
-    /// Appends a line. A failure is logged: the request has been answered.
+    /// Appends a line. A failure is counted, the first of several logged: the request has been answered.
     fn append(&self, entry: &impl Serialize) {
-        if let Err(error) = self.try_append(entry) {
-            tracing::error!(%error, "the audit log cannot be written");
+        let mut lines = self.lines();
+        if let Err(error) = lines.append(entry) {
+            if lines.lost == 0 {
+                tracing::error!(%error, "the audit log cannot be written");
+            }
+            lines.lost += 1;
+            self.failures.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    fn try_append(&self, entry: &impl Serialize) -> io::Result<()> {
-        let mut file = self.file();
-        if file.append(&line(entry)?)? {
-            Self::remove_oldest(&mut file)?;
+    fn lines(&self) -> MutexGuard<'_, Lines> {
+        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Lines {
+    fn append(&mut self, entry: &impl Serialize) -> io::Result<()> {
+        self.make_up()?;
+        if self.file.append(&line(entry)?)?
+            && let Err(error) = remove_oldest(&mut self.file)
+        {
+            // The line itself is there.
+            tracing::error!(%error, "the oldest file of the audit log cannot be removed");
         }
         Ok(())
     }
 
-    /// Removes the oldest files while all are too large, and says so.
-    fn remove_oldest(file: &mut AuditFile) -> io::Result<()> {
-        for removed in file.remove_oldest()? {
-            tracing::warn!(
-                removed,
-                "the audit log is as large as it may be (--max-audit): its oldest file is removed"
-            );
-            file.append(&line(&Removed { removed: &removed })?)?;
+    /// Says in the log how many lines it lacks, if any.
+    fn make_up(&mut self) -> io::Result<()> {
+        if self.lost > 0 {
+            self.file.append(&line(&Lost { lost: self.lost })?)?;
+            tracing::warn!(lost = self.lost, "the audit log is written again, and lacks some lines");
+            self.lost = 0;
         }
         Ok(())
     }
+}
 
-    fn file(&self) -> MutexGuard<'_, AuditFile> {
-        self.file.lock().unwrap_or_else(PoisonError::into_inner)
+/// Removes the oldest files while all are too large, and says so.
+fn remove_oldest(file: &mut AuditFile) -> io::Result<()> {
+    for removed in file.remove_oldest()? {
+        tracing::warn!(
+            removed,
+            "the audit log is as large as it may be (--max-audit): its oldest file is removed"
+        );
+        file.append(&line(&Removed { removed: &removed })?)?;
     }
+    Ok(())
 }
 
 /// An entry as a line of the log.
@@ -247,6 +293,20 @@ mod tests {
         drop(Audit::open(folder.path(), 1).unwrap());
         assert!(full_files(folder.path()).is_empty());
         assert_eq!(text(folder.path(), "audit.jsonl").lines().count(), 4);
+    }
+
+    /// A disk without room for any line.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn lines_that_cannot_be_written_are_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink("/dev/full", folder.path().join("audit.jsonl")).unwrap();
+        let audit = Audit::open(folder.path(), u64::MAX).unwrap();
+        assert!(audit.accepts_lines());
+        for _ in 0..3 {
+            audit.record(&ENTRY);
+        }
+        assert_eq!((audit.failures(), audit.accepts_lines()), (3, false));
     }
 
     #[test]

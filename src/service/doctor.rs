@@ -1,14 +1,14 @@
 //! Examination of a data folder that no service uses: what is damaged or lost, and what of it can be recovered.
 
 use super::ServiceError;
-use super::jobs::data_folder::DataFolder;
+use super::jobs::data_folder::{DataFolder, open_to_others};
 use super::jobs::found::Found;
 use super::jobs::store::{Identity, KnownBlobs, PROBE_PATIENCE, StoreAddress};
 use super::jobs::{JobId, JobsError, ownership};
 use super::opening::{lost_log, on_a_thread};
 use crate::blobs::BlobStore;
 use crate::report::RecordedRun;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A recording without its job.
@@ -35,18 +35,22 @@ pub struct Diagnosis {
     pub without_job: Vec<LostJob>,
     /// Names of meshes whose files are lost.
     pub without_file: Vec<String>,
+    /// Folders and files that other users of the machine could read or enter, with their modes.
+    pub open_to_others: Vec<(PathBuf, u32)>,
 }
 
 impl Diagnosis {
     /// Whether nothing is damaged or lost.
     pub fn is_sound(&self) -> bool {
-        let Self { store, blobs, unreadable, without_recording, without_job, without_file } = self;
+        let Self { store, blobs, unreadable, without_recording, without_job, without_file, open_to_others } =
+            self;
         store.is_empty()
             && blobs.is_none()
             && unreadable.is_empty()
             && without_recording.is_empty()
             && without_job.is_empty()
             && without_file.is_empty()
+            && open_to_others.is_empty()
     }
 }
 
@@ -55,10 +59,12 @@ impl Diagnosis {
 /// # Errors
 /// If the folder is in use or cannot be read, or the database or the object store does not answer within some seconds.
 pub async fn examine(address: &StoreAddress) -> Result<Diagnosis, ServiceError> {
+    // Before it is locked, which closes the folder itself.
+    let open_to_others = open_to_others(&address.data)?;
     // Locked while it is examined.
     let _folder = DataFolder::open(&address.data)?;
     let blobs = address.open_blobs(PROBE_PATIENCE).map_err(JobsError::from)?;
-    let mut diagnosis = Diagnosis::default();
+    let mut diagnosis = Diagnosis { open_to_others, ..Diagnosis::default() };
     let lost_log = lost_log(address).await;
     diagnosis.store.extend(lost_log.iter().map(|(_, words)| words.clone()));
     let store = if address.exists() {

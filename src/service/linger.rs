@@ -3,8 +3,10 @@
 //! A client that is still sending a body which was refused would find its connection reset, and lose the answer with it: so what it sends is
 //! read and dropped for a while, as nginx does (`lingering_close`).
 
+use super::seats::Seat;
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _, ReadBuf};
@@ -17,32 +19,33 @@ const SILENCE: Duration = Duration::from_secs(5);
 /// For how long a client is waited for that sends.
 const LONGEST: Duration = Duration::from_secs(30);
 
-/// A connection that holds its permits until its client has closed it, too, or was waited for.
-pub struct Lingering<P: Send + 'static> {
-    stream: Option<(TcpStream, P)>,
+/// A connection that holds its seat until its client has closed it, too, or was waited for; or until the seat is given up.
+pub(super) struct Lingering {
+    stream: Option<(TcpStream, Arc<Seat>)>,
 }
 
-impl<P: Send + 'static> Lingering<P> {
-    /// A connection with its permits.
-    pub fn new(stream: TcpStream, permits: P) -> Self {
-        Self { stream: Some((stream, permits)) }
+impl Lingering {
+    /// A connection on its seat.
+    pub fn new(stream: TcpStream, seat: Arc<Seat>) -> Self {
+        Self { stream: Some((stream, seat)) }
     }
 
     /// The stream, which is there until this is dropped.
-    fn stream(self: Pin<&mut Self>) -> io::Result<Pin<&mut TcpStream>>
-    where
-        P: Unpin,
-    {
+    fn stream(self: Pin<&mut Self>) -> io::Result<Pin<&mut TcpStream>> {
         let stream = self.get_mut().stream.as_mut();
         stream.map(|(stream, _)| Pin::new(stream)).ok_or_else(|| io::ErrorKind::NotConnected.into())
     }
 }
 
-impl<P: Send + 'static> Drop for Lingering<P> {
+impl Drop for Lingering {
     fn drop(&mut self) {
-        let (Some((stream, permits)), Ok(runtime)) = (self.stream.take(), Handle::try_current()) else {
+        let (Some((stream, seat)), Ok(runtime)) = (self.stream.take(), Handle::try_current()) else {
             return;
         };
+        // It asked for nothing, and another one has its seat.
+        if !seat.is_used() {
+            return;
+        }
         let is_open = match stream.try_read(&mut [0]) {
             Ok(count) => count > 0,
             Err(error) => error.kind() == io::ErrorKind::WouldBlock,
@@ -50,7 +53,7 @@ impl<P: Send + 'static> Drop for Lingering<P> {
         if is_open {
             runtime.spawn(async move {
                 linger(stream).await;
-                drop(permits);
+                drop(seat);
             });
         }
     }
@@ -65,13 +68,13 @@ async fn linger(mut stream: TcpStream) {
     let _ = timeout(LONGEST, reading).await;
 }
 
-impl<P: Send + Unpin + 'static> AsyncRead for Lingering<P> {
+impl AsyncRead for Lingering {
     fn poll_read(self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         self.stream()?.poll_read(cx, buf)
     }
 }
 
-impl<P: Send + Unpin + 'static> AsyncWrite for Lingering<P> {
+impl AsyncWrite for Lingering {
     fn poll_write(self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
         self.stream()?.poll_write(cx, buf)
     }
@@ -88,8 +91,12 @@ impl<P: Send + Unpin + 'static> AsyncWrite for Lingering<P> {
         true
     }
 
-    fn poll_flush(self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        self.stream()?.poll_flush(cx)
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        let flushed = self.as_mut().stream()?.poll_flush(cx);
+        if let (Poll::Ready(Ok(())), Some((_, seat))) = (&flushed, &self.stream) {
+            seat.flushed();
+        }
+        flushed
     }
 
     fn poll_shutdown(self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {

@@ -20,6 +20,8 @@ const HTTP_BOUNDS_S: [f64; 7] = [0.001, 0.005, 0.025, 0.1, 0.5, 2.5, 10.0];
 /// Stores that may fail: of the jobs, and of everything else.
 const JOBS: &str = "jobs";
 const BLOBS: &str = "blobs";
+/// The audit log.
+const AUDIT: &str = "audit";
 
 /// Media type of the text.
 pub const MEDIA_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -74,6 +76,8 @@ pub struct Reading {
     pub free_disk: u64,
     /// Faults of the job store so far.
     pub job_store_faults: u64,
+    /// Lines of the audit log that could not be written so far.
+    pub audit_faults: u64,
     /// Whether the store of blobs answered when it was last asked.
     pub blobs_answer: bool,
 }
@@ -101,7 +105,7 @@ impl Default for Metrics {
         r.register("run_seconds", "Wall-clock time of runs", all.run_seconds.clone());
         r.register(
             "store_errors",
-            "Faults of the job store and of the store of blobs",
+            "Faults of the job store, of the store of blobs and of the audit log",
             all.store_errors.clone(),
         );
         r.register("http_requests", "Requests answered", all.answers.clone());
@@ -189,10 +193,9 @@ impl Metrics {
     /// All counters as text, with the state of the service at this moment.
     pub fn render(&self, now: &Reading) -> String {
         self.levels.set(now);
-        self.store_errors
-            .get_or_create(&store_label(JOBS))
-            .inner()
-            .store(now.job_store_faults, Ordering::Relaxed);
+        for (store, faults) in [(JOBS, now.job_store_faults), (AUDIT, now.audit_faults)] {
+            self.store_errors.get_or_create(&store_label(store)).inner().store(faults, Ordering::Relaxed);
+        }
         let mut out = String::new();
         // Only writing fails, which memory does not.
         let _ = encode(&mut out, &self.registry);

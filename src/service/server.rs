@@ -4,10 +4,10 @@
 //! connections; this does.
 
 use super::config::ServiceConfig;
-use super::connection::{Routes, http};
+use super::connection::{Routes, Seated, http};
 use super::linger::Lingering;
-use super::permits::Permits;
 use super::probes::Probes;
+use super::seats::Seats;
 use super::stall::StallTimeout;
 use axum::Router;
 use hyper_util::rt::TokioIo;
@@ -28,7 +28,7 @@ pub async fn serve(
     config: Arc<ServiceConfig>,
     mut closing: watch::Receiver<bool>,
 ) {
-    let permits = Permits::new(config.max_connections);
+    let seats = Seats::new(config.max_connections);
     let mut probes = Probes::new(app.clone());
     let graceful = GracefulShutdown::new();
     // One task per connection, within the limits.
@@ -38,21 +38,24 @@ pub async fn serve(
             _ = closing.wait_for(|closing| *closing) => break,
         };
         let Some((stream, peer)) = accepted else { continue };
-        let permit = match permits.take(peer) {
-            Ok(permit) => permit,
+        let seat = match seats.take(peer) {
+            Ok(seat) => seat,
             Err(refused) => {
                 probes.answer(stream, peer, refused);
                 continue;
             }
         };
-        let stream = Lingering::new(stream, permit);
+        let stream = Lingering::new(stream, Arc::clone(&seat));
         let stream = StallTimeout::new(stream, config.request_timeout, config.least_rate);
-        let routes = Routes::new(app.clone(), peer);
+        let routes = Seated::new(Routes::new(app.clone(), peer), Arc::clone(&seat));
         let connection = http(config.request_timeout).serve_connection(TokioIo::new(stream), routes);
         let connection = graceful.watch(connection);
         tokio::spawn(async move {
-            if let Err(error) = connection.await {
-                tracing::debug!(%error, "a connection broke");
+            tokio::select! {
+                ended = connection => if let Err(error) = ended {
+                    tracing::debug!(%error, "a connection broke");
+                },
+                () = seat.given_up() => tracing::debug!("an idle connection made room for another"),
             }
         });
     }

@@ -65,12 +65,66 @@ fn stalled_uploads_and_streams_leave_connections_for_others() {
     eventually("those who leave make room", || mesh() < 300);
 }
 
+/// Connections with requests that take a while.
+fn busy(client: &Client, count: usize) -> Vec<TcpStream> {
+    let mut scene = quick();
+    scene["check_ms"] = serde_json::json!(5000);
+    let (address, scene) = (client.address, scene.to_string());
+    let length = scene.len();
+    let request = format!(
+        "POST /v1/jobs/validate HTTP/1.1\r\nHost: {address}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\n\r\n{scene}"
+    );
+    let begin = |_| {
+        let stream = client.raw(request.as_bytes());
+        // Only so many bodies are received at once.
+        std::thread::sleep(Duration::from_millis(20));
+        stream
+    };
+    (0..count).map(begin).collect()
+}
+
+/// Asks on a connection that stays open.
+fn ask(client: &Client, mut stream: &TcpStream) -> u16 {
+    let head = format!("GET /v1/jobs HTTP/1.1\r\nHost: {}\r\n\r\n", client.address);
+    stream.write_all(head.as_bytes()).unwrap();
+    read_answer(&mut BufReader::new(stream), false).status
+}
+
+#[test]
+fn the_connection_that_is_idle_for_longest_makes_room() {
+    let server = Server::with(|c| c.max_connections = 8);
+    let client = server.client();
+    let working = busy(&client, 1);
+    let mut idle: Vec<TcpStream> = (0..5).map(|_| client.raw(b"")).collect();
+    eventually("all have a seat", || idle.iter().skip(1).all(|stream| ask(&client, stream) == 200));
+    assert_eq!(client.get("/v1/jobs").status, 200);
+    assert_eq!(idle[0].read(&mut [0]).unwrap(), 0, "the one that never asked");
+    assert!(idle[1..].iter().all(|stream| ask(&client, stream) == 200));
+    for _ in 0..20 {
+        idle.push(client.raw(b""));
+    }
+    eventually("there is room for who asks", || client.get("/v1/jobs").status == 200);
+    let mut reader = BufReader::new(&working[0]);
+    assert_eq!(read_answer(&mut reader, false).status, 200, "whoever has asked has the answer");
+}
+
+#[test]
+fn a_connection_is_not_idle_for_ever() {
+    let server = Server::with(|c| c.request_timeout = Duration::from_millis(300));
+    let client = server.client();
+    let mut stream = client.raw(b"");
+    assert_eq!(ask(&client, &stream), 200);
+    let begun = Instant::now();
+    let mut rest = Vec::new();
+    stream.read_to_end(&mut rest).unwrap();
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+}
+
 #[test]
 fn connections_of_one_address_are_limited() {
     let server = Server::with(|c| c.max_connections = 8);
     let client = server.client();
-    let idle: Vec<TcpStream> = (0..6).map(|_| client.raw(b"")).collect();
-    std::thread::sleep(Duration::from_millis(100));
+    let open = busy(&client, 6);
     let refused = client.get("/v1/jobs");
     assert!(refused.header("retry-after").is_some());
     let refused = problem(&refused, 503, "busy");
@@ -79,7 +133,7 @@ fn connections_of_one_address_are_limited() {
     let begun = Instant::now();
     assert_eq!(client.raw(b"").read(&mut [0]).unwrap_or(0), 0);
     assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
-    drop(idle);
+    drop(open);
     eventually("there is room again", || is_answered(&client, "/v1/jobs"));
 }
 
@@ -87,6 +141,7 @@ fn connections_of_one_address_are_limited() {
 fn an_address_that_has_all_its_connections_is_probed_nevertheless() {
     let server = Server::with(|c| c.max_connections = 64);
     let client = server.client();
+    let working = busy(&client, 48);
     // Some are silent, some have begun a request; more come all the time.
     let half_open =
         |n: usize| client.raw(if n.is_multiple_of(2) { b"" } else { b"GET /healthz HTTP/1.1\r\n" });
@@ -100,6 +155,7 @@ fn an_address_that_has_all_its_connections_is_probed_nevertheless() {
         problem(&client.get("/v1/jobs"), 503, "busy");
         open.extend((0..20).map(half_open));
     }
+    drop(working);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use crate::support::program::{Program, SERVE};
 use crate::support::*;
 use contuse::service::doctor::{Diagnosis, examine};
 use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -45,6 +46,36 @@ fn a_row_that_cannot_be_read_does_not_hide_the_others() {
     let server = Server::on(data, |_| {});
     assert_eq!(server.client().get(&good).status, 200);
     finished(&server.client(), &quick());
+}
+
+#[test]
+fn what_other_users_can_read_is_reported() {
+    let server = Server::start();
+    finished(&server.client(), &quick());
+    let data = server.stop();
+    assert!(diagnosis(data.path()).is_sound());
+    let set = |path: &Path, mode| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    // As a backup has been made by someone with the usual mask.
+    let (folder, file) = (data.path().join("recordings"), data.path().join("jobs.sqlite"));
+    for (path, mode) in [(data.path(), 0o755), (&folder, 0o700), (&file, 0o640)] {
+        set(path, mode);
+    }
+    let found = diagnosis(data.path());
+    assert!(!found.is_sound());
+    let modes: Vec<_> = found.open_to_others.iter().map(|(path, mode)| (path.as_path(), *mode)).collect();
+    assert!(modes.contains(&(data.path(), 0o755)) && modes.contains(&(&file, 0o640)), "{modes:?}");
+    assert!(modes.iter().all(|(path, _)| !path.starts_with(&folder)), "{modes:?}");
+    set(data.path(), 0o755);
+    let doctor =
+        Command::new(env!("CARGO_BIN_EXE_contuse")).arg("doctor").arg("--data").arg(data.path()).output();
+    let doctor = doctor.unwrap();
+    let words = String::from_utf8(doctor.stdout).unwrap();
+    assert!(words.contains("(mode 0755)") && words.contains("chmod -R go="), "{words}");
+    assert_eq!(doctor.status.code(), Some(3));
+    // No one else enters a folder that is closed.
+    assert!(diagnosis(data.path()).is_sound());
 }
 
 #[test]

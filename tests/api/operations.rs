@@ -178,6 +178,48 @@ fn a_mesh_for_which_the_disk_has_no_room_is_refused_and_leaves_nothing() {
 }
 
 #[test]
+fn uploads_under_way_count_for_the_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(disk) = Disk::new(folder.path()) else {
+        eprintln!("not tried: this user may not mount a disk");
+        return;
+    };
+    let program = Program::start(&disk.mounted.join("data"), &["--least-free", "50000000"]);
+    let client = &program.client;
+    let _filler = disk.fill(90 << 20);
+    let refused_at_once = |declared| {
+        let upload = client.begin_upload(Some(declared));
+        upload.set_read_timeout(Some(std::time::Duration::from_millis(300))).unwrap();
+        let is_answered = upload.peek(&mut [0]).is_ok_and(|length| length > 0);
+        is_answered.then(|| read_answer(&mut BufReader::new(upload), false))
+    };
+    problem(&refused_at_once(60 << 20).unwrap(), 507, "storage-full");
+    // Nothing of this one has arrived, and yet there is no room for another one.
+    let declared = client.begin_upload(Some(30 << 20));
+    let mut refused = None;
+    eventually("two are too many", || {
+        refused = refused_at_once(30 << 20);
+        refused.is_some()
+    });
+    let refused = refused.unwrap();
+    assert!(refused.header("retry-after").is_some());
+    problem(&refused, 507, "storage-full");
+    // One that does not say how much it is stops where the room ends.
+    let mut unknown = client.begin_upload(None);
+    let chunk = [b"100000\r\n".as_slice(), &vec![b'$'; 1 << 20], b"\r\n"].concat();
+    let sent = (0..60).take_while(|_| unknown.write_all(&chunk).is_ok()).count();
+    problem(&read_answer(&mut BufReader::new(&unknown), false), 507, "storage-full");
+    assert!(sent > 10, "{sent} MiB");
+    drop((declared, unknown));
+    let cube = include_bytes!("../../api/examples/cube.msh");
+    let octets = [("Content-Type", "application/octet-stream")];
+    let upload = || client.send("POST", "/v1/meshes", &octets, cube).status;
+    eventually("those who leave make room", || upload() == 201);
+    finished(client, &serde_json::from_str(&small()).unwrap());
+    program.kill();
+}
+
+#[test]
 fn a_recording_that_met_a_full_disk_is_tried_again_but_not_for_ever() {
     let folder = tempfile::tempdir().unwrap();
     let Some(disk) = Disk::new(folder.path()) else {
@@ -213,14 +255,26 @@ fn a_line_of_the_audit_log_is_whole_or_not_there() {
     let data = tempfile::tempdir().unwrap();
     let log = data.path().join("audit.jsonl");
     // No file grows beyond 8 MB, from which the log is as far as half a line.
-    let lines = format!("{:>100}\n", "{}").repeat((8 << 20) / 101);
-    assert!((8 << 20) - lines.len() < 100);
+    let lines = format!("{:>106}\n", "{}").repeat((8 << 20) / 107);
+    assert!((8 << 20) - lines.len() < 30);
     std::fs::write(&log, &lines).unwrap();
     let program = Program::limited(data.path(), 16 << 10);
     let (job, _) = finished(&program.client, &serde_json::from_str(&small()).unwrap());
     program.client.get(&format!("{job}/summary"));
-    program.kill();
     assert!(std::fs::read_to_string(&log).unwrap() == lines);
+    // Those that are missing are counted, and the service is not ready.
+    let counted = "contuse_store_errors_total{store=\"audit\"} 2\n";
+    let metrics = program.client.get("/metrics").text();
+    assert!(metrics.contains(counted), "{metrics}");
+    problem(&program.client.get("/readyz"), 503, "unavailable");
+    // With room again the log says how many they are.
+    let limit = format!("--pid={}", program.child.id());
+    assert!(command("prlimit", &[&limit, "--fsize=unlimited:"]));
+    eventually("the service is ready", || program.client.get("/readyz").status == 200);
+    program.kill();
+    let text = std::fs::read_to_string(&log).unwrap();
+    let last: serde_json::Value = serde_json::from_str(text.strip_prefix(&lines).unwrap()).unwrap();
+    assert_eq!(last["lost"], 2);
 }
 
 /// Copies a folder with all in it, if it exists.
@@ -255,7 +309,8 @@ fn a_backup_of_a_running_service_is_restored() {
     // A job that came later is not in it.
     let later = submit(&client, &quick());
     drop(server);
-    assert!(run(examine(&StoreAddress::in_folder(backup.path()))).unwrap().is_sound());
+    let found = run(examine(&StoreAddress::in_folder(backup.path()))).unwrap();
+    assert!(found.is_sound(), "{found:?}");
     let restored = Server::on(backup, |_| {});
     let client = restored.client();
     assert_eq!(client.get(&done).json()["recording"], end["recording"]);

@@ -1,9 +1,10 @@
 //! What an owner may keep and ask for, and whose job is next.
 
-use crate::support::client::Client;
+use crate::support::client::{Answer, Client, read_answer};
 use crate::support::*;
 use contuse::service::tokens::Tokens;
 use serde_json::json;
+use std::io::{BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
@@ -96,6 +97,72 @@ fn an_owner_keeps_no_more_than_the_quota() {
     anna.delete(&job);
     assert_eq!(upload(&anna).status, 201);
     submit(&anna, &quick_without_recording());
+}
+
+#[test]
+fn event_streams_are_limited_for_each_owner() {
+    let server = Server::with(|c| {
+        (c.max_connections, c.workers, c.tokens) = (16, 0, tokens());
+    });
+    let (anna, bert) = both(&server);
+    let [of_anna, of_bert] = [&anna, &bert].map(|client| format!("{}/events", submit(client, &quick())));
+    let mut open: Vec<_> = (0..3).map(|_| anna.follow(&of_anna, None)).collect();
+    let refused = anna.get(&of_anna);
+    assert!(refused.header("retry-after").is_some());
+    problem(&refused, 429, "too-many-requests");
+    // Both are behind the same address.
+    open.push(bert.follow(&of_bert, None));
+    drop(open);
+    eventually("those who leave make room", || {
+        let stream = anna.raw(
+            format!("GET {of_anna} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {ANNA}\r\n\r\n").as_bytes(),
+        );
+        let mut status = [0; 12];
+        (&stream).read_exact(&mut status).unwrap();
+        status.ends_with(b"200")
+    });
+}
+
+/// The answer to an upload that has begun.
+fn answer_to(upload: &TcpStream) -> Answer {
+    read_answer(&mut BufReader::new(upload), false)
+}
+
+#[test]
+fn uploads_under_way_count_for_the_quota() {
+    let server = Server::with(|c| (c.max_bytes_per_owner, c.tokens) = (Some(100_000), tokens()));
+    let (anna, bert) = both(&server);
+    // Refused before any of it is sent.
+    problem(&answer_to(&anna.begin_upload(Some(100_001))), 403, "quota-used");
+    let under_way = anna.begin_upload(Some(60_000));
+    std::thread::sleep(Duration::from_millis(500));
+    let mut refused = None;
+    eventually("one more is beyond the quota", || {
+        let second = anna.begin_upload(Some(50_000));
+        second.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
+        let is_answered = second.peek(&mut [0]).is_ok_and(|length| length > 0);
+        refused = is_answered.then(|| answer_to(&second));
+        is_answered
+    });
+    let refused = refused.unwrap();
+    assert!(refused.header("retry-after").is_some());
+    let refused = problem(&refused, 429, "too-many-requests");
+    assert!(refused["detail"].as_str().unwrap().contains("60000 bytes"), "{refused}");
+    // So is one that does not say how much it is, as soon as it is too much.
+    let mut unknown = anna.begin_upload(None);
+    let chunk = [b"1000\r\n".as_slice(), &[b'$'; 0x1000], b"\r\n"].concat();
+    unknown.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
+    while unknown.peek(&mut [0]).is_err() {
+        unknown.write_all(&chunk).unwrap();
+    }
+    problem(&answer_to(&unknown), 429, "too-many-requests");
+    let mesh = [b'$'; 50_000];
+    let upload = |client: &Client| {
+        client.send("POST", "/v1/meshes", &[("Content-Type", "application/octet-stream")], &mesh).status
+    };
+    assert_eq!(upload(&bert), 201);
+    drop(under_way);
+    eventually("those who leave make room", || upload(&anna) == 201);
 }
 
 #[test]

@@ -4,10 +4,10 @@
 //! another process. The channel only signals when to query the store again.
 
 use super::app::App;
-use super::extract::{JobPath, Owner, Peer};
+use super::extract::{JobPath, Owner, Sender};
 use super::problem::{Problem, ProblemBody};
 use crate::service::jobs::store::EventRow;
-use crate::service::permits::Permit;
+use crate::service::permits::RequestPermit;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -40,7 +40,7 @@ const BATCH: u32 = 100;
         (status = 204, description = "The job has ended and no event is left"),
         (status = 400, description = "Last-Event-ID is not a number", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No job of this owner has this id", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 429, description = "Too many event streams to one address", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 429, description = "Too many event streams of this client", body = ProblemBody, content_type = "application/problem+json"),
         (status = 503, description = "Too many event streams", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -48,7 +48,7 @@ pub async fn follow(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     JobPath(id): JobPath,
-    Peer(address): Peer,
+    Sender(sender): Sender,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     // Subscribed before the first query, so that nothing is missed in between.
@@ -59,7 +59,7 @@ pub async fn follow(
     if events.is_empty() && ended {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let permit = app.permits.streams.take(address)?;
+    let permit = app.permits.streams.take(sender)?;
     let closing = app.queue.closing();
     let heartbeat = KeepAlive::new().interval(app.config.heartbeat).text("still here");
     let has_more = events.len() == BATCH as usize;
@@ -92,7 +92,7 @@ struct Listener {
     ended: bool,
     notifications: Receiver<Option<i64>>,
     closing: watch::Receiver<bool>,
-    _permit: Permit,
+    _permit: RequestPermit,
 }
 
 impl Listener {

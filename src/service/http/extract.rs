@@ -77,7 +77,7 @@ fn needed_scope(parts: &Parts) -> Scope {
     }
 }
 
-/// Whose memory documents take: that of the owner of the token, of the address where there are no tokens.
+/// Whose limits of memory and of simultaneous requests hold: those of the owner of the token, of the address where there are no tokens.
 #[derive(Clone, Debug)]
 pub struct Sender(pub String);
 
@@ -156,8 +156,8 @@ impl FromRequest<Arc<App>> for JsonBody {
         if declared_length(request.headers()).is_some_and(|n| n > limit) {
             return Err(Problem::too_large(limit));
         }
-        let _permit = app.permits.uploads.take(peer_of(request.extensions()).0)?;
         let Sender(sender) = sender_of(request.extensions());
+        let _permit = app.permits.uploads.take(sender.clone())?;
         let reading = app.bodies.receive(&sender, request.into_body(), limit);
         match tokio::time::timeout(app.config.request_timeout, reading).await {
             Err(_) => Err(Problem::too_slow()),

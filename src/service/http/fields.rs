@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::exports::{NoRecording, recorded_row};
-use super::extract::{JobPath, Owner, Peer};
+use super::extract::{self, JobPath, Owner};
 use super::problem::Problem;
 use super::recording::file_name;
 use crate::blobs::Blob;
@@ -42,9 +42,9 @@ pub async fn archive(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     JobPath(id): JobPath,
-    Peer(address): Peer,
+    extract::Sender(client): extract::Sender,
 ) -> Result<Response, Problem> {
-    let permit = app.permits.downloads.take(address)?;
+    let permit = app.permits.downloads.take(client)?;
     let row = recorded_row(&app, &owner, id, "fields").await?;
     let (blob, name) = (row.recording_name(), file_name(&row.name));
     let opened = app.queue.with_files({

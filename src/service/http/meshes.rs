@@ -2,9 +2,8 @@
 
 use super::answers::MadeIn;
 use super::app::App;
-use super::extract::{Owner, Parameters, Peer, Sender, declared_length, media_type};
+use super::extract::{Owner, Parameters, Sender, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
-use crate::blobs::Draft;
 use crate::mesh::read::MeshFormat;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::service::fair_queue::Lane;
@@ -12,6 +11,7 @@ use crate::service::jobs::JobsError;
 use crate::service::jobs::engine::{Engine, MeshFile, NamedUpload};
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::store::MeshDeletion;
+use crate::service::jobs::upload::Upload;
 use crate::service::meshes::{MeshRefusal, StoredMesh, is_id};
 use crate::service::shelves::mesh_name;
 use axum::body::Body;
@@ -78,7 +78,7 @@ pub async fn upload(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     Parameters(parameters): Parameters<UploadParameters>,
-    Peer(address): Peer,
+    Sender(sender): Sender,
     request: Request,
 ) -> Result<Response, Problem> {
     // Receive the file within the limits on size and time.
@@ -86,31 +86,33 @@ pub async fn upload(
         return Err(Problem::unsupported_media_type("application/octet-stream"));
     }
     let limit = app.config.runs.budget.mesh_bytes;
-    if declared_length(request.headers()).is_some_and(|n| n > limit) {
+    let declared = declared_length(request.headers());
+    if declared.is_some_and(|n| n > limit) {
         return Err(Problem::too_large(limit));
     }
-    let permit = app.permits.uploads.take(address)?;
-    let receiving = receive(&app, request.into_body(), limit);
-    let draft = tokio::time::timeout(app.config.upload_timeout, receiving)
+    let permit = app.permits.uploads.take(sender)?;
+    let upload = Upload::begin(&app.queue, &owner, declared, limit).await?;
+    let receiving = receive(&app, request.into_body(), upload);
+    let upload = tokio::time::timeout(app.config.upload_timeout, receiving)
         .await
         .map_err(|_| Problem::too_slow())??;
     drop(permit);
 
     // Limited in number: each holds a mesh in memory.
-    let lane = if draft.digest().bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
+    let lane = if upload.digest().bytes <= SMALL_MESH { Lane::Small } else { Lane::Large };
     let engine = Arc::clone(&app.queue.engine);
     let inspect = move |is_wanted: &dyn Fn() -> bool| {
-        let (bytes, format) = (draft.digest().bytes, parameters.format);
-        let inspected = draft.open().map(|mut content| {
+        let (bytes, format) = (upload.digest().bytes, parameters.format);
+        let inspected = upload.open().map(|mut content| {
             engine.inspect_mesh(MeshFile { content: &mut content, bytes, format, is_wanted })
         });
-        (inspected, draft)
+        (inspected, upload)
     };
-    let (inspected, draft) = app.validation_slots.call_while_wanted(&owner, lane, inspect).await?;
+    let (inspected, upload) = app.validation_slots.call_while_wanted(&owner, lane, inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
-    let (id, is_new) = app.queue.keep_mesh(&owner, draft, format, &report).await?;
+    let (id, is_new) = app.queue.keep_mesh(&owner, upload, format, &report).await?;
     let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/meshes/{}", mesh.id);
@@ -366,13 +368,8 @@ pub async fn delete(
     }
 }
 
-/// Receives a body into a draft.
-async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
-    let begin = move |queue: &Queue| {
-        queue.check_space()?;
-        Ok(Draft::new(queue.blobs.unnamed()?, limit))
-    };
-    let mut draft = app.queue.with_files(begin).await?;
+/// Receives a body into an upload.
+async fn receive(app: &App, body: Body, mut upload: Upload) -> Result<Upload, Problem> {
     let mut stream = body.into_data_stream();
     let (began, timeout) = (Instant::now(), app.config.request_timeout);
     let mut bytes = 0_u64;
@@ -385,8 +382,7 @@ async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
         if began.elapsed() > timeout + in_time {
             return Err(Problem::too_slow());
         }
-        let append = move |_: &Queue| draft.append(&piece).map(|()| draft).map_err(JobsError::from);
-        draft = app.queue.with_files(append).await?;
+        upload = upload.append(&app.queue, piece).await?;
     }
-    Ok(draft)
+    Ok(upload)
 }

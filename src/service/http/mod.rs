@@ -35,7 +35,7 @@ mod wire;
 pub use app::App;
 pub use attempts::Attempts;
 pub use bodies::Bodies;
-pub use extract::Peer;
+pub use extract::{Peer, Sender};
 pub use openapi::text as openapi_text;
 pub use problem::no_connection;
 pub use rates::Rates;

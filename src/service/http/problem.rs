@@ -408,6 +408,26 @@ impl Problem {
             .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
     }
 
+    /// The disk of the service has no room for an upload beside the others.
+    fn no_room(error: &JobsError, [free, to_come, more, least]: [u64; 4]) -> Self {
+        tracing::error!(%error, "an upload is refused");
+        let detail = format!(
+            "The disk of the service has {free} free bytes, of which other uploads take {to_come} and this one {more} more; {least} have to stay free."
+        );
+        Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
+            .remedy("Delete jobs or meshes that are not needed any more; or ask the operator for more space, and try again later.")
+            .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
+            .header(header::CONNECTION, HeaderValue::from_static("close"))
+    }
+
+    /// The uploads of an owner that are under way take what is left of the quota.
+    fn uploads_use_quota(under_way: u64, most: u64) -> Self {
+        let detail = format!(
+            "Your uploads under way have {under_way} bytes: with this one, you would keep more than the {most} bytes that one owner may keep."
+        );
+        Self::too_many(detail, PERMIT_WAIT_S).header(header::CONNECTION, HeaderValue::from_static("close"))
+    }
+
     /// Internal error. Details are in the log, under the identifier in the answer.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         let instance = uuid::Uuid::new_v4().urn().to_string();
@@ -428,6 +448,10 @@ impl From<JobsError> for Problem {
                 Self::too_many(format!("{waiting} jobs of this owner wait already."), QUEUE_WAIT_S)
             }
             JobsError::OwnerKeeps { most, what } => Self::quota_used(most, what),
+            JobsError::OwnerUploads { under_way, most } => Self::uploads_use_quota(under_way, most),
+            JobsError::NoRoom { free, to_come, more, least } => {
+                Self::no_room(&error, [free, to_come, more, least])
+            }
             full if full.is_storage_full() => Self::storage_full(&full),
             JobsError::DiskShort { free, least } => Self::disk_short(free, least),
             scarce if scarce.is_out_of_descriptors() => {
@@ -468,9 +492,9 @@ impl From<NoPermit> for Problem {
                 format!("{most} requests of this kind are in progress, which is the limit."),
                 PERMIT_WAIT_S,
             ),
-            NoPermit::OfAddress { most } => {
+            NoPermit::OfClient { most } => {
                 let detail = format!(
-                    "{most} requests of this kind from your address are in progress, which is the limit per address."
+                    "{most} of your requests of this kind are in progress, which is the limit of one client."
                 );
                 Self::too_many(detail, PERMIT_WAIT_S)
             }
@@ -486,7 +510,7 @@ pub fn no_connection(refused: NoPermit) -> Response {
         NoPermit::Taken { most } => {
             Problem::busy(format!("{most} connections are open, which is the limit."), PERMIT_WAIT_S)
         }
-        NoPermit::OfAddress { most } => Problem::busy(
+        NoPermit::OfClient { most } => Problem::busy(
             format!("{most} connections from your address are open, which is the limit per address."),
             PERMIT_WAIT_S,
         ),

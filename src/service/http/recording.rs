@@ -1,7 +1,7 @@
 //! `/v1/jobs/{id}/recording`: the MCAP file, in full or in part.
 
 use super::app::App;
-use super::extract::{JobPath, Owner, Parameters, Peer};
+use super::extract::{JobPath, Owner, Parameters, Sender};
 use super::problem::{Problem, ProblemBody};
 use super::range::{Wanted, wanted};
 use crate::blobs::{Blob, BlobDigest};
@@ -9,7 +9,7 @@ use crate::service::jobs::JobsError;
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::snapshots::Which;
 use crate::service::jobs::store::Job;
-use crate::service::permits::Permit;
+use crate::service::permits::RequestPermit;
 use crate::service::shelves::snapshot_name;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -70,11 +70,11 @@ pub async fn download(
     Owner(owner): Owner,
     JobPath(id): JobPath,
     Parameters(parameters): Parameters<RecordingParameters>,
-    Peer(address): Peer,
+    Sender(sender): Sender,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let permit = app.permits.downloads.take(address)?;
+    let permit = app.permits.downloads.take(sender)?;
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
     let file = match (parameters.snapshot, row.state.is_final()) {
         (None, true) => final_file(&row)?,
@@ -142,7 +142,7 @@ async fn ended_meanwhile(app: &App, owner: &str, row: &Job) -> Result<Sendable, 
 async fn send(
     app: &App,
     file: &Sendable,
-    permit: Permit,
+    permit: RequestPermit,
     method: &Method,
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
@@ -212,7 +212,7 @@ async fn body(
     file: &Sendable,
     [first, length]: [u64; 2],
     method: &Method,
-    permit: Permit,
+    permit: RequestPermit,
 ) -> Result<Body, Problem> {
     let name = file.blob.clone();
     let open = move |queue: &Queue| at(queue.blobs.open(&name)?, first);

@@ -6,6 +6,7 @@
 
 use super::{JobId, JobsError};
 use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The data folder, locked for this process during the life of this value.
@@ -80,6 +81,45 @@ impl DataFolder {
         }
         Ok(())
     }
+}
+
+/// What other users of the machine may read or enter in a folder, itself included, with its mode: nothing if they may not enter it.
+///
+/// # Errors
+/// If it cannot be read.
+#[cfg(unix)]
+pub fn open_to_others(root: &Path) -> Result<Vec<(PathBuf, u32)>, JobsError> {
+    use std::os::unix::fs::PermissionsExt as _;
+    let (mut found, mut unseen) = (Vec::new(), vec![root.to_owned()]);
+    while let Some(path) = unseen.pop() {
+        let at_path = |error| JobsError::file(&path, error);
+        // What a link names is elsewhere, or found by itself.
+        let entry = match std::fs::symlink_metadata(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => continue,
+            entry => entry.map_err(at_path)?,
+        };
+        let mode = entry.permissions().mode() & 0o777;
+        if mode & 0o077 == 0 || entry.is_symlink() {
+            continue;
+        }
+        if entry.is_dir() {
+            for entry in std::fs::read_dir(&path).map_err(at_path)? {
+                unseen.push(entry.map_err(at_path)?.path());
+            }
+        }
+        found.push((path, mode));
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The system has no modes.
+///
+/// # Errors
+/// None.
+#[cfg(not(unix))]
+pub fn open_to_others(_: &Path) -> Result<Vec<(PathBuf, u32)>, JobsError> {
+    Ok(Vec::new())
 }
 
 /// Closes a folder for other users of the machine.

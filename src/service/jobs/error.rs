@@ -103,6 +103,30 @@ pub enum JobsError {
         /// Free space that is required [bytes].
         least: u64,
     },
+    /// The disk has no room for an upload beside those that are under way.
+    #[error(
+        "the disk has {free} free bytes: with {to_come} of uploads to come and {more} more, less than {least} would stay free"
+    )]
+    NoRoom {
+        /// Free space [bytes].
+        free: u64,
+        /// Uploads that are under way and still to come [bytes].
+        to_come: u64,
+        /// This one, or its next part [bytes].
+        more: u64,
+        /// Free space that has to stay [bytes].
+        least: u64,
+    },
+    /// The uploads of an owner that are under way take what is left of the quota.
+    #[error(
+        "uploads of this owner that are under way take {under_way} bytes of the {most} that one may keep"
+    )]
+    OwnerUploads {
+        /// Bytes of uploads under way.
+        under_way: u64,
+        /// How many an owner may keep.
+        most: u64,
+    },
     /// The maximum number of jobs of an owner is waiting.
     #[error("{waiting} jobs of this owner wait already")]
     OwnerWaits {

@@ -2,6 +2,7 @@
 //!
 //! - [`store`]: the records of jobs, behind a trait; every change of a job and its event are one transaction.
 //! - [`queue`]: operations on jobs: submit, cancel; [`deletion`]: delete, and [`removals`] of what is left.
+//! - [`upload`]: a file that arrives, and room for it.
 //! - [`recovery`]: what lost processes have left.
 //! - [`worker`]: threads that claim a job, run it with an [`engine::Engine`] and record how it ended.
 //! - [`data_folder`]: files that are still being written.
@@ -28,6 +29,7 @@ pub mod pulse;
 pub mod queue;
 pub mod recovery;
 pub mod removals;
+mod room;
 mod scene_loader;
 mod scene_size;
 pub mod sharing;
@@ -37,6 +39,7 @@ mod spending;
 pub mod store;
 mod study_entries;
 pub mod study_job;
+pub mod upload;
 pub mod what_if_job;
 pub mod worker;
 

@@ -6,8 +6,10 @@ use super::data_folder::DataFolder;
 use super::engine::Engine;
 use super::pulse::Pulse;
 use super::removals::Removals;
+use super::room::Room;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{CancelAnswer, ClaimedJob, JobStore, NewJob, OwnerRequest, Requeued, Submitted};
+use super::upload::Upload;
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
 use crate::mesh::read::MeshFormat;
@@ -70,6 +72,8 @@ pub struct Queue {
     pub metrics: Arc<Metrics>,
     /// What is deleted and not yet removed.
     pub removals: Arc<Removals>,
+    /// Room for uploads that are under way.
+    pub(super) room: Arc<Room>,
     /// Read while a mesh is kept and registered, written while one that no one has is removed: the same one may come meanwhile.
     pub(super) mesh_files: tokio::sync::RwLock<()>,
     pulse: Option<Arc<Pulse>>,
@@ -104,6 +108,7 @@ impl Queue {
             config,
             metrics,
             removals: Arc::default(),
+            room: Arc::default(),
             mesh_files: tokio::sync::RwLock::default(),
             pulse,
             running: Mutex::default(),
@@ -242,6 +247,8 @@ impl Queue {
             resident_memory: memory::resident().unwrap_or(0),
             free_disk: self.with_files(|queue| queue.folder.free_space()).await?,
             job_store_faults: self.store.fault_count(),
+            // The log is not of the queue.
+            audit_faults: 0,
             blobs_answer: self.check_pulse().is_ok(),
         })
     }
@@ -303,6 +310,15 @@ impl Queue {
         Ok(submitted)
     }
 
+    /// What an owner keeps [bytes]; 0 if owners may keep as much as wanted.
+    pub(super) async fn kept_bytes(&self, owner: &str) -> Result<u64, JobsError> {
+        if self.config.quotas().let_owners_keep_all() {
+            Ok(0)
+        } else {
+            Ok(self.store.kept(owner).await?.bytes)
+        }
+    }
+
     /// Keeps a mesh for an owner: its id, and whether it is new to that owner.
     ///
     /// # Errors
@@ -310,14 +326,14 @@ impl Queue {
     pub async fn keep_mesh(
         self: &Arc<Self>,
         owner: &str,
-        draft: Draft,
+        upload: Upload,
         format: MeshFormat,
         report: &MeshReport,
     ) -> Result<(String, bool), JobsError> {
         let no_removal = self.mesh_files.read().await;
-        let name = mesh_name(&draft.digest().sha256, format);
-        let kept = self.with_files(move |_| Ok(draft.keep(&name)?));
-        let BlobDigest { bytes, sha256: id } = self.unless_silent(kept).await??;
+        let name = mesh_name(&upload.digest().sha256, format);
+        let kept = self.with_files(move |_| Ok(upload.keep(&name)?));
+        let (BlobDigest { bytes, sha256: id }, _room) = self.unless_silent(kept).await??;
         let added = self.store.add_mesh(owner, &id, format, bytes, report, self.config.quotas()).await;
         drop(no_removal);
         if added.is_err() {

@@ -81,6 +81,19 @@ impl Client {
         stream
     }
 
+    /// The beginning of an upload that says that it has so many bytes, or does not say how many.
+    pub fn begin_upload(&self, declared: Option<usize>) -> TcpStream {
+        let length = declared
+            .map_or_else(|| "Transfer-Encoding: chunked".to_owned(), |n| format!("Content-Length: {n}"));
+        let token = self.token.as_ref().map(|token| format!("Authorization: Bearer {token}\r\n"));
+        let head = format!(
+            "POST /v1/meshes HTTP/1.1\r\nHost: {}\r\nContent-Type: application/octet-stream\r\n{}{length}\r\n\r\n",
+            self.address,
+            token.unwrap_or_default()
+        );
+        self.raw(head.as_bytes())
+    }
+
     /// Opens an event stream.
     pub fn follow(&self, path: &str, last_event_id: Option<u64>) -> Events {
         let mut request = format!("GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n", self.address);

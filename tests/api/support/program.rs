@@ -25,7 +25,7 @@ impl Program {
     /// With a limit on the size of files, in blocks of 512 bytes: a write beyond it fails as on a full disk.
     pub fn limited(data: &Path, blocks: u32) -> Self {
         let mut command = Command::new("sh");
-        let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let script = format!("ulimit -S -f {blocks}; exec \"$0\" \"$@\"");
         command.args(["-c", &script, env!("CARGO_BIN_EXE_contuse")]).args(SERVE).arg(data);
         Self::spawn(command)
     }

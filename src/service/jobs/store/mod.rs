@@ -21,7 +21,7 @@ pub use chosen::{PATIENCE, PROBE_PATIENCE, StoreAddress};
 pub use job::{Job, JobLinks, NOTICE};
 #[cfg(feature = "cluster")]
 pub use postgres::PostgresStore;
-pub use quotas::Quotas;
+pub use quotas::{Kept, Quotas};
 pub use records::{
     CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, Identity, JobEnd, KnownBlobs,
     MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
@@ -123,6 +123,9 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
     /// Number of its faults so far.
     fn fault_count(&self) -> u64;
+
+    /// What an owner keeps.
+    fn kept<'a>(&'a self, owner: &'a str) -> Answer<'a, Kept>;
 
     /// Registers an uploaded mesh; false if the owner had it already, `OwnerKeeps` beyond the quotas.
     fn add_mesh<'a>(

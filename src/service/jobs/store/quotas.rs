@@ -15,6 +15,15 @@ pub struct Quotas {
     pub bytes_of_owner: u64,
 }
 
+/// What an owner keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// Number of jobs, in whatever state.
+    pub jobs: u64,
+    /// Documents, summaries, recordings and meshes [bytes].
+    pub bytes: u64,
+}
+
 impl Quotas {
     /// No limits.
     pub const NONE: Self = Self {
@@ -47,7 +56,7 @@ impl Quotas {
     ///
     /// # Errors
     /// `OwnerKeeps`
-    pub fn check_kept(&self, jobs: u64, bytes: u64) -> Result<(), JobsError> {
+    pub fn check_kept(&self, Kept { jobs, bytes }: Kept) -> Result<(), JobsError> {
         let keeps = |most, what| Err(JobsError::OwnerKeeps { most, what });
         match () {
             () if jobs > self.jobs_of_owner => keeps(self.jobs_of_owner, "jobs"),

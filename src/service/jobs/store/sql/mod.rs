@@ -12,7 +12,7 @@ use super::{Db, Row, Turn, Write};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::service::jobs::store::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, KnownBlobs,
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, Kept, KnownBlobs,
     MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Quotas, Requeued, SharedStore, Submitted,
 };
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
@@ -140,6 +140,9 @@ impl JobStore for SqlStore {
     }
     fn fault_count(&self) -> u64 {
         self.fault_count.load(Ordering::Relaxed)
+    }
+    fn kept<'a>(&'a self, owner: &'a str) -> Answer<'a, Kept> {
+        self.counted(submit::kept(&self.pool, owner))
     }
     fn add_mesh<'a>(
         &'a self,

@@ -1,9 +1,10 @@
 //! Submission of a job, at most once per key.
 
 use super::read::{job_id, job_of_row};
-use super::{SqlStore, Write, add_event};
-use crate::service::jobs::store::{Event, Job, NewJob, Quotas, Submitted};
+use super::{Db, SqlStore, Write, add_event};
+use crate::service::jobs::store::{Event, Job, Kept, NewJob, Quotas, Submitted};
 use crate::service::jobs::{JobId, JobsError};
+use sqlx::Executor;
 
 impl SqlStore {
     pub(super) async fn replay(
@@ -108,12 +109,17 @@ pub(super) async fn check_kept(
     if quotas.let_owners_keep_all() {
         return Ok(());
     }
+    quotas.check_kept(kept(&mut **transaction, owner).await?)
+}
+
+/// What an owner keeps.
+pub(super) async fn kept(database: impl Executor<'_, Database = Db>, owner: &str) -> Result<Kept, JobsError> {
     let (jobs, bytes): (i64, i64) = sqlx::query_as(
         "SELECT COUNT(*), CAST(COALESCE(SUM(kept_bytes), 0) + (SELECT COALESCE(SUM(bytes), 0) FROM meshes WHERE owner = $1) AS BIGINT)
          FROM jobs WHERE owner = $1",
     )
     .bind(owner)
-    .fetch_one(&mut **transaction)
+    .fetch_one(database)
     .await?;
-    quotas.check_kept(jobs.cast_unsigned(), bytes.cast_unsigned())
+    Ok(Kept { jobs: jobs.cast_unsigned(), bytes: bytes.cast_unsigned() })
 }
