@@ -8,6 +8,7 @@ use contuse::service::doctor::examine;
 use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
 use std::io::{BufReader, Write as _};
 use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -196,6 +197,7 @@ fn uploads_under_way_count_for_the_disk() {
     problem(&refused_at_once(60 << 20).unwrap(), 507, "storage-full");
     // Nothing of this one has arrived, and yet there is no room for another one.
     let declared = client.begin_upload(Some(30 << 20));
+    std::thread::sleep(std::time::Duration::from_millis(500));
     let mut refused = None;
     eventually("two are too many", || {
         refused = refused_at_once(30 << 20);
@@ -295,7 +297,8 @@ fn a_backup_of_a_running_service_is_restored() {
     );
     wait_for(&client, &running, "running");
     // As in docs/operations.md: first the store, then what never changes.
-    let backup = Arc::new(tempfile::tempdir().unwrap());
+    let backup = tempfile::Builder::new().permissions(std::fs::Permissions::from_mode(0o700)).tempdir();
+    let backup = Arc::new(backup.unwrap());
     let store = backup.path().join("jobs.sqlite");
     run(async {
         let options = SqliteConnectOptions::new().filename(server.data.path().join("jobs.sqlite"));

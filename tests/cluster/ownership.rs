@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Stores under a data folder of their own.
 fn stores(database: &str, blobs: &str) -> (tempfile::TempDir, StoreAddress) {
     let dir = tempfile::tempdir().unwrap();
-    let stores = StoreAddress::in_folder(dir.path());
+    let stores = StoreAddress::in_folder(dir.path().join("data"));
     (dir, StoreAddress { database: Some(database.into()), blobs: Some(blobs.into()), ..stores })
 }
 
