@@ -209,9 +209,8 @@ fn uploads_under_way_count_for_the_disk() {
     // One that does not say how much it is stops where the room ends.
     let mut unknown = client.begin_upload(None);
     let chunk = [b"100000\r\n".as_slice(), &vec![b'$'; 1 << 20], b"\r\n"].concat();
-    let sent = (0..60).take_while(|_| unknown.write_all(&chunk).is_ok()).count();
+    let _ = (0..60).try_for_each(|_| unknown.write_all(&chunk));
     problem(&read_answer(&mut BufReader::new(&unknown), false), 507, "storage-full");
-    assert!(sent > 10, "{sent} MiB");
     drop((declared, unknown));
     let cube = include_bytes!("../../api/examples/cube.msh");
     let octets = [("Content-Type", "application/octet-stream")];

@@ -112,7 +112,7 @@ pub async fn upload(
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
-    let (id, is_new) = app.queue.keep_mesh(&owner, upload, format, &report).await?;
+    let (id, is_new) = upload.keep_mesh(&app.queue, format, &report).await?;
     let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/meshes/{}", mesh.id);

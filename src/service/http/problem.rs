@@ -389,43 +389,12 @@ impl Problem {
         Self::too_many("You send requests more often than one owner may.", wait_s)
     }
 
-    /// The disk of the service is full.
-    fn storage_full(error: &JobsError) -> Self {
-        tracing::error!(%error, "no space is left");
-        let detail = "The service has no space left to store this.";
-        Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
-            .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
-            .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
-    }
-
-    /// The disk has less free space than the service keeps.
-    fn disk_short(free: u64, least: u64) -> Self {
-        tracing::error!(free, least, "too little space is left for jobs");
-        let detail =
-            format!("The disk of the service has {free} free bytes; jobs begin with at least {least}.");
-        Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
-            .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
-            .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
-    }
-
-    /// The disk of the service has no room for an upload beside the others.
-    fn no_room(error: &JobsError, [free, to_come, more, least]: [u64; 4]) -> Self {
-        tracing::error!(%error, "an upload is refused");
-        let detail = format!(
-            "The disk of the service has {free} free bytes, of which other uploads take {to_come} and this one {more} more; {least} have to stay free."
-        );
+    /// The service has no space for this.
+    fn storage_full(error: &JobsError, detail: impl Into<String>) -> Self {
+        tracing::error!(%error, "too little space is left");
         Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
             .remedy("Delete jobs or meshes that are not needed any more; or ask the operator for more space, and try again later.")
             .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
-            .header(header::CONNECTION, HeaderValue::from_static("close"))
-    }
-
-    /// The uploads of an owner that are under way take what is left of the quota.
-    fn uploads_use_quota(under_way: u64, most: u64) -> Self {
-        let detail = format!(
-            "Your uploads under way have {under_way} bytes: with this one, you would keep more than the {most} bytes that one owner may keep."
-        );
-        Self::too_many(detail, PERMIT_WAIT_S).header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
     /// Internal error. Details are in the log, under the identifier in the answer.
@@ -448,12 +417,27 @@ impl From<JobsError> for Problem {
                 Self::too_many(format!("{waiting} jobs of this owner wait already."), QUEUE_WAIT_S)
             }
             JobsError::OwnerKeeps { most, what } => Self::quota_used(most, what),
-            JobsError::OwnerUploads { under_way, most } => Self::uploads_use_quota(under_way, most),
+            JobsError::OwnerUploads { under_way, most } => Self::too_many(
+                format!(
+                    "Your uploads under way have {under_way} bytes: with this one, you would keep more than the {most} bytes that one owner may keep."
+                ),
+                PERMIT_WAIT_S,
+            ),
             JobsError::NoRoom { free, to_come, more, least } => {
-                Self::no_room(&error, [free, to_come, more, least])
+                let detail = format!(
+                    "The disk of the service has {free} free bytes, of which uploads under way take {to_come} and this one {more} more; {least} have to stay free."
+                );
+                Self::storage_full(&error, detail)
             }
-            full if full.is_storage_full() => Self::storage_full(&full),
-            JobsError::DiskShort { free, least } => Self::disk_short(free, least),
+            JobsError::DiskShort { free, least } => {
+                let detail = format!(
+                    "The disk of the service has {free} free bytes; jobs begin with at least {least}."
+                );
+                Self::storage_full(&error, detail)
+            }
+            full if full.is_storage_full() => {
+                Self::storage_full(&full, "The service has no space left to store this.")
+            }
             scarce if scarce.is_out_of_descriptors() => {
                 tracing::error!(error = %scarce, "no descriptor is left");
                 Self::busy("The service has reached its limit of open files.", PERMIT_WAIT_S)

@@ -99,7 +99,8 @@ pub fn open_to_others(root: &Path) -> Result<Vec<(PathBuf, u32)>, JobsError> {
             entry => entry.map_err(at_path)?,
         };
         let mode = entry.permissions().mode() & 0o777;
-        if mode & 0o077 == 0 || entry.is_symlink() {
+        let is_closed = mode.trailing_zeros() >= 6;
+        if is_closed || entry.is_symlink() {
             continue;
         }
         if entry.is_dir() {

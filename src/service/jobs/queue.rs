@@ -9,17 +9,14 @@ use super::removals::Removals;
 use super::room::Room;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{CancelAnswer, ClaimedJob, JobStore, NewJob, OwnerRequest, Requeued, Submitted};
-use super::upload::Upload;
 use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
-use crate::mesh::read::MeshFormat;
-use crate::mesh::report::MeshReport;
 use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
 use crate::service::memory;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::{Metrics, Reading};
-use crate::service::shelves::{mesh_name, recording_name, recording_names};
+use crate::service::shelves::{recording_name, recording_names};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -317,29 +314,6 @@ impl Queue {
         } else {
             Ok(self.store.kept(owner).await?.bytes)
         }
-    }
-
-    /// Keeps a mesh for an owner: its id, and whether it is new to that owner.
-    ///
-    /// # Errors
-    /// `OwnerKeeps`, or if the store or the files fail.
-    pub async fn keep_mesh(
-        self: &Arc<Self>,
-        owner: &str,
-        upload: Upload,
-        format: MeshFormat,
-        report: &MeshReport,
-    ) -> Result<(String, bool), JobsError> {
-        let no_removal = self.mesh_files.read().await;
-        let name = mesh_name(&upload.digest().sha256, format);
-        let kept = self.with_files(move |_| Ok(upload.keep(&name)?));
-        let (BlobDigest { bytes, sha256: id }, _room) = self.unless_silent(kept).await??;
-        let added = self.store.add_mesh(owner, &id, format, bytes, report, self.config.quotas()).await;
-        drop(no_removal);
-        if added.is_err() {
-            self.remove_mesh(id.clone(), format).await;
-        }
-        Ok((id, added?))
     }
 
     /// Cancels a waiting job, or stops a running one.

@@ -4,6 +4,9 @@ use super::JobsError;
 use super::queue::Queue;
 use super::room::{Limits, Promise};
 use crate::blobs::{Blob, BlobDigest, BlobError, Draft};
+use crate::mesh::read::MeshFormat;
+use crate::mesh::report::MeshReport;
+use crate::service::shelves::mesh_name;
 use std::sync::Arc;
 
 /// Bytes of an upload without a declared length after which it is looked up again what its owner keeps.
@@ -83,12 +86,28 @@ impl Upload {
         self.draft.open()
     }
 
-    /// Keeps it under a name. The room is counted until its owner is known to keep it, when the promise is dropped.
+    /// Keeps it as a mesh of its owner: its id, and whether it is new to that owner.
     ///
     /// # Errors
-    /// When the store fails.
-    pub(super) fn keep(self, name: &str) -> Result<(BlobDigest, Promise), BlobError> {
-        Ok((self.draft.keep(name)?, self.promise))
+    /// `OwnerKeeps`, or if the store or the files fail.
+    pub async fn keep_mesh(
+        self,
+        queue: &Arc<Queue>,
+        format: MeshFormat,
+        report: &MeshReport,
+    ) -> Result<(String, bool), JobsError> {
+        // The room is counted until the owner is known to keep the mesh.
+        let Self { draft, promise: _room, owner, .. } = self;
+        let no_removal = queue.mesh_files.read().await;
+        let name = mesh_name(&draft.digest().sha256, format);
+        let kept = queue.with_files(move |_| Ok(draft.keep(&name)?));
+        let BlobDigest { bytes, sha256: id } = queue.unless_silent(kept).await??;
+        let added = queue.store.add_mesh(&owner, &id, format, bytes, report, queue.config.quotas()).await;
+        drop(no_removal);
+        if added.is_err() {
+            queue.remove_mesh(id.clone(), format).await;
+        }
+        Ok((id, added?))
     }
 }
 

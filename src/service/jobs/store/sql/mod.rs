@@ -142,7 +142,7 @@ impl JobStore for SqlStore {
         self.fault_count.load(Ordering::Relaxed)
     }
     fn kept<'a>(&'a self, owner: &'a str) -> Answer<'a, Kept> {
-        self.counted(submit::kept(&self.pool, owner))
+        self.counted(self.kept(owner))
     }
     fn add_mesh<'a>(
         &'a self,

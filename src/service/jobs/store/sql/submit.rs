@@ -7,6 +7,10 @@ use crate::service::jobs::{JobId, JobsError};
 use sqlx::Executor;
 
 impl SqlStore {
+    pub(super) async fn kept(&self, owner: &str) -> Result<Kept, JobsError> {
+        kept_in(&self.pool, owner).await
+    }
+
     pub(super) async fn replay(
         &self,
         owner: &str,
@@ -109,11 +113,11 @@ pub(super) async fn check_kept(
     if quotas.let_owners_keep_all() {
         return Ok(());
     }
-    quotas.check_kept(kept(&mut **transaction, owner).await?)
+    quotas.check_kept(kept_in(&mut **transaction, owner).await?)
 }
 
 /// What an owner keeps.
-pub(super) async fn kept(database: impl Executor<'_, Database = Db>, owner: &str) -> Result<Kept, JobsError> {
+async fn kept_in(database: impl Executor<'_, Database = Db>, owner: &str) -> Result<Kept, JobsError> {
     let (jobs, bytes): (i64, i64) = sqlx::query_as(
         "SELECT COUNT(*), CAST(COALESCE(SUM(kept_bytes), 0) + (SELECT COALESCE(SUM(bytes), 0) FROM meshes WHERE owner = $1) AS BIGINT)
          FROM jobs WHERE owner = $1",
