@@ -156,7 +156,7 @@ fn uploads_under_way_count_for_the_quota() {
         unknown.write_all(&chunk).unwrap();
     }
     problem(&answer_to(&unknown), 429, "too-many-requests");
-    let mesh = [b'$'; 50_000];
+    let mesh = vec![b'$'; 50_000];
     let upload = |client: &Client| {
         client.send("POST", "/v1/meshes", &[("Content-Type", "application/octet-stream")], &mesh).status
     };
