@@ -423,17 +423,8 @@ impl From<JobsError> for Problem {
                 ),
                 PERMIT_WAIT_S,
             ),
-            JobsError::NoRoom { free, to_come, more, least } => {
-                let detail = format!(
-                    "The disk of the service has {free} free bytes, of which uploads under way take {to_come} and this one {more} more; {least} have to stay free."
-                );
-                Self::storage_full(&error, detail)
-            }
-            JobsError::DiskShort { free, least } => {
-                let detail = format!(
-                    "The disk of the service has {free} free bytes; jobs begin with at least {least}."
-                );
-                Self::storage_full(&error, detail)
+            short @ (JobsError::NoRoom { .. } | JobsError::DiskShort { .. }) => {
+                Self::storage_full(&short, format!("The service cannot store this: {short}."))
             }
             full if full.is_storage_full() => {
                 Self::storage_full(&full, "The service has no space left to store this.")
