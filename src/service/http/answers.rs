@@ -41,3 +41,27 @@ impl MadeIn {
         Extension(Self(Arc::new(memory)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::body::Body;
+    use futures::StreamExt as _;
+
+    #[tokio::test]
+    async fn pieces_count_until_the_last_one_is_sent() {
+        let bodies = Bodies::default();
+        let memory = bodies.take("a", 20 << 20).unwrap();
+        let body = holding(Body::from(vec![b'x'; 100]), memory);
+        assert_eq!(body.size_hint().exact(), Some(100));
+        let mut pieces = body.into_data_stream();
+        let waiting = pieces.next().await.unwrap().unwrap();
+        assert_eq!(waiting.len(), 100);
+        drop(pieces);
+        assert!(bodies.take("a", 5 << 20).is_err(), "what waits to be sent still counts");
+        let of_other = bodies.take("b", 20 << 20).unwrap();
+        assert!(bodies.take("c", 20 << 20).is_err(), "all is taken");
+        drop((waiting, of_other));
+        assert!(bodies.take("a", 24 << 20).is_ok());
+    }
+}

@@ -418,9 +418,7 @@ impl From<JobsError> for Problem {
             }
             JobsError::OwnerKeeps { most, what } => Self::quota_used(most, what),
             JobsError::OwnerUploads { under_way, most } => Self::too_many(
-                format!(
-                    "Your uploads under way have {under_way} bytes: with this one, you would keep more than the {most} bytes that one owner may keep."
-                ),
+                format!("With {under_way} bytes of uploads under way you would keep more than {most}."),
                 PERMIT_WAIT_S,
             ),
             short @ (JobsError::NoRoom { .. } | JobsError::DiskShort { .. }) => {
@@ -467,12 +465,10 @@ impl From<NoPermit> for Problem {
                 format!("{most} requests of this kind are in progress, which is the limit."),
                 PERMIT_WAIT_S,
             ),
-            NoPermit::OfClient { most } => {
-                let detail = format!(
-                    "{most} of your requests of this kind are in progress, which is the limit of one client."
-                );
-                Self::too_many(detail, PERMIT_WAIT_S)
-            }
+            NoPermit::OfClient { most } => Self::too_many(
+                format!("{most} of your requests of this kind are in progress, the limit of one client."),
+                PERMIT_WAIT_S,
+            ),
         };
         // The body of the request is not read, so the connection cannot be reused.
         problem.header(header::CONNECTION, HeaderValue::from_static("close"))
