@@ -31,7 +31,7 @@ pub fn fit(question: &FitQuestion) -> Result<FitAnswer, Problems> {
     let residuals = |x: &_| model.residuals(x);
     let no_derivative = || {
         Problem::error("no_derivative", &Pointer::root(), "the curves have no derivative by the parameters")
-            .limit("finite stresses of the sign of the measured ones next to the starting values")
+            .limit("finite stresses of the sign of the measured ones at the starting values and on the way from them")
             .remedy("choose other starting values; relative errors need points away from rest")
             .alone()
     };
