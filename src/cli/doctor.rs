@@ -1,5 +1,6 @@
 //! `contuse doctor`: what is damaged or lost in a data folder, and what can be recovered.
 
+use super::serve::keep_files_private;
 use super::{CliError, Exit};
 use crate::service::doctor::{Diagnosis, examine};
 use crate::service::jobs::store::StoreAddress;
@@ -26,6 +27,7 @@ pub fn doctor(args: &DoctorArgs, out: &mut dyn Write) -> Result<Exit, CliError> 
             args.store.data.display()
         )));
     }
+    keep_files_private();
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let diagnosis = runtime.block_on(examine(&args.store));
     let diagnosis = diagnosis.map_err(|error| CliError::Other(Box::new(error)))?;

@@ -152,6 +152,7 @@ pub(super) fn prepare(
     keep_files_private();
     // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
+    take_descriptors(config);
     let groups = config.cgroup.as_deref().map(|folder| {
         let unusable = |error| CliError::Usage(format!("--cgroup {}: {error}", folder.display()));
         Groups::open(folder).map_err(unusable)
@@ -159,6 +160,35 @@ pub(super) fn prepare(
     let engine = Arc::new(ProcessEngine::new(&config.runs, &this_program()?, groups.transpose()?));
     Ok((engine, tokio::runtime::Builder::new_multi_thread().enable_all().build()?))
 }
+
+/// Descriptors of a service beside those of its connections and runs: stores, logs, requests that are being answered.
+const OWN_DESCRIPTORS: usize = 84;
+/// Descriptors that a run takes.
+const DESCRIPTORS_OF_RUN: usize = 3;
+
+/// Takes as many descriptors as the system gives to this process, and says so if they are fewer than the connections and runs may need.
+#[cfg(unix)]
+fn take_descriptors(config: &ServiceConfig) {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    let most = getrlimit(Resource::Nofile).maximum;
+    let all = Rlimit { current: most, maximum: most };
+    if let Err(error) = setrlimit(Resource::Nofile, all) {
+        tracing::debug!(%error, "the limit of open files stays");
+    }
+    let needed = config.max_connections + DESCRIPTORS_OF_RUN * config.workers + OWN_DESCRIPTORS;
+    if let Some(most) = most
+        && most < needed as u64
+    {
+        tracing::warn!(
+            most,
+            needed,
+            "fewer files may be open than all connections (--max-connections) and runs need: raise the limit (ulimit -n)"
+        );
+    }
+}
+
+#[cfg(not(unix))]
+fn take_descriptors(_: &ServiceConfig) {}
 
 /// Files and folders made from now on are for the user of this process alone.
 pub(super) fn keep_files_private() {

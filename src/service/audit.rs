@@ -309,6 +309,21 @@ mod tests {
         assert_eq!((audit.failures(), audit.accepts_lines()), (3, false));
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_moved_away_is_begun_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let audit = Audit::open(folder.path(), u64::MAX).unwrap();
+        audit.record(&ENTRY);
+        std::fs::rename(folder.path().join("audit.jsonl"), folder.path().join("moved")).unwrap();
+        audit.record(&ENTRY);
+        std::fs::remove_file(folder.path().join("audit.jsonl")).unwrap();
+        audit.record(&ENTRY);
+        for name in ["moved", "audit.jsonl"] {
+            assert_eq!(text(folder.path(), name).lines().count(), 1);
+        }
+    }
+
     #[test]
     fn a_flood_of_refused_requests_is_one_line() {
         let folder = tempfile::tempdir().unwrap();

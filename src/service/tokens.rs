@@ -110,6 +110,8 @@ impl Tokens {
     /// A malformed line, a token below 16 characters, or a repeated token.
     pub fn parse(text: &str) -> Result<Self, TokensError> {
         let mut tokens = Self::default();
+        // Some editors begin a file with a mark, which is no part of a name.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         for (index, line) in text.lines().enumerate() {
             let line_number = index + 1;
             let words: Vec<&str> = line.split_whitespace().collect();
@@ -213,7 +215,8 @@ mod tests {
 
     #[test]
     fn tokens_name_their_owner_alone() {
-        let tokens = Tokens::parse("# staff\nanna 0123456789abcdef\n\nbert fedcba9876543210\n").unwrap();
+        let tokens =
+            Tokens::parse("\u{feff}# staff\nanna 0123456789abcdef\n\nbert fedcba9876543210\n").unwrap();
         let owner = |token| tokens.grant(token).map(|grant| grant.owner);
         assert_eq!(owner(ANNA), Some("anna"));
         assert_eq!(owner("fedcba9876543210"), Some("bert"));

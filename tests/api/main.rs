@@ -11,6 +11,7 @@ mod end_to_end;
 mod examples;
 mod fairness;
 mod found;
+mod hang_up;
 mod isolation;
 mod life;
 mod operations;

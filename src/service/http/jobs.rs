@@ -11,6 +11,7 @@ use crate::plan::PlanReport;
 use crate::service::jobs::engine::{JsonDocument, ScenePreview};
 use crate::service::jobs::held_text::HeldText;
 use crate::service::jobs::store::{CancelAnswer, Job, Page};
+use crate::service::jobs::to_end::to_end;
 use crate::service::jobs::{JobKind, JobState};
 use crate::service::meshes::MeshShelf;
 use axum::extract::State;
@@ -140,7 +141,11 @@ pub async fn cancel(
     Owner(owner): Owner,
     JobPath(id): JobPath,
 ) -> Result<Response, Problem> {
-    let status = match app.queue.cancel(&owner, id).await? {
+    let cancelled = {
+        let (queue, owner) = (Arc::clone(&app.queue), owner.clone());
+        to_end(async move { queue.cancel(&owner, id).await }).await?
+    };
+    let status = match cancelled {
         CancelAnswer::Cancelled { .. } | CancelAnswer::AlreadyCancelled => StatusCode::OK,
         CancelAnswer::Stopping => StatusCode::ACCEPTED,
         CancelAnswer::TooLate(state) => return Err(Problem::too_late_to_cancel(state)),
@@ -166,7 +171,9 @@ pub async fn delete(
     Owner(owner): Owner,
     JobPath(id): JobPath,
 ) -> Result<StatusCode, Problem> {
-    if app.queue.delete(&owner, id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
+    let queue = Arc::clone(&app.queue);
+    let is_known = to_end(async move { queue.delete(&owner, id).await }).await?;
+    if is_known { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
 }
 
 /// Get the summary of a job that has ended.

@@ -11,6 +11,7 @@ use crate::service::jobs::JobsError;
 use crate::service::jobs::engine::{Engine, MeshFile, NamedUpload};
 use crate::service::jobs::queue::Queue;
 use crate::service::jobs::store::MeshDeletion;
+use crate::service::jobs::to_end::to_end;
 use crate::service::jobs::upload::Upload;
 use crate::service::meshes::{MeshRefusal, StoredMesh, is_id};
 use crate::service::shelves::mesh_name;
@@ -112,7 +113,8 @@ pub async fn upload(
     let (format, report) = inspected.map_err(JobsError::from)??;
 
     // Store it under its digest.
-    let (id, is_new) = upload.keep_mesh(&app.queue, format, &report).await?;
+    let queue = Arc::clone(&app.queue);
+    let (id, is_new) = to_end(async move { upload.keep_mesh(&queue, format, &report).await }).await?;
     let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/meshes/{}", mesh.id);
@@ -361,18 +363,22 @@ pub async fn delete(
     path: Result<Path<String>, axum::extract::rejection::PathRejection>,
 ) -> Result<StatusCode, Problem> {
     let id = path.ok().map(|Path(id)| id).filter(|id| is_id(id)).ok_or_else(Problem::no_such_mesh)?;
-    match app.queue.delete_mesh(&owner, &id).await? {
+    let queue = Arc::clone(&app.queue);
+    match to_end(async move { queue.delete_mesh(&owner, &id).await }).await? {
         MeshDeletion::Deleted { .. } => Ok(StatusCode::NO_CONTENT),
         MeshDeletion::InUse { job } => Err(Problem::mesh_in_use(job)),
         MeshDeletion::Unknown => Err(Problem::no_such_mesh()),
     }
 }
 
+/// Bytes that are written to a file at a time: a client may send them one by one.
+const GATHERED: usize = 32 << 10;
+
 /// Receives a body into an upload.
 async fn receive(app: &App, body: Body, mut upload: Upload) -> Result<Upload, Problem> {
     let mut stream = body.into_data_stream();
     let (began, timeout) = (Instant::now(), app.config.request_timeout);
-    let mut bytes = 0_u64;
+    let (mut bytes, mut gathered) = (0_u64, Vec::new());
     loop {
         let next = tokio::time::timeout(timeout, stream.next()).await;
         let Some(piece) = next.map_err(|_| Problem::too_slow())? else { break };
@@ -382,7 +388,10 @@ async fn receive(app: &App, body: Body, mut upload: Upload) -> Result<Upload, Pr
         if began.elapsed() > timeout + in_time {
             return Err(Problem::too_slow());
         }
-        upload = upload.append(&app.queue, piece).await?;
+        gathered.extend_from_slice(&piece);
+        if gathered.len() >= GATHERED {
+            upload = upload.append(&app.queue, std::mem::take(&mut gathered)).await?;
+        }
     }
-    Ok(upload)
+    upload.append(&app.queue, gathered).await.map_err(Problem::from)
 }

@@ -8,6 +8,7 @@ use crate::scene::Problems;
 use crate::service::jobs::engine::JsonDocument;
 use crate::service::jobs::held_text::HeldText;
 use crate::service::jobs::store::{Job, NewJob, Submitted};
+use crate::service::jobs::to_end::to_end;
 use crate::service::jobs::{JobKind, Priority};
 use crate::service::traces::context_of;
 use axum::Json;
@@ -132,7 +133,8 @@ pub(super) async fn accept(
         memory_bytes: checked.memory_bytes,
         meshes,
     };
-    submitted(app.queue.submit(&new).await?)
+    let queue = Arc::clone(&app.queue);
+    submitted(to_end(async move { queue.submit(&new).await }).await?)
 }
 
 /// Response to a submission.

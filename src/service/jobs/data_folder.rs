@@ -123,11 +123,24 @@ pub fn open_to_others(_: &Path) -> Result<Vec<(PathBuf, u32)>, JobsError> {
     Ok(Vec::new())
 }
 
-/// Closes a folder for other users of the machine.
+/// Closes a folder, and the files in it, for other users of the machine.
 #[cfg(unix)]
 fn restrict(folder: &Path) -> std::io::Result<()> {
+    use std::fs::{Permissions, set_permissions};
     use std::os::unix::fs::PermissionsExt as _;
-    std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))
+    set_permissions(folder, Permissions::from_mode(0o700))?;
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        let close = || -> std::io::Result<()> {
+            if entry.file_type()?.is_file() && entry.metadata()?.permissions().mode() & 0o077 > 0 {
+                set_permissions(entry.path(), Permissions::from_mode(0o600))?;
+            }
+            Ok(())
+        };
+        // Whoever else uses the folder may remove a file meanwhile.
+        close().or_else(|error| if error.kind() == ErrorKind::NotFound { Ok(()) } else { Err(error) })?;
+    }
+    Ok(())
 }
 
 #[cfg(unix)]

@@ -103,9 +103,9 @@ pub enum JobsError {
         /// Free space that is required [bytes].
         least: u64,
     },
-    /// The disk has no room for an upload beside those that are under way.
+    /// The disk has no room for an upload beside those that are under way, or not for so much of one owner.
     #[error(
-        "the disk has {free} free bytes: with {to_come} of uploads to come and {more} more, less than {least} would stay free"
+        "the disk has {free} free bytes, of which {least} have to stay free and {to_come} are for uploads to come: of the rest one owner may take three quarters, which {more} more exceed"
     )]
     NoRoom {
         /// Free space [bytes].
@@ -187,7 +187,7 @@ impl JobsError {
     pub fn is_out_of_descriptors(&self) -> bool {
         match self {
             Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => {
-                matches!(source.raw_os_error(), Some(ENFILE | EMFILE))
+                is_out_of_descriptors(source)
             }
             _ => false,
         }
@@ -220,4 +220,8 @@ impl JobsError {
     pub fn file(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Self::File { path: path.into(), source }
     }
+}
+/// Whether the process, or the system, has no file descriptor left.
+pub fn is_out_of_descriptors(error: &std::io::Error) -> bool {
+    matches!(error.raw_os_error(), Some(ENFILE | EMFILE))
 }

@@ -3,6 +3,7 @@
 //! - [`store`]: the records of jobs, behind a trait; every change of a job and its event are one transaction.
 //! - [`queue`]: operations on jobs: submit, cancel; [`deletion`]: delete, and [`removals`] of what is left.
 //! - [`upload`]: a file that arrives, and room for it.
+//! - [`to_end::to_end`]: what a client that leaves does not interrupt.
 //! - [`recovery`]: what lost processes have left.
 //! - [`worker`]: threads that claim a job, run it with an [`engine::Engine`] and record how it ended.
 //! - [`data_folder`]: files that are still being written.
@@ -39,11 +40,12 @@ mod spending;
 pub mod store;
 mod study_entries;
 pub mod study_job;
+pub mod to_end;
 pub mod upload;
 pub mod what_if_job;
 pub mod worker;
 
-pub use error::{JobsError, StoreFault};
+pub use error::{JobsError, StoreFault, is_out_of_descriptors};
 pub use kind::JobKind;
 pub use priority::Priority;
 

@@ -1,4 +1,5 @@
-//! Room for uploads that are under way: what is still to come counts as if it were on the disk, and all of it as kept by its owner.
+//! Room for uploads that are under way: what is still to come counts as if it were on the disk, and all of it as kept by its owner. What is
+//! to come of one owner takes three quarters of the room at most, so that slow uploads lock no one else out.
 
 use super::JobsError;
 use std::collections::BTreeMap;
@@ -78,7 +79,10 @@ impl Promise {
         if kept_with(of_owner) > most_kept {
             return Err(JobsError::OwnerUploads { under_way: of_owner, most: most_kept });
         }
-        if least_free.saturating_add(to_come).saturating_add(more) > free {
+        // One owner leaves a part of the room to others, as of connections.
+        let own = all.get(&self.owner).map_or(0, |owner| owner.to_come());
+        let of_all = free.saturating_sub(least_free).saturating_sub(to_come - own);
+        if own.saturating_add(more) > of_all / 4 * 3 {
             return Err(JobsError::NoRoom { free, to_come, more, least: least_free });
         }
         all.entry(self.owner.clone()).or_default().promised += more;
@@ -117,13 +121,15 @@ mod tests {
     fn uploads_under_way_share_the_disk() {
         let room = Arc::<Room>::default();
         let [mut of_anna, mut of_bert] = ["anna", "bert"].map(|owner| Promise::none(&room, owner));
+        assert!(matches!(of_anna.extend(676, LIMITS), Err(JobsError::NoRoom { to_come: 0, .. })));
         of_anna.extend(600, LIMITS).unwrap();
-        assert!(matches!(of_bert.extend(301, LIMITS), Err(JobsError::NoRoom { to_come: 600, .. })));
-        of_bert.extend(300, LIMITS).unwrap();
+        assert!(matches!(of_bert.extend(226, LIMITS), Err(JobsError::NoRoom { to_come: 600, .. })));
+        of_bert.extend(225, LIMITS).unwrap();
         // What is on the disk is counted there.
         of_anna.arrived(600);
-        assert_eq!((of_anna.lacks(1), of_bert.lacks(300)), (1, 0));
-        of_bert.extend(100, Limits { free: 500, ..LIMITS }).unwrap();
+        assert_eq!((of_anna.lacks(1), of_bert.lacks(225)), (1, 0));
+        of_bert.extend(75, Limits { free: 500, ..LIMITS }).unwrap();
+        assert!(of_bert.extend(1, Limits { free: 500, ..LIMITS }).is_err());
         drop((of_anna, of_bert));
         assert!(room.all().is_empty());
     }

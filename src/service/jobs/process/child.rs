@@ -5,6 +5,8 @@ use super::pipe::Pipe;
 use super::wire::{self, FromChild, Task, ToChild};
 use crate::service::jobs::JobId;
 use serde::Serialize;
+#[cfg(unix)]
+use signal_hook::consts::{SIGKILL, SIGXCPU};
 use std::io::{self, BufRead, BufReader, BufWriter, Read};
 use std::path::Path;
 use std::process::{ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
@@ -75,12 +77,28 @@ impl Death {
     /// Whether it took more processor time than it may.
     #[cfg(unix)]
     pub fn is_out_of_time(&self) -> bool {
+        self.signal() == Some(SIGXCPU)
+    }
+
+    /// Whether it was killed.
+    #[cfg(unix)]
+    pub fn is_by_kill(&self) -> bool {
+        self.signal() == Some(SIGKILL)
+    }
+
+    #[cfg(unix)]
+    fn signal(&self) -> Option<i32> {
         use std::os::unix::process::ExitStatusExt as _;
-        self.status.and_then(|status| status.signal()) == Some(signal_hook::consts::SIGXCPU)
+        self.status?.signal()
     }
 
     #[cfg(not(unix))]
     pub fn is_out_of_time(&self) -> bool {
+        false
+    }
+
+    #[cfg(not(unix))]
+    pub fn is_by_kill(&self) -> bool {
         false
     }
 }

@@ -98,7 +98,8 @@ impl ProcessEngine {
         Task { limits: Limits { memory_bytes, cpu_s }, runs: self.runs.clone(), work }
     }
 
-    /// Has a process validate a document. `answer` selects the answer.
+    /// Has a process validate a document, and another one if the first is killed: where memory is short, the system chooses whom it meets.
+    /// `answer` selects the answer.
     fn validate<T>(
         &self,
         work: Work,
@@ -106,10 +107,13 @@ impl ProcessEngine {
         (meshes, is_wanted): (&MeshShelf, &dyn Fn() -> bool),
         answer: impl Fn(FromChild) -> Option<T>,
     ) -> Result<T, Lost> {
-        let text = (document.text.len() as u64, &mut &*document.text as &mut dyn Read);
         let within = LONGEST_VALIDATION.min(self.runs.deadline);
         let patience = Patience { within, is_wanted };
-        self.ask(work, text, Some(meshes), &patience, answer)
+        let ask = |work| {
+            let text = (document.text.len() as u64, &mut &*document.text as &mut dyn Read);
+            self.ask(work, text, Some(meshes), &patience, &answer)
+        };
+        ask(work.clone()).or_else(|lost| if lost.was_killed() { ask(work) } else { Err(lost) })
     }
 
     /// Has a process read a mesh. `answer` selects the answer.
@@ -291,6 +295,11 @@ impl Engine for ProcessEngine {
 }
 
 impl Lost {
+    /// Whether someone else killed it.
+    fn was_killed(&self) -> bool {
+        self.is_wanted && !self.is_late && !self.death.was_refused_memory && self.death.is_by_kill()
+    }
+
     fn words(&self) -> String {
         if self.death.was_refused_memory {
             format!("reading it takes more than {} MB of memory", self.most_memory / 1_000_000)

@@ -33,7 +33,7 @@ pub(super) struct Task {
 }
 
 /// One call of an engine.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Work {
     /// Run a job of this kind into this recording, on so many threads.
     Run { kind: JobKind, recording: PathBuf, threads: usize },
