@@ -5,6 +5,7 @@ use super::numbers::cards;
 use super::omissions::omissions;
 use super::pictures::pictures;
 use super::section_picture::section_picture;
+use super::simulated::simulated;
 use super::text::{capitalised, escaped};
 use crate::measure::summary::{Group, InjuryMeasure, Row, listing, number, numerics_group};
 use serde_json::Value;
@@ -31,6 +32,13 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
     words.retain(|sentence| !warnings.contains(sentence));
     list(&mut body, "In plain words", &words);
     list(&mut body, "To read before the numbers are used", &warnings);
+    let bodies: Vec<Vec<String>> = simulated(&run.scene).into_iter().map(Vec::from).collect();
+    table(
+        &mut body,
+        "What was simulated",
+        &["body and part", "what it is", "source of the material"],
+        &bodies,
+    );
     list(&mut body, "What the model omits", &omissions(run));
     criteria_table(&mut body, &run.criteria);
     body += "<section><h2>Over time</h2><div class=\"pictures\">";
@@ -39,7 +47,7 @@ pub fn page(run: &RecordedRun) -> Result<String, String> {
             &mut body,
             format_args!(
                 "<figure>{}<figcaption>{}</figcaption></figure>",
-                inline(&picture.svg),
+                inline(&picture.svg, picture.title),
                 picture.title
             ),
         );
@@ -63,10 +71,10 @@ fn push(out: &mut String, text: std::fmt::Arguments) {
     out.push('\n');
 }
 
-/// The picture without its XML declaration, marked as an image.
-fn inline(svg: &str) -> String {
+/// The picture without its XML declaration, marked as an image that shows something.
+fn inline(svg: &str, what: &str) -> String {
     let from = svg.find("<svg").unwrap_or_default();
-    svg[from..].replacen("<svg ", "<svg role=\"img\" ", 1)
+    svg[from..].replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{what}\" "), 1)
 }
 
 fn header(out: &mut String, run: &RecordedRun) {
@@ -111,7 +119,7 @@ fn section(out: &mut String, run: &RecordedRun) {
             out,
             format_args!(
                 "<figure class=\"section\">{}<figcaption>{caption}</figcaption></figure>",
-                inline(&svg)
+                inline(&svg, "Section through the impact")
             ),
         );
     }

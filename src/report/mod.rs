@@ -19,6 +19,7 @@ mod section_frame;
 mod section_impact;
 mod section_picture;
 mod section_scale;
+mod simulated;
 pub mod surface;
 mod surface_file;
 mod text;

@@ -32,7 +32,7 @@ pub(super) fn omissions(run: &RecordedRun) -> Vec<String> {
         );
     }
     if !any(PartDocument::depends_on_rate) {
-        all.push("The tissue is elastic: it does not stiffen with the rate of the impact, and dissipates nothing itself.".into());
+        all.push("The tissue is elastic: it does not stiffen with the rate of the impact; what is dissipated in it is of the numerical bulk viscosity.".into());
     }
     let bulk = parts.iter().filter_map(|part| part["material"]["bulk_modulus_pa"].as_f64());
     let largest = bulk.fold(0.0, f64::max);

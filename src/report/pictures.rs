@@ -139,7 +139,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[SignificantS
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(area)
         .margin(12)
-        .x_label_area_size(42)
+        .x_label_area_size(50)
         .y_label_area_size(92)
         .build_cartesian_2d(0.0..1.05 * deepest, -0.5 * (parts.len() as f64 * 0.22)..rows)?;
     let name = |y: &f64| {
@@ -157,8 +157,8 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[SignificantS
         .light_line_style(TRANSPARENT)
         .y_labels(2 * stresses.len() + 3)
         .y_label_formatter(&|_| String::new())
-        .label_style((FONT, 14))
-        .axis_desc_style((FONT, 15))
+        .label_style((FONT, 17))
+        .axis_desc_style((FONT, 18))
         .draw()?;
     // One bar for each part and threshold.
     for (index, (part, _)) in parts.iter().enumerate() {
@@ -179,7 +179,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[SignificantS
     for row in 0..stresses.len() {
         let y = row as f64 + 0.5;
         let (_, pixel) = chart.backend_coord(&(0.0, y));
-        area.draw(&Text::new(name(&y), (8, pixel - 8), (FONT, 15).into_font()))?;
+        area.draw(&Text::new(name(&y), (8, pixel - 8), (FONT, 18).into_font()))?;
     }
     legend(&mut chart)
 }
@@ -211,7 +211,7 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Impact) -> Draw
         [(left, low), (left + scale, low)],
         BLACK.stroke_width(3),
     )))?;
-    let label = |text: String, at: (f64, f64)| Text::new(text, at, (FONT, 16).into_font());
+    let label = |text: String, at: (f64, f64)| Text::new(text, at, (FONT, 18).into_font());
     chart.draw_series([
         label(format!("{scale} mm"), (left, low + 0.12 * half_y)),
         label(format!("{surface:.0} mm², spread over {long:.1} mm × {short:.1} mm"), (left, 0.94 * half_y)),
@@ -243,8 +243,8 @@ fn axes<'a, 'b>(
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(area)
         .margin(12)
-        .x_label_area_size(42)
-        .y_label_area_size(62)
+        .x_label_area_size(50)
+        .y_label_area_size(74)
         .build_cartesian_2d(0.0..end.max(1e-12), range)
         .map_err(|error| error.to_string())?;
     chart
@@ -253,8 +253,8 @@ fn axes<'a, 'b>(
         .y_desc(title)
         .light_line_style(TRANSPARENT)
         .bold_line_style(BLACK.mix(0.12))
-        .label_style((FONT, 14))
-        .axis_desc_style((FONT, 15))
+        .label_style((FONT, 17))
+        .axis_desc_style((FONT, 18))
         .draw()
         .map_err(|error| error.to_string())?;
     Ok(chart)
@@ -264,7 +264,7 @@ fn legend<'a, 'b: 'a>(chart: &mut Chart<'a, 'b>) -> Drawn {
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
-        .label_font((FONT, 14))
+        .label_font((FONT, 17))
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.25))
         .draw()
