@@ -42,9 +42,25 @@ export function change(value, scale, digits = 4) {
   return `${value > 0 ? "+" : ""}${number(value, digits)}`;
 }
 
-/** A number; in brackets when its error is as large. Nothing is known of a number without one. */
+/** Of a number this fraction as error makes it an approximate one [-]. */
+const ABOUT = 0.5;
+
+/** How sure a number is: "sure"; "about" so much, where the error exceeds half of it; "unresolved", where the error is as large. */
+export function surenessOf(value, error) {
+  if (!(error > 0)) return "sure";
+  if (error >= Math.abs(value)) return "unresolved";
+  return error > ABOUT * Math.abs(value) ? "about" : "sure";
+}
+
+/** Words of a number as sure as it is: what is not resolved, or of unknown error, stands in brackets. */
+export function asSureAs(words, sureness) {
+  if (sureness === "sure") return words;
+  return sureness === "about" ? `about ${words}` : `(${words})`;
+}
+
+/** A number as sure as its error leaves it. Nothing is known of a number without one. */
 export function bracketed(value, error) {
-  return error > 0 && error >= Math.abs(value) ? `(${number(value)})` : number(value);
+  return asSureAs(number(value), surenessOf(value, error));
 }
 
 /** A number and its unit. */

@@ -1,7 +1,7 @@
 // The results of a study: error against run time of one scene, or the matrix of stiff and extreme cases.
 
 import { button, html, saveFile, table } from "../dom.js";
-import { number, setting, withUnit } from "../format.js";
+import { bracketed, number, setting, withUnit } from "../format.js";
 
 /** How a cell of the matrix ended, as a kind of badge. */
 const VERDICTS = { finished: "good", diagnosed: "warn", refused: "warn", wrong: "bad" };
@@ -41,7 +41,9 @@ function errorTables(study) {
 function errorCell({ ending, values, errors }, quantity) {
   if (ending !== "finished") return ending.replaceAll("_", " ");
   if (values[quantity] == null) return "–";
-  return `${number(values[quantity])} (${errors[quantity] == null ? "error unknown" : percent(errors[quantity])})`;
+  const [value, error] = [values[quantity], errors[quantity]];
+  if (error == null) return `${number(value)} (error unknown)`;
+  return `${bracketed(value, Math.abs(error * value))} (${percent(error)})`;
 }
 
 /** The cheapest setting for each number and each error that must not be exceeded. */

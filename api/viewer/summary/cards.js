@@ -1,15 +1,18 @@
 // The four numbers as cards: each with its uncertainty as words and as a bar.
 
 import { html, svg, term } from "../dom.js";
-import { digitsWithin, number, withUnit } from "../format.js";
-import { errorWords, hasError, headline, isMiss, isResolved } from "./headline.js";
+import { number, withUnit } from "../format.js";
+import { headline, isMiss } from "./headline.js";
 import { ABOUT_STRESS } from "./layers.js";
+import { bracketed, errorWords, hasError, sureness } from "./quantity.js";
 import { stoppedAt } from "./trust.js";
 
 /** The four cards. */
 export function headlineCards(summary) {
   if (isMiss(summary)) return html("section", { class: "cards", "aria-label": "Nothing touched" }, missCard(summary));
-  return html("section", { class: "cards", "aria-label": "The four numbers" }, headline(summary).map((item) => card(item, summary)));
+  const stopped = stoppedAt(summary);
+  const remark = stopped && html("p", { class: "cards-remark" }, `Only to ${stopped}, where the run ended:`);
+  return html("section", { class: "cards", "aria-label": "The four numbers" }, remark, headline(summary).map((item) => card(item, summary)));
 }
 
 function missCard({ plain_words: words = [] }) {
@@ -18,17 +21,15 @@ function missCard({ plain_words: words = [] }) {
 
 function card({ label, unit, quantity, note }, summary) {
   const empty = (big, words) => html("article", { class: "card" }, title(label), html("p", { class: "big quiet" }, big), html("p", { class: "notes" }, words));
-  const stopped = stoppedAt(summary);
-  if (!quantity) return empty("–", stopped ? "The run ended before it was known." : "not in this scene");
+  if (!quantity) return empty("–", stoppedAt(summary) ? "The run ended before it was known." : "not in this scene");
   if (summary.withheld) return empty("withheld", "The run failed a check of the computation: its numbers are not results.");
-  const words = [stopped && `only to ${stopped}, where the run ended`, note].filter(Boolean).join("; ");
   return html(
     "article",
-    { class: isResolved(quantity) ? "card" : "card doubtful" },
+    { class: sureness(quantity) === "sure" ? "card" : "card doubtful" },
     title(label),
-    html("p", { class: "big" }, html("span", {}, html("b", {}, valueOf(quantity)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit))),
+    html("p", { class: "big" }, html("span", {}, html("b", {}, bracketed(quantity)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit))),
     errorBar(quantity),
-    words && html("p", { class: "notes" }, words),
+    note && html("p", { class: "notes" }, note),
   );
 }
 
@@ -38,15 +39,9 @@ function title(label) {
   return html("h2", {}, after == null ? label : [before, term("stress", ABOUT_STRESS), after]);
 }
 
-/** A number; about so much where its error is larger, or was not estimated. */
-function valueOf(quantity) {
-  return isResolved(quantity) ? number(quantity.value, digitsWithin(quantity.value, quantity.error.total)) : `≈ ${number(quantity.value, 2)}`;
-}
-
 function errorOf(quantity, unit) {
-  if (isResolved(quantity)) return errorWords(quantity, unit);
-  if (!hasError(quantity)) return "uncertainty not estimated";
-  return `${errorWords(quantity, unit)}: up to ${withUnit(quantity.value + quantity.error.total, unit, 2)}`;
+  if (sureness(quantity) !== "unresolved") return hasError(quantity) ? errorWords(quantity, unit) : "uncertainty not estimated";
+  return `${errorWords(quantity, unit)}, not resolved: up to ${withUnit(quantity.value + quantity.error.total, unit, 2)}`;
 }
 
 /** The number as a dot with its error as a whisker, on an axis from 0. */

@@ -2,7 +2,7 @@
 
 import { html, table } from "../dom.js";
 import { number, setting } from "../format.js";
-import { bracketed, errorWords, hasError } from "./headline.js";
+import { numberWithError } from "./quantity.js";
 
 /** The criteria: what each says, and what it is compared with; those that do not apply are collapsed. Null where a summary has none. */
 export function injuryCriteria({ injury_measures: measures = [], notice }) {
@@ -10,7 +10,7 @@ export function injuryCriteria({ injury_measures: measures = [], notice }) {
   const [applicable, others] = [true, false].map((applies) => measures.filter((measure) => measure.applicable === applies));
   const rows = applicable.map((measure) => [
     measure.title,
-    measure.value == null ? "–" : `${valueOf(measure)}${unitOf(measure)}`,
+    measure.value == null ? "–" : html("span", {}, valueOf(measure), unitOf(measure)),
     measure.statement,
     html("span", {}, measure.meaning, ": ", reference(measure), html("br"), html("small", {}, measure.source)),
   ]);
@@ -30,7 +30,7 @@ const unitOf = ({ unit }) => (unit && unit !== "-" ? ` ${unit}` : "");
 /** A value with its numerical error; one that comes of the scene alone has none. */
 function valueOf({ value, error }) {
   if (error == null) return number(value, 3);
-  return hasError({ error }) ? `${bracketed({ value, error })} ${errorWords({ error }, "")}` : `(${number(value, 3)}) (error ${error})`;
+  return numberWithError({ value, error });
 }
 
 function reference(measure) {

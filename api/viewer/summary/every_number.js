@@ -2,7 +2,8 @@
 
 import { table } from "../dom.js";
 import { number } from "../format.js";
-import { bracketed, hasError, resultsOf } from "./headline.js";
+import { resultsOf } from "./headline.js";
+import { bracketed, hasError } from "./quantity.js";
 
 /** What the error of a number is made of. */
 const ERROR_PARTS = ["mesh", "step", "contact", "bulk_modulus", "resolution"];
@@ -23,5 +24,5 @@ export function allNumbers(summary) {
     }
   };
   walk([], resultsOf(summary));
-  return table("Every number, with the parts of its error; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
+  return table("Every number, with the parts of its error; in brackets what is not resolved, or has no error; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
 }

@@ -1,6 +1,7 @@
-// What a summary says first: the hardest impact, the four numbers, and numbers with their errors as words.
+// What a summary says first: the hardest impact and the four numbers.
 
-import { digitsWithin, number, setting, timeUnit, withUnit } from "../format.js";
+import { number, setting, timeUnit } from "../format.js";
+import { sureness } from "./quantity.js";
 
 /** The numbers of a summary, plain or withheld. */
 export function resultsOf(summary) {
@@ -26,28 +27,6 @@ export function worstOf(summary) {
 /** Whether nothing touched in a run: then none of its numbers is of an impact. */
 export function isMiss(summary) {
   return resultsOf(summary).nothing_touched === true;
-}
-
-/** Whether a number is larger than its error; null when its error was not estimated. */
-export function isResolved(quantity) {
-  return hasError(quantity) ? quantity.error.resolved : null;
-}
-
-/** Whether the error of a number was estimated. */
-export function hasError(quantity) {
-  return quantity.error != null && typeof quantity.error === "object";
-}
-
-/** A number to the digits that its error leaves; in brackets when its error is larger, or was not estimated. */
-export function bracketed(quantity) {
-  const words = number(quantity.value, digitsWithin(quantity.value, quantity.error?.total));
-  return isResolved(quantity) ? words : `(${words})`;
-}
-
-/** The error of a number in words. */
-export function errorWords(quantity, unit) {
-  if (!hasError(quantity)) return String(quantity.error ?? "not estimated");
-  return `± ${withUnit(quantity.error.total, unit, 2)}`;
 }
 
 /** A threshold of stress. */
@@ -93,7 +72,7 @@ function forceNote({ pair, force_average: average, peak_force_time_s: time }, { 
 
 function patchNote({ patch_long_axis_mm: long, patch_short_axis_mm: short }) {
   if (!long || !short) return null;
-  const about = isResolved(long) && isResolved(short) ? "" : "about ";
+  const about = [long, short].every((axis) => sureness(axis) === "sure") ? "" : "about ";
   return `spread over ${about}${number(long.value, 2)} × ${number(short.value, 2)} mm at the largest force`;
 }
 

@@ -1,8 +1,9 @@
 // What happened to each layer, a sentence each: how deep, how much, above which stress.
 
 import { html, term } from "../dom.js";
-import { number } from "../format.js";
-import { hasError, isResolved, resultsOf, threshold } from "./headline.js";
+import { asSureAs, number, surenessOf } from "../format.js";
+import { resultsOf, threshold } from "./headline.js";
+import { hasError, isResolved, sureness } from "./quantity.js";
 
 export const ABOUT_STRESS = "von Mises stress: how strongly the tissue is sheared at a place, as one number; a pressure from all sides does not count";
 
@@ -35,21 +36,22 @@ function millimetres(depth, thickness) {
   return depth.toFixed(depth < 10 && thickness < 10 ? 1 : 0);
 }
 
-/** "from 10 to 19 ± 4 mm deep", or to at most a depth where the error exceeds it. */
+/** "from 10 to 19 ± 4 mm deep"; in brackets where the error exceeds it. */
 function extent(stress, [from, to]) {
   const error = depthError(stress, to);
   const end = millimetres(to, to - from);
   if (from >= SAME_MM && to - from < SAME_MM) return `only at its top, ${millimetres(from, 0)} mm deep`;
   const begin = from < SAME_MM ? "to" : `from ${millimetres(from, to - from)} to`;
   if (error == null) return `${begin} ${end} mm deep`;
-  if (error >= to) return `${begin} about ${end} mm deep (uncertain by more than that)`;
-  return `${begin} ${end} ± ${number(error, 1)} mm deep`;
+  const sure = surenessOf(to, error);
+  if (sure === "unresolved") return `${begin} (${end}) mm deep`;
+  return `${begin} ${asSureAs(end, sure)} ± ${number(error, 1)} mm deep`;
 }
 
 /** "in 2.2 cm³ of it ± 20 %": the volume of a layer has the relative error of the whole. */
 function amount({ volume_mm3: whole }, { volume_mm3: mm3 }) {
-  if (!isResolved(whole)) return `about ${volume(mm3)} of it`;
-  return `${volume(mm3)} of it ±\u00a0${number((100 * whole.error.total) / whole.value, 1)}\u00a0%`;
+  if (!isResolved(whole)) return `(${volume(mm3)}) of it`;
+  return `${asSureAs(volume(mm3), sureness(whole))} of it ±\u00a0${number((100 * whole.error.total) / whole.value, 1)}\u00a0%`;
 }
 
 /** The sentence on one layer, after its name. */
@@ -85,10 +87,12 @@ export function layerSentences(summary, bone = null) {
   // The part of a tissue of one part is called by what the mesh is: a block.
   const [title, names] = parts.length > 1 ? ["What happened to each layer", parts] : ["What happened to the tissue", ["tissue"]];
   const item = (name, words) => html("li", {}, html("b", {}, name), " ", words);
+  const sentences = parts.map((part) => sentence(part, tissue));
+  const remark = sentences.some((words) => words.includes("(")) && "; in brackets: not resolved";
   return html(
     "section",
     { class: "layers", "aria-label": title },
-    html("h2", {}, `${title} `, html("small", {}, term("stress", ABOUT_STRESS), ", at its largest")),
-    html("ul", {}, parts.map((part, i) => item(names[i], sentence(part, tissue))), bone && !parts.includes("bone") ? item("bone", onBone(tissue, bone)) : null),
+    html("h2", {}, `${title} `, html("small", {}, term("stress", ABOUT_STRESS), ", at its largest", remark || "")),
+    html("ul", {}, sentences.map((words, i) => item(names[i], words)), bone && !parts.includes("bone") ? item("bone", onBone(tissue, bone)) : null),
   );
 }

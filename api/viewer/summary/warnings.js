@@ -1,7 +1,8 @@
 // What to know before the numbers are used: the most severe in one line, with a link to all.
 
 import { html } from "../dom.js";
-import { headline, isMiss, isResolved } from "./headline.js";
+import { headline, isMiss } from "./headline.js";
+import { isResolved } from "./quantity.js";
 import { reason, stoppedAt } from "./trust.js";
 
 /** All that is to be known, the worst first: {kind: "bad" | "warn", words, isMeshed?}; `isMeshed` where a finer mesh helps. */
