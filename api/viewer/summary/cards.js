@@ -10,9 +10,15 @@ import { stoppedAt } from "./trust.js";
 /** The four cards. */
 export function headlineCards(summary) {
   if (isMiss(summary)) return html("section", { class: "cards", "aria-label": "Nothing touched" }, missCard(summary));
+  const remark = remarkOn(summary);
+  return html("section", { class: "cards", "aria-label": "The four numbers" }, remark && html("p", { class: "cards-remark" }, remark), headline(summary).map((item) => card(item, summary)));
+}
+
+/** What is true of all four; null where they are results. */
+function remarkOn(summary) {
+  if (summary.withheld) return "The run failed a check of the computation: its numbers are withheld, they are not results.";
   const stopped = stoppedAt(summary);
-  const remark = stopped && html("p", { class: "cards-remark" }, `Only to ${stopped}, where the run ended:`);
-  return html("section", { class: "cards", "aria-label": "The four numbers" }, remark, headline(summary).map((item) => card(item, summary)));
+  return stopped && `Only to ${stopped}, where the run ended:`;
 }
 
 function missCard({ plain_words: words = [] }) {
@@ -20,9 +26,9 @@ function missCard({ plain_words: words = [] }) {
 }
 
 function card({ label, unit, quantity, note }, summary) {
-  const empty = (big, words) => html("article", { class: "card" }, title(label), html("p", { class: "big quiet" }, big), html("p", { class: "notes" }, words));
+  const empty = (big, words) => html("article", { class: "card" }, title(label), html("p", { class: "big quiet" }, big), words && html("p", { class: "notes" }, words));
   if (!quantity) return empty("–", stoppedAt(summary) ? "The run ended before it was known." : "not in this scene");
-  if (summary.withheld) return empty("withheld", "The run failed a check of the computation: its numbers are not results.");
+  if (summary.withheld) return empty("withheld");
   return html(
     "article",
     { class: sureness(quantity) === "sure" ? "card" : "card doubtful" },

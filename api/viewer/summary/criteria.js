@@ -3,15 +3,21 @@
 import { html, table } from "../dom.js";
 import { number, setting } from "../format.js";
 import { numberWithError } from "./quantity.js";
+import { stoppedAt } from "./trust.js";
+
+/** What a verdict of the scene alone is not, where the run gives no result. */
+const OF_THE_SCENE = "from the scene alone: the run itself gives no result";
 
 /** The criteria: what each says, and what it is compared with; those that do not apply are collapsed. Null where a summary has none. */
-export function injuryCriteria({ injury_measures: measures = [], notice }) {
+export function injuryCriteria(summary) {
+  const { injury_measures: measures = [], notice } = summary;
   if (!measures.length) return null;
+  const isStopped = stoppedAt(summary) != null;
   const [applicable, others] = [true, false].map((applies) => measures.filter((measure) => measure.applicable === applies));
   const rows = applicable.map((measure) => [
     measure.title,
     measure.value == null ? "–" : html("span", {}, valueOf(measure), unitOf(measure)),
-    measure.statement,
+    statementOf(measure, isStopped),
     html("span", {}, measure.meaning, ": ", reference(measure), html("br"), html("small", {}, measure.source)),
   ]);
   const item = (measure) => html("li", {}, html("b", {}, measure.title), ` ${measure.statement} (${measure.meaning}: ${reference(measure)}; ${measure.source})`);
@@ -23,6 +29,12 @@ export function injuryCriteria({ injury_measures: measures = [], notice }) {
     others.length ? html("details", {}, html("summary", {}, `${others.length} that ${others.length > 1 ? "do" : "does"} not apply, and why`), html("ul", {}, others.map(item))) : null,
     html("p", { class: "notice-line" }, notice),
   );
+}
+
+/** What a measure says. Of a run that ended early the program remarks only what comes of the run itself. */
+function statementOf({ statement, error, value }, isStopped) {
+  const isOfTheScene = value != null && error == null;
+  return isStopped && isOfTheScene && !statement.includes(OF_THE_SCENE) ? `${statement} (${OF_THE_SCENE})` : statement;
 }
 
 const unitOf = ({ unit }) => (unit && unit !== "-" ? ` ${unit}` : "");

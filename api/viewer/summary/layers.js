@@ -88,7 +88,7 @@ export function layerSentences(summary, bone = null) {
   const [title, names] = parts.length > 1 ? ["What happened to each layer", parts] : ["What happened to the tissue", ["tissue"]];
   const item = (name, words) => html("li", {}, html("b", {}, name), " ", words);
   const sentences = parts.map((part) => sentence(part, tissue));
-  const remark = sentences.some((words) => words.includes("(")) && "; in brackets: not resolved";
+  const remark = sentences.some((words) => words.includes("(")) && "; in brackets: not resolved, or of unknown error";
   return html(
     "section",
     { class: "layers", "aria-label": title },
