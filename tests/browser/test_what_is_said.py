@@ -28,11 +28,16 @@ def jobs(page):
     broken = copy.deepcopy(good)
     # Metres an hour are no metres a second.
     broken["bodies"][0]["velocity_m_per_s"] = [0, 0, -360_000]
-    jobs = {"good": post(page, "/v1/jobs", good), "broken": post(page, "/v1/jobs", {**broken, "name": "too fast"})}
+    withheld, slow, longer = (copy.deepcopy(good) for _ in range(3))
+    withheld["bodies"][0]["parts"][0]["material"]["valid_to"] = {"limit_stretch": [0.95, 1.05]}
+    slow["bodies"][0]["velocity_m_per_s"] = [0, 0, -60]
+    longer["end_time_s"] = 2e-3
+    scenes = {"good": good, "broken": {**broken, "name": "too fast"}, "withheld": {**withheld, "name": "withheld"}, "slow": {**slow, "name": "slow"}, "longer": {**longer, "name": "longer"}}
+    jobs = {name: post(page, "/v1/jobs", scene) for name, scene in scenes.items()}
     speed = {"name": "speed", "low": 50, "high": 100, "change": {"kind": "speed_m_per_s", "body": "flashball"}}
     angle = {"name": "angle", "low": -45, "high": 45, "change": {"kind": "angle_deg", "body": "flashball", "about": [0, 1, 0]}}
     jobs["question"] = post(page, "/v1/what-if", {"job": jobs["good"]["id"], "parameters": [speed, angle], "one_at_a_time": True})
-    assert [job["state"] for job in jobs.values()] == ["succeeded", "failed", "succeeded"]
+    assert [name for name, job in jobs.items() if job["state"] != "succeeded"] == ["broken"]
     yield jobs
     assert page.watch.errors == []
 
@@ -175,16 +180,32 @@ def test_a_depth_profile_is_of_layers(page, jobs):
     assert all(float(row[0]) > float(both[0][0]) for row in rows if row[1] or row[2])
 
 
-def test_a_comparison_without_errors_says_so(page, jobs):
-    page.goto(f"/#/compare/{jobs['good']['id']}/{jobs['broken']['id']}")
-    rows = page.locator("tbody").first.locator("tr")
-    expect(rows).to_have_count(4)
-    expect(page.locator("thead").first).to_contain_text("failed at")
-    expect(rows.nth(0)).to_contain_text("errors unknown")
-    expect(page.locator("table").first).not_to_contain_text("within the errors")
+def test_what_cannot_be_compared_is_said(page, jobs):
+    rows, remark = page.locator("tbody").first.locator("tr"), page.locator("main section.panel").first
+    reasons = {"broken": "B ended early", "withheld": "the numbers of B are withheld", "longer": "A ends at 100.0", "slow": "up to 100.0"}
+    for name, reason in reasons.items():
+        page.goto(f"/#/compare/{jobs['good']['id']}/{jobs[name]['id']}")
+        expect(page.locator("thead").first).to_contain_text(jobs[name]["name"])
+        expect(remark).to_contain_text(reason)
+        expect(rows.filter(has_text="not comparable")).to_have_count(1 if name == "slow" else 4)
+        if name == "slow":
+            expect(rows.nth(0)).to_contain_text("averaged over")
+        else:
+            expect(remark).not_to_contain_text(re.compile("(beyond|within) the errors"))
     # A run differs from itself by nothing.
     page.goto(f"/#/compare/{jobs['good']['id']}/{jobs['good']['id']}")
     expect(rows.nth(3)).to_contain_text("0 (0 %) within the errors")
+    # Of two lower bounds there is no difference.
+    page.goto(f"/#/compare/{jobs['longer']['id']}/{jobs['longer']['id']}")
+    expect(rows.nth(2)).to_contain_text("at least")
+    expect(rows.nth(2)).to_contain_text("both are lower bounds")
+
+
+def test_no_difference_is_drawn_with_a_run_that_is_withheld(page, jobs):
+    page.goto(f"/#/compare/{jobs['good']['id']}/{jobs['withheld']['id']}")
+    expect(page.locator(".plots .u-over").first).to_be_visible()
+    expect(page.locator(".mesh-view canvas")).to_have_count(2)
+    expect(page.locator("main .warning-line")).to_contain_text("beyond the declared limit of its law")
 
 
 def test_what_matters_most_ranks_what_rises_and_falls(page, jobs):

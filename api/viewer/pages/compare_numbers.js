@@ -1,22 +1,26 @@
-// The four numbers of two runs, and their difference.
+// The four numbers of two runs, and their difference where they can be compared.
 
 import { html, table } from "../dom.js";
-import { change, digitsWithin } from "../format.js";
-import { bracketed, errorWords, hasError, headline, isMiss } from "../summary/headline.js";
+import { change, digitsWithin, timeUnit, withUnit } from "../format.js";
+import { headline, isMiss, mainImpact, resultsOf } from "../summary/headline.js";
+import { hasError, numberWithError } from "../summary/quantity.js";
 import { stoppedAt } from "../summary/trust.js";
+
+/** Ends of runs and windows of means that differ by less than this fraction are the same [-]. */
+const SAME = 1e-6;
 
 /** The four numbers of both, and B − A; a difference below the sum of the errors says nothing. */
 export function numbersTable([a, b]) {
   const [left, right] = [headline(a.summary), headline(b.summary)];
+  const obstacle = obstacleOfRuns(a, b);
   const rows = left.map((p, i) => {
     const q = right[i];
-    // Depths above different thresholds are different numbers.
-    const isSame = p.label === q.label;
-    const name = `${isSame ? p.label : `${p.label}; ${q.label}`} [${p.unit}]`;
-    const isComparable = isSame && p.quantity && q.quantity && [a, b].every(({ summary }) => !summary.withheld && !isMiss(summary));
-    return [name, numberCell(a.summary, p), numberCell(b.summary, q), isComparable ? differenceCell(p.quantity, q.quantity) : "–"];
+    const name = `${p.label === q.label ? p.label : `${p.label}; ${q.label}`} [${p.unit}]`;
+    const why = obstacle ? "" : obstacleOfNumbers(p, q) ?? (p.isOfTheEnd ? obstacleOfEnds(a, b) : null);
+    return [name, numberCell(a.summary, p), numberCell(b.summary, q), why == null ? differenceCell(p, q) : notComparable(why)];
   });
-  return html("section", { class: "panel" }, table("The four numbers with their errors", ["number", runTitle(a), runTitle(b), "B − A"], rows));
+  const remark = obstacle ? `Not comparable: ${obstacle}.` : remarkOn(a, b);
+  return html("section", { class: "panel" }, table("The four numbers with their errors", ["number", runTitle(a), runTitle(b), "B − A"], rows), remark && html("p", { class: "quiet" }, remark));
 }
 
 export function runTitle({ label, job, summary }) {
@@ -24,21 +28,86 @@ export function runTitle({ label, job, summary }) {
   return `${label}: ${job.name}${stopped ? ` (${summary.ending} at ${stopped})` : ""}`;
 }
 
-function numberCell(summary, { quantity }) {
-  if (!quantity) return "–";
-  if (isMiss(summary)) return "nothing touched";
-  return summary.withheld ? "withheld" : `${bracketed(quantity)}${hasError(quantity) ? " " : ", error "}${errorWords(quantity, "")}`;
+/** Whether the contact that the four numbers speak of has ended. */
+function hasEnded({ summary }) {
+  const results = resultsOf(summary);
+  return (mainImpact(results)?.contact_ended ?? true) && (results.tissue?.contact_ended ?? true);
 }
 
+const isSame = (a, b) => Math.abs(a - b) <= SAME * Math.max(Math.abs(a), Math.abs(b));
+const endOf = ({ summary: { time_s: end } }) => withUnit(end * timeUnit(end).factor, timeUnit(end).name);
+
+/** Why no number of two runs can be compared, in words; null where that depends on the number. */
+function obstacleOfRuns(a, b) {
+  const labels = (runs) => runs.map(({ label }) => label).join(" and ");
+  const which = (isSo) => [a, b].filter(isSo);
+  const withheld = which(({ summary }) => summary.withheld);
+  if (withheld.length) return `the numbers of ${labels(withheld)} are withheld`;
+  const missed = which(({ summary }) => isMiss(summary));
+  if (missed.length) return `nothing touched in ${labels(missed)}`;
+  const stopped = which(({ summary }) => stoppedAt(summary));
+  if (stopped.length) return `${labels(stopped)} ended early`;
+  const touching = which((run) => !hasEnded(run));
+  if (touching.length === 1) return `contact has not ended in ${labels(touching)}`;
+  return touching.length ? obstacleOfEnds(a, b) : null;
+}
+
+/** Why numbers that depend on the end of the run cannot be compared, in words; null where they can. */
+function obstacleOfEnds(a, b) {
+  return isSame(a.summary.time_s, b.summary.time_s) ? null : `A ends at ${endOf(a)}, B at ${endOf(b)}`;
+}
+
+/** What comparable numbers of two runs are not; null for those of a contact that has ended. */
+function remarkOn(a, b) {
+  return hasEnded(a) ? null : `Contact has not ended in either run: these are the numbers up to ${endOf(a)}, not those of the whole impact.`;
+}
+
+/** Why one of the four numbers of two runs cannot be compared, in words; null where it can. */
+function obstacleOfNumbers(p, q) {
+  if (!p.quantity || !q.quantity) return "not in both";
+  if (p.label !== q.label) return "above different thresholds";
+  if (p.isLeast && q.isLeast) return "both are lower bounds";
+  if (p.average == null || p.average === q.average || isSame(p.average, q.average)) return null;
+  return `averaged over ${averageWords(p)} and ${averageWords(q)}; one window for both makes them so`;
+}
+
+function averageWords({ average }) {
+  if (typeof average !== "number") return String(average);
+  const { factor, name } = timeUnit(average);
+  return withUnit(average * factor, name);
+}
+
+function numberCell(summary, { quantity, isLeast }) {
+  if (!quantity) return "–";
+  if (isMiss(summary)) return "nothing touched";
+  if (summary.withheld) return "withheld";
+  return html("span", {}, isLeast && "at least ", numberWithError(quantity));
+}
+
+function notComparable(why) {
+  return html("span", {}, html("span", { class: "badge" }, "not comparable"), ` ${why}`);
+}
+
+/** B − A with what the errors say of it; where one is a lower bound, the difference is a bound. */
 function differenceCell(p, q) {
-  const difference = q.value - p.value;
-  const fraction = p.value === 0 ? "" : ` (${change((100 * difference) / p.value, 100, 2)} %)`;
-  const digits = digitsWithin(difference, (p.error?.total ?? 0) + (q.error?.total ?? 0));
-  return html("span", {}, `${change(difference, Math.max(Math.abs(p.value), Math.abs(q.value)), digits)}${fraction} `, verdict(p, q, difference));
+  const [before, after] = [p.quantity, q.quantity];
+  const difference = after.value - before.value;
+  const digits = digitsWithin(difference, (before.error?.total ?? 0) + (after.error?.total ?? 0));
+  const words = change(difference, Math.max(Math.abs(before.value), Math.abs(after.value)), digits);
+  const isBound = p.isLeast || q.isLeast;
+  const fraction = before.value === 0 || isBound ? "" : ` (${change((100 * difference) / before.value, 100, 2)} %)`;
+  const bound = isBound ? `at ${q.isLeast ? "least" : "most"} ` : "";
+  return html("span", {}, `${bound}${words}${fraction} `, verdict(p, q, difference));
 }
 
 function verdict(p, q, difference) {
-  if (!hasError(p) || !hasError(q)) return html("span", { class: "badge" }, "errors unknown");
-  const isClear = Math.abs(difference) > p.error.total + q.error.total;
+  if (!hasError(p.quantity) || !hasError(q.quantity)) return html("span", { class: "badge" }, "errors unknown");
+  const errors = p.quantity.error.total + q.quantity.error.total;
+  // A bound says something only on its own side.
+  if (p.isLeast || q.isLeast) {
+    const isClear = (q.isLeast ? difference : -difference) > errors;
+    return html("span", { class: isClear ? "badge good" : "badge" }, isClear ? "beyond the errors" : "open: a lower bound");
+  }
+  const isClear = Math.abs(difference) > errors;
   return html("span", { class: isClear ? "badge good" : "badge warn" }, isClear ? "beyond the errors" : "within the errors");
 }

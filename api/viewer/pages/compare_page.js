@@ -109,14 +109,14 @@ class Comparison {
     const recordings = this.#runs.map((run) => run.recording);
     const thresholds = significantThresholds(this.#runs[0].summary);
     this.settings = new ViewSettings(recordings, thresholds, (isView) => this.#settingsChanged(isView));
-    this.common = commonBodies(this.#runs);
+    this.common = this.#withheld.length ? new Set() : commonBodies(this.#runs);
     const stages = this.#runs.map((run) => this.#addView(`${run.label}: ${run.job.name}`));
     if (this.common.size) stages.push(this.#addView("B − A, on the shape of A"));
     this.#setBodies();
     this.#views.forEach((view) => view.linkTo(this.#views));
     this.#showClocks();
     this.#loading.before(
-      html("section", { class: "panel" }, html("div", { class: "side-by-side" }, stages), this.#timeHolder, this.#note,
+      html("section", { class: "panel" }, this.#remarks(), html("div", { class: "side-by-side" }, stages), this.#timeHolder, this.#note,
         html("div", { class: "stage-foot" }, this.#clockHolder, this.settings.element, this.settings.details)),
     );
     this.#look();
@@ -136,6 +136,17 @@ class Comparison {
     const canShift = this.#runs.every(({ contact }) => contact != null);
     const chosen = this.#isSinceContact ? "contact" : "simulated";
     this.#clockHolder.replaceChildren(select("Equal times are", canShift ? CLOCKS : CLOCKS.slice(0, 1), chosen, (value) => this.#setClock(value === "contact")));
+  }
+
+  /** The runs whose numbers are withheld: a difference with them says nothing. */
+  get #withheld() {
+    return this.#runs.filter(({ summary }) => summary.withheld);
+  }
+
+  /** Why a picture is none of a result, above the pictures. */
+  #remarks() {
+    return this.#withheld.map(({ label, summary }) =>
+      html("p", { class: "warning-line bad" }, html("span", {}, html("span", { class: "badge bad" }, "✗ no result"), ` ${label} is withheld: ${summary.withheld.reason}.`)));
   }
 
   #addView(title) {
@@ -220,6 +231,7 @@ class Comparison {
   }
 
   #noteOn(isEqual) {
+    if (this.#withheld.length) return "No difference is drawn with a run that is withheld: its picture and its curves are no results.";
     if (!this.common.size) return "The meshes are not the same, so there is no difference in space; the numbers and curves have one.";
     const clock = this.#isSinceContact ? "times since first contact" : "simulated times";
     return isEqual ? `The difference is at equal ${clock}, linear between the recorded frames.` : `One of the runs has no such time: differences are at equal ${clock} only.`;

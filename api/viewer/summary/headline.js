@@ -49,16 +49,20 @@ export function significantThreshold(summary) {
   return significant(resultsOf(summary)).main?.threshold_pa ?? null;
 }
 
-/** The four numbers: {label, unit, quantity, note}. Absent where the scene has no contact or no tissue, or the run did not get there. */
+/**
+ * The four numbers: {label, unit, quantity, note}, `isLeast` where it is a lower bound, `isOfTheEnd` where it goes on after contact,
+ * `average` [s] or a filter's name where it is a mean over time. The quantity is absent where the scene has no contact or no tissue, or the
+ * run did not get there.
+ */
 export function headline(summary) {
   const results = resultsOf(summary);
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, note: impact && forceNote(impact, results, summary) },
+    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, note: impact && patchNote(impact) },
     depth(results),
-    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, note: tissue && energyNote(tissue, impact) },
+    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(tissue, impact) },
   ];
 }
 
@@ -81,7 +85,7 @@ function depth(results) {
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
   const ends = (main?.reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
   const least = ends.length ? `, or more: it reaches ${ends.join(" and ")}` : "";
-  return { label, unit: "mm", quantity: main?.depth_mm, note: main && `below the surface${least}` };
+  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: ends.length > 0, isOfTheEnd: true, note: main && `below the surface${least}` };
 }
 
 function energyNote(tissue, impact) {
