@@ -180,6 +180,17 @@ def test_a_depth_profile_is_of_layers(page, jobs):
     assert all(float(row[0]) > float(both[0][0]) for row in rows if row[1] or row[2])
 
 
+def test_a_withheld_run_has_no_result(page, jobs):
+    badge = {"good": "succeeded", "withheld": "no result", "broken": "failed"}
+    for name, words in badge.items():
+        page.goto("/")
+        row = page.locator("tr", has=page.locator(f'a[href="#/job/{jobs[name]["id"]}"]'))
+        expect(row.locator(".badge")).to_have_text(words)
+        page.goto(f"/#/job/{jobs[name]['id']}")
+        expect(page.locator("h1 .badge")).to_have_text(words)
+        expect(page.locator("h1 .badge.good")).to_have_count(1 if name == "good" else 0)
+
+
 def test_what_cannot_be_compared_is_said(page, jobs):
     rows, remark = page.locator("tbody").first.locator("tr"), page.locator("main section.panel").first
     reasons = {"broken": "B ended early", "withheld": "the numbers of B are withheld", "longer": "A ends at 100.0", "slow": "up to 100.0"}

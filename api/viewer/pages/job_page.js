@@ -118,13 +118,13 @@ class JobPage {
   async #showResults() {
     const { job } = this;
     this.#panel?.dispose();
-    this.#state.replaceChildren(stateBadge(job.state));
     this.#showTools();
     this.#body.replaceChildren();
     const opening = job.recording && Recording.open(job.links.recording);
     // What goes wrong there is said where it is waited for.
     opening?.catch(() => {});
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
+    this.#state.replaceChildren(stateBadge(job.state, Boolean(summary?.withheld)));
     const isRun = summary?.gates && summary?.error_bars;
     if (job.failure && !isRun) this.#body.append(failurePanel(job.failure));
     if (isRun) await this.#showRun(summary, opening);
