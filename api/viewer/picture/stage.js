@@ -21,6 +21,7 @@ export class Stage {
   #skin = null;
   #count = 0;
   #isChosen = false;
+  #isWhole = false;
   #note = html("p", { class: "quiet", hidden: true });
   settings;
   time;
@@ -51,7 +52,7 @@ export class Stage {
       html("div", { class: "stage-foot" }, this.settings.element, this.settings.details),
       this.#note,
     );
-    this.#look(false);
+    this.#look();
     this.#settingsChanged();
   }
 
@@ -67,7 +68,7 @@ export class Stage {
     this.settings.refresh();
     // A body that was not in the first frame makes the picture anew.
     if (this.#recording.drawn.size !== this.#count) this.#setBodies();
-    if (!this.#isChosen && !this.#view.isMoved) this.#look(false);
+    if (!this.#isChosen && !this.#view.isMoved) this.#look();
     this.#settingsChanged();
     this.#note.hidden = stride === 1;
     this.#note.textContent = `The recording is long: one field time in ${stride} is shown.`;
@@ -84,11 +85,13 @@ export class Stage {
   /** Looks as the reader asks: no later frame changes that. */
   #choose(isWhole) {
     this.#isChosen = true;
-    this.#look(isWhole);
+    this.#isWhole = isWhole;
+    this.#look();
   }
 
-  #look(isWhole) {
+  #look() {
     const { settings } = this;
+    const isWhole = this.#isWhole;
     if (settings.isFlat) this.#view.lookAcross(settings.flatCamera(isWhole));
     else this.#view.lookAt(settings.camera(isWhole));
   }
@@ -101,7 +104,7 @@ export class Stage {
       this.#view.setColours(map, range, { isLog, levels });
       this.#legend.show(FIELDS[field], range, map, { isLog, levels });
     }
-    if (isView) this.#choose(false);
+    if (isView) this.#choose(this.#isWhole);
     this.onSettings();
     this.#showFrame();
   }
