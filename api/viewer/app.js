@@ -10,7 +10,7 @@ const ROUTES = [
   [/^new(?:\/([\w-]+))?(\?accuracy)?$/, async (id, accuracy) => (await import("./pages/submit_page.js")).submitPage(id, Boolean(accuracy))],
   [/^job\/([\w-]+)$/, openJob],
   [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, async (id, question) => (await import("./pages/what_if_page.js")).whatIfPage(id, question)],
-  [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, async (a, b) => (await import("./pages/compare_page.js")).comparePage(a, b)],
+  [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?(\?since-contact)?$/, async (a, b, since) => (await import("./pages/compare_page.js")).comparePage(a, b, Boolean(since))],
 ];
 
 /** A job is asked for while the modules of its page come. */

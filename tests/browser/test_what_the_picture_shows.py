@@ -154,6 +154,22 @@ def test_layers_have_names_and_the_flat_section_a_ruler(page, jobs):
     assert ticks[0] == 0 and ticks == sorted(ticks) and len(ticks) >= 3
 
 
+def test_the_whole_stays_the_whole_in_another_view(page, jobs):
+    open_job(page, jobs["near"])
+    page.get_by_label("Simulated time", exact=True).fill("0")
+    page.get_by_role("button", name="Whole").click()
+    page.evaluate(FRAMES)
+    in_space = middle_of_picture(page)
+    page.get_by_role("button", name="Impact").click()
+    page.evaluate(FRAMES)
+    assert middle_of_picture(page) != in_space
+    page.get_by_label("View").select_option("flat")
+    page.get_by_role("button", name="Whole").click()
+    page.get_by_label("View").select_option("space")
+    page.evaluate(FRAMES)
+    assert middle_of_picture(page) == in_space
+
+
 def test_the_pointer_reads_layer_depth_and_stress(page, jobs):
     page.get_by_label("Simulated time", exact=True).fill("0")
     page.get_by_label("View").select_option("flat")
@@ -245,6 +261,10 @@ def test_two_runs_are_compared_at_equal_times(page, jobs):
     expect(page.get_by_text("The difference is at equal times since first contact")).to_be_visible()
     near, far = microseconds()
     assert far - near == pytest.approx(1e6 * (contact[1] - contact[0]), abs=0.02)
+    # The choice is in the address.
+    page.reload()
+    expect(page.get_by_text("The difference is at equal times since first contact")).to_be_visible()
+    assert microseconds() == [near, far]
     # The later one has ended before: no difference is made up.
     page.get_by_label("Simulated time", exact=True).focus()
     page.keyboard.press("End")

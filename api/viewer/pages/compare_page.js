@@ -13,7 +13,11 @@ import { commonBodies, firstTouch, loadRun, readAll } from "./compare_runs.js";
 import { TimeBar } from "../picture/time_bar.js";
 import { ViewSettings } from "../picture/view_settings.js";
 
-export async function comparePage(first, second) {
+/** The end of an address where equal times are those since the first contact of each. */
+const SINCE_CONTACT = "?since-contact";
+const endOfAddress = () => (location.hash.endsWith(SINCE_CONTACT) ? SINCE_CONTACT : "");
+
+export async function comparePage(first, second, isSinceContact) {
   const { jobs } = await getJson("/v1/jobs?limit=200");
   const recorded = jobs.filter((job) => job.links.recording && job.links.summary);
   const [a, b] = [first ?? recorded[1]?.id, second ?? recorded.find((job) => job.id !== first)?.id];
@@ -23,7 +27,9 @@ export async function comparePage(first, second) {
     return { title: "Compare", element };
   }
   const runs = await Promise.all([["A", a], ["B", b]].map(([label, id]) => loadRun(label, id)));
-  const comparison = new Comparison(runs);
+  // A choice makes no entry in the history: the page is the same.
+  const onClock = (isSince) => history.replaceState(null, "", `#/compare/${a}/${b}${isSince ? SINCE_CONTACT : ""}`);
+  const comparison = new Comparison(runs, isSinceContact, onClock);
   element.append(comparison.element);
   comparison.read();
   return { title: "Compare", element, leave: () => comparison.dispose() };
@@ -34,8 +40,8 @@ function chooser(jobs, a, b) {
   return html(
     "div",
     { class: "choose panel" },
-    select("A", options, a, (id) => (location.hash = `#/compare/${id}/${b}`)),
-    select("B", options, b, (id) => (location.hash = `#/compare/${a}/${id}`)),
+    select("A", options, a, (id) => (location.hash = `#/compare/${id}/${b}${endOfAddress()}`)),
+    select("B", options, b, (id) => (location.hash = `#/compare/${a}/${id}${endOfAddress()}`)),
   );
 }
 
@@ -56,10 +62,14 @@ class Comparison {
   #bar = html("progress", { max: 1, value: 0, "aria-label": "Reading the recordings" });
   #loading = html("p", { class: "quiet loading" }, "Reading the recordings ", this.#bar);
   #isSinceContact = false;
+  #onClock;
   #isLeft = false;
 
-  constructor(runs) {
+  /** `isSinceContact` where each has one; `onClock(isSinceContact)` after the reader has chosen. */
+  constructor(runs, isSinceContact, onClock) {
     this.#runs = runs;
+    this.#onClock = onClock;
+    if (isSinceContact && this.#canShift) this.#shift(true);
     this.element.append(numbersTable(runs), this.#loading, this.#curves);
   }
 
@@ -131,11 +141,20 @@ class Comparison {
     this.#views.forEach((view, i) => view.bodyCount !== bodies[i].size && view.setBodies(bodies[i]));
   }
 
+  /** Whether each has a first contact. */
+  get #canShift() {
+    return this.#runs.every(({ contact }) => contact != null);
+  }
+
+  #shift(isSinceContact) {
+    this.#isSinceContact = isSinceContact;
+    for (const run of this.#runs) run.shift = isSinceContact ? run.contact : 0;
+  }
+
   /** What equal times can be: since the contact of each only where each has one. */
   #showClocks() {
-    const canShift = this.#runs.every(({ contact }) => contact != null);
     const chosen = this.#isSinceContact ? "contact" : "simulated";
-    this.#clockHolder.replaceChildren(select("Equal times are", canShift ? CLOCKS : CLOCKS.slice(0, 1), chosen, (value) => this.#setClock(value === "contact")));
+    this.#clockHolder.replaceChildren(select("Equal times are", this.#canShift ? CLOCKS : CLOCKS.slice(0, 1), chosen, (value) => this.#setClock(value === "contact")));
   }
 
   /** The runs whose numbers are withheld: a difference with them says nothing. */
@@ -159,8 +178,8 @@ class Comparison {
 
   /** Times of both from now on are since the first contact, or simulated ones; the slider and the curves begin anew. */
   #setClock(isSinceContact) {
-    this.#isSinceContact = isSinceContact;
-    for (const run of this.#runs) run.shift = isSinceContact ? run.contact : 0;
+    this.#shift(isSinceContact);
+    this.#onClock(isSinceContact);
     if (this.#plots.length) this.#addPlots();
     this.#setTimes();
     this.#showFrame();
