@@ -3,9 +3,14 @@
 import { button, html, saveFile } from "../dom.js";
 import { niceAbove, number, withUnit } from "../format.js";
 import { lookupTable } from "../mesh/colours.js";
+import { HIGH, highPressure } from "./pressure.js";
 
 /** Side of the picture, edge around the largest patch, and its height with legend [px]; drawn with twice as many. */
 const [SIZE, MARGIN, HEIGHT, SHARP] = [260, 16, 300, 2];
+/** Where the scale of the colours begins, and its length [px]. */
+const [LEFT, LENGTH] = [14, 180];
+/** The colour of what is above the range: one that the map has not. */
+const ABOVE = [213, 94, 0, 255];
 
 export class PatchPanel {
   element;
@@ -14,7 +19,7 @@ export class PatchPanel {
   #extent;
   #top;
   #name;
-  #colours = lookupTable("viridis");
+  #colours = lookupTable("values");
 
   /** `extent` [m]: half the width that is shown; `top` [Pa]: the end of the colours; both the same at all times. */
   constructor(name, extent, top) {
@@ -32,9 +37,7 @@ export class PatchPanel {
 
   /** Shows a patch with its facets, and the contacts of its pair. */
   show(patch, contacts) {
-    const words = patch
-      ? `${patch.points.length} nodes touch. Area ${withUnit(contacts.area * 1e6, "mm²", 3)}, spread over ${number(contacts.axes[0] * 1e3, 3)} × ${number(contacts.axes[1] * 1e3, 3)} mm${patch.facets.length ? `, highest pressure ${withUnit(patch.peak * 1e-3, "kPa", 3)}` : ""}.`
-      : "Nothing touches at this time.";
+    const words = patch ? wordsOn(patch, contacts) : "Nothing touches at this time.";
     this.#words.textContent = words;
     this.#canvas.setAttribute("aria-label", `Contact pressure. ${words}`);
     const context = this.#canvas.getContext("2d", { willReadFrequently: true });
@@ -60,8 +63,8 @@ export class PatchPanel {
     const image = context.getImageData(0, 0, width, width);
     const put = (x, y, pressure) => {
       if (pressure <= 0) return;
-      const colour = 4 * Math.min(255, Math.floor((255 * pressure) / this.#top));
-      image.data.set(this.#colours.subarray(colour, colour + 4), 4 * (y * width + x));
+      const colour = 4 * Math.floor((255 * pressure) / this.#top);
+      image.data.set(pressure > this.#top ? ABOVE : this.#colours.subarray(colour, colour + 4), 4 * (y * width + x));
     };
     for (const facet of facets) rasterise(facet.map(({ x, y, pressure }) => ({ x: middle + x * scale, y: middle - y * scale, pressure })), width, put);
     context.putImageData(image, 0, 0);
@@ -84,21 +87,30 @@ export class PatchPanel {
 
   #legend(context) {
     const y = SIZE + 12;
-    for (let i = 0; i < 200; i++) {
-      const [r, g, b] = this.#colours.subarray(4 * Math.floor(i * 1.28));
+    const fill = ([r, g, b], x, width) => {
       context.fillStyle = `rgb(${r},${g},${b})`;
-      context.fillRect(30 + i, y, 1.2, 8);
-    }
+      context.fillRect(x, y, width, 8);
+    };
+    for (let i = 0; i < LENGTH; i++) fill(this.#colours.subarray(4 * Math.floor((255 * i) / LENGTH)), LEFT + i, 1.2);
+    fill(ABOVE, LEFT + LENGTH + 16, 16);
     context.fillStyle = "#16222e";
     ["left", "center", "right"].forEach((align, i) => {
       context.textAlign = align;
-      context.fillText(`${number(i * 0.5 * this.#top * 1e-3, 2)}${i === 2 ? " kPa" : ""}`, 30 + 100 * i, y + 22);
+      context.fillText(`${number(i * 0.5 * this.#top * 1e-3, 2)}${i === 2 ? " kPa" : ""}`, LEFT + 0.5 * LENGTH * i, y + 22);
     });
+    context.textAlign = "center";
+    context.fillText("above", LEFT + LENGTH + 26, y + 22);
   }
 
   #save() {
     this.#canvas.toBlob((blob) => saveFile(`${this.#name}-contact-pressure.png`, blob));
   }
+}
+
+/** A patch in words: how large, and the pressure that nearly all of it is below. The largest of a node is no result. */
+function wordsOn({ points, nodes }, { area, axes }) {
+  const size = `${points.length} nodes touch. Area ${withUnit(area * 1e6, "mm²", 3)}, spread over ${number(axes[0] * 1e3, 3)} × ${number(axes[1] * 1e3, 3)} mm`;
+  return nodes.length ? `${size}; ${100 * HIGH} % of it has a pressure below about ${withUnit(highPressure(nodes) * 1e-3, "kPa", 2)}, of unknown error.` : `${size}.`;
 }
 
 /** Calls `put(x, y, pressure)` for the points of a triangle in a square of this width, linear between its corners. */

@@ -7,7 +7,7 @@ import { forceWindow } from "../picture/view_settings.js";
 import { DepthProfile } from "./depth_profile.js";
 import { mainPair } from "./main_pair.js";
 import { PatchPanel } from "./patch.js";
-import { ContactSurface } from "./pressure.js";
+import { ContactSurface, highPressure } from "./pressure.js";
 import { contactPlots, energyPlot } from "./run_plots.js";
 
 export class PlotsOfRun {
@@ -35,8 +35,7 @@ export class PlotsOfRun {
     if (!patches.length) return;
     const touching = ({ points, facets }) => (facets.length ? facets.flat().filter((p) => p.pressure > 0) : points);
     const extent = patches.flatMap(touching).reduce((most, p) => Math.max(most, Math.hypot(p.x, p.y)), 1e-4);
-    const high = patches.map((patch) => patch.high).sort((a, b) => a - b);
-    this.#patch = new PatchPanel(this.#name, 1.15 * extent, high[Math.floor(0.9 * (high.length - 1))] || 1);
+    this.#patch = new PatchPanel(this.#name, 1.15 * extent, highPressure(patches.flatMap(({ nodes }) => nodes)) || 1);
   }
 
   #contactsOf(frame) {
