@@ -212,6 +212,12 @@ def test_colours_fit_the_run_and_can_be_fixed_or_logarithmic(page, jobs):
     assert shown["fit"][0][0] == 0 and shown["log"][0][0] > 0
     assert len({picture for _, picture in shown.values()}) == 3
     expect(page.locator(".legend").first).to_contain_text("logarithmic")
+    # Thresholds have their names, also where they lie close to each other.
+    for name in ("fit", "log"):
+        mode.select_option(name)
+        expect(page.locator(".stage .levels li")).to_have_text(["10", "30", "100 kPa"])
+        lefts = page.locator(".stage .levels li").evaluate_all("(names) => names.map((name) => name.getBoundingClientRect())")
+        assert all(one["right"] < next["left"] for one, next in zip(lefts, lefts[1:]))
     # The tissue undeformed, the projectile where it is.
     page.get_by_label("Deformation of the tissue").select_option("0")
     page.evaluate(FRAMES)

@@ -1,14 +1,12 @@
 // Colours of values: maps that are even to the eye and to the colour-blind, and the fields that are shown with them.
 
 import { html, term } from "../dom.js";
-import { number } from "../format.js";
+import { number, setting } from "../format.js";
 
-/** Seventeen equally spaced colours each; viridis and cividis of matplotlib, and a blue–white–orange for differences. */
+/** Seventeen equally spaced colours each: cividis of matplotlib for values, and a blue–white–orange for differences. */
 const STOPS = {
-  cividis:
+  values:
     "00224e002e6a1a386f32436d434e6c535a6d61656f6f70737d7c788c88789b9476aba072bcae6ccdbb63dec958f0d846fee838",
-  viridis:
-    "44015448186a472d7b4240863b528b33638d2c728e26828e21918c1fa08828ae803fbc735ec96284d44baddc30d8e219fde725",
   difference:
     "0b3d6b17508228659a3f7bb05b93c37aabd49dc3e2c3dcedf4f4f2f6dfc4f2c79aeaae72de944ecb7a32b2621d944c0f74380a",
 };
@@ -22,7 +20,7 @@ export const FIELDS = {
   velocity_m_per_s: { label: "speed", about: "of the material", unit: "m/s", factor: 1, from: 0 },
 };
 
-/** 256 colours of a map as bytes r, g, b, a. */
+/** 256 colours of a map, that of "values" or of a "difference", as bytes r, g, b, a. */
 export function lookupTable(map) {
   const stops = STOPS[map].match(/../g).map((two) => parseInt(two, 16));
   const table = new Uint8Array(4 * 256);
@@ -48,11 +46,29 @@ function fractionOf(value, [low, high], isLog) {
   return isLog ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
 }
 
-/** A legend: the map over the range, with ticks, the unit, and marks at thresholds. */
+/** Least distance of the names of two thresholds from each other, in widths of the legend [-]. */
+const APART = 0.09;
+/** No name is nearer to the ends than this [-]. */
+const EDGE = 0.03;
+
+/** The names of the `levels` that are in the range, each above its line, or beside the one before where they are close. */
+function levelNames(levels, range, isLog, { factor, unit }) {
+  const shown = levels.map((level) => ({ level, at: fractionOf(level, range, isLog) })).filter(({ at }) => at > 0 && at < 1);
+  let last = -Infinity;
+  return html("ol", { class: "levels" }, shown.map(({ level, at }, i) => {
+    last = Math.min(Math.max(at, EDGE, last + APART), 1 - 2 * EDGE);
+    const name = html("li", {}, setting(level * factor) + (i === shown.length - 1 ? ` ${unit}` : ""));
+    name.style.left = `${(100 * last).toFixed(1)}%`;
+    return name;
+  }));
+}
+
+/** A legend: the map over the range, with ticks, the unit, and named marks at thresholds. */
 export class Legend {
   element = html("figure", { class: "legend" });
 
   show({ label, about = "", unit, factor, isMean }, range, map, { isLog = false, levels = [] } = {}) {
+    const names = levelNames(levels, range, isLog, { unit, factor });
     const bar = html("canvas", { width: 256, height: 1, "aria-hidden": "true" });
     const context = bar.getContext("2d");
     const image = context.createImageData(256, 1);
@@ -65,7 +81,8 @@ export class Legend {
     const ticks = [0, 0.25, 0.5, 0.75, 1].map((fraction) => html("li", {}, number(valueAt(fraction, range, isLog) * factor, isLog ? 2 : 3)));
     const note = [about, isMean && "at a node the mean of the elements around it, across layers too", "beyond the range the end colour"].filter(Boolean).join("; ");
     this.element.replaceChildren(
-      html("figcaption", {}, term(label, note), unit ? ` [${unit}]` : " [–]", html("small", {}, ` ${[isLog && "logarithmic", levels.length && "black lines: thresholds"].filter(Boolean).join("; ")}`)),
+      html("figcaption", {}, term(label, note), unit ? ` [${unit}]` : " [–]", html("small", {}, ` ${[isLog && "logarithmic", names.children.length && "black lines: thresholds"].filter(Boolean).join("; ")}`)),
+      names.children.length ? names : "",
       bar,
       html("ol", {}, ticks),
     );

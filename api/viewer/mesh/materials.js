@@ -86,7 +86,7 @@ export function fourLevels(levels) {
 
 /** The uniforms that all materials of one view share. */
 export function sharedUniforms() {
-  const texture = new THREE.DataTexture(lookupTable("cividis"), 256, 1);
+  const texture = new THREE.DataTexture(lookupTable("values"), 256, 1);
   texture.minFilter = texture.magFilter = THREE.LinearFilter;
   texture.needsUpdate = true;
   return {

@@ -203,14 +203,14 @@ class Comparison {
   }
 
   #settingsChanged(isView = false) {
-    const { field, map, range, hidden, isLog, levels } = this.settings;
+    const { field, range, hidden, isLog, levels } = this.settings;
     const [a, b, difference] = this.#views;
     for (const view of this.#views) {
       for (const name of new Set(this.#runs.flatMap((run) => [...run.recording.drawn.keys()]))) view.setVisible(name, !hidden.has(name));
     }
     if (field) {
-      [a, b].forEach((view) => view.setColours(map, range, { isLog, levels }));
-      this.#legends.slice(0, 2).forEach((legend) => legend.show(FIELDS[field], range, map, { isLog, levels }));
+      [a, b].forEach((view) => view.setColours("values", range, { isLog, levels }));
+      this.#legends.slice(0, 2).forEach((legend) => legend.show(FIELDS[field], range, "values", { isLog, levels }));
       // Half of the range of the field on either side of nothing.
       const top = range[1] / 2;
       difference?.setColours("difference", [-top, top]);

@@ -97,12 +97,12 @@ export class Stage {
   }
 
   #settingsChanged(isView = false) {
-    const { field, map, range, hidden, isLog, levels, line, depth } = this.settings;
+    const { field, range, hidden, isLog, levels, line, depth } = this.settings;
     this.#view.setLine(line, depth);
     for (const name of this.#recording.drawn.keys()) this.#view.setVisible(name, !hidden.has(name));
     if (field) {
-      this.#view.setColours(map, range, { isLog, levels });
-      this.#legend.show(FIELDS[field], range, map, { isLog, levels });
+      this.#view.setColours("values", range, { isLog, levels });
+      this.#legend.show(FIELDS[field], range, "values", { isLog, levels });
     }
     if (isView) this.#choose(this.#isWhole);
     this.onSettings();

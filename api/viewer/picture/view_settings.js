@@ -30,7 +30,6 @@ export class ViewSettings {
   element = html("div", { class: "settings-row" });
   details = html("details", { class: "settings" }, html("summary", {}, "Picture settings"));
   #rest = html("div", { class: "settings-grid" });
-  map = "cividis";
   mode = "fit";
   hidden = new Set();
   stretch = 1;
@@ -160,7 +159,6 @@ export class ViewSettings {
     this.#rest.replaceChildren(...[
       this.field && this.#modeInput(),
       this.field && this.#rangeInputs(),
-      select("Colours", [["cividis", "cividis"], ["viridis", "viridis"]], this.map, (map) => ((this.map = map), this.#changed())),
       this.box && this.#cutInputs(),
       select("Deformation of the tissue", STRETCHES, String(this.stretch), (factor) => ((this.stretch = Number(factor)), this.#changed())),
       this.#bodyInputs(),
