@@ -32,15 +32,17 @@ export class ProgressPanel {
   #bar = html("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
   #words = html("p", { "aria-live": "polite" });
   #look;
+  #said = html("p", { class: "quiet", "aria-live": "polite" });
   #log = html("ol", { class: "event-log" });
+  #lines = new Map();
   #clock = null;
 
   constructor(job, peek) {
     this.job = job;
-    const cancel = button("Cancel", () => postJson(`/v1/jobs/${job.id}/cancel`, {}).catch((e) => this.#note(e.message)), { class: "danger" });
-    this.#look = button("Look at it now", () => peek().catch((e) => this.#note(e instanceof ApiProblem ? e.message : String(e))));
+    const cancel = button("Cancel", () => postJson(`/v1/jobs/${job.id}/cancel`, {}).catch((e) => this.#say(e.message)), { class: "danger" });
+    this.#look = button("Look at it now", () => this.#peek(peek), { hidden: true });
     this.#words.textContent = job.queue_position ? `Waiting: number ${job.queue_position} of your own jobs.` : "Waiting for news.";
-    this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, this.#look, cancel), this.#log);
+    this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, this.#look, cancel), this.#said, this.#log);
   }
 
   /** Loading, which takes minutes for a large scan and reports nothing: shows that time goes on. */
@@ -52,8 +54,29 @@ export class ProgressPanel {
     this.#clock = setInterval(() => (this.element.isConnected ? tick() : clearInterval(this.#clock)), 1000);
   }
 
-  #note(words) {
-    this.#log.prepend(html("li", {}, words));
+  #say(words) {
+    this.#said.textContent = words;
+  }
+
+  /** Looks at what is recorded; where nothing is yet, the button waits for the next step. */
+  async #peek(peek) {
+    this.#look.disabled = true;
+    this.#say("");
+    try {
+      await peek();
+      this.#look.disabled = false;
+    } catch (error) {
+      const isTooEarly = error instanceof ApiProblem && error.status === 409;
+      this.#say(isTooEarly ? "There is nothing to look at yet: the first instants are still being written." : error.message);
+    }
+  }
+
+  /** The first line of the log; of each `subject` there is one, which says where it stands. */
+  #note(words, subject = words) {
+    if (!this.#lines.has(subject)) this.#lines.set(subject, html("li"));
+    const line = this.#lines.get(subject);
+    line.textContent = words;
+    if (this.#log.firstChild !== line) this.#log.prepend(line);
   }
 
   take({ event, data }) {
@@ -65,17 +88,20 @@ export class ProgressPanel {
     if (data.phase === "loading") return;
     const phase = PHASES[data.phase] ?? data.phase;
     clearInterval(this.#clock);
+    // Only what the run itself steps through is recorded, and many runs behind one job leave nothing to look at.
+    this.#look.hidden = data.phase !== "stepping" || data.step === 0 || isStudy(data);
+    this.#look.disabled = false;
+    const percent = `${Math.round(100 * data.progress)} %`;
+    if (data.accuracy) this.#note(`${data.progress > 0 ? `${percent} · ` : ""}${meshWords(data.accuracy)}`, data.accuracy.run);
     if (data.accuracy && data.progress === 0) {
       this.#bar.removeAttribute("value");
       this.#words.textContent = `Running ${meshWords(data.accuracy)}`;
-      return this.#note(meshWords(data.accuracy));
+      return;
     }
     this.#bar.value = data.progress;
-    // Many runs behind one job leave no recording to look at.
-    if (isStudy(data)) this.#look.remove();
     const left = data.eta_s == null ? "" : `, about ${number(data.eta_s, 2)} s left`;
     const steps = isStudy(data) ? "" : `step ${data.step}${data.expected_steps ? ` of about ${data.expected_steps}` : ""}, `;
     this.#words.textContent = data.step === 0 ? `${phase}${left}` : `${phase}: ${steps}${reached({ ...this.job, ...data })}${left}`;
-    this.#note(`${phase} · ${Math.round(100 * data.progress)} % · ${isStudy(data) ? "run" : "step"} ${data.step}`);
+    if (!data.accuracy) this.#note(`${phase} · ${percent} · ${isStudy(data) ? "run" : "step"} ${data.step}`, data.phase);
   }
 }
