@@ -102,6 +102,6 @@ export class ProgressPanel {
     const left = data.eta_s == null ? "" : `, about ${number(data.eta_s, 2)} s left`;
     const steps = isStudy(data) ? "" : `step ${data.step}${data.expected_steps ? ` of about ${data.expected_steps}` : ""}, `;
     this.#words.textContent = data.step === 0 ? `${phase}${left}` : `${phase}: ${steps}${reached({ ...this.job, ...data })}${left}`;
-    if (!data.accuracy) this.#note(`${phase} · ${percent} · ${isStudy(data) ? "run" : "step"} ${data.step}`, data.phase);
+    if (!data.accuracy) this.#note(data.step === 0 ? phase : `${phase} · ${percent} · ${isStudy(data) ? "run" : "step"} ${data.step}`, data.phase);
   }
 }

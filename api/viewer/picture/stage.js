@@ -42,7 +42,12 @@ export class Stage {
     const { times, frames } = recording;
     this.time = new TimeBar(times, recording.endTime, () => this.#showFrame(), times.indexOf(frames[recording.frameNear(at)].time));
     const picture = button("PNG", async () => saveFile(`${name}.png`, await this.#view.picture()), { "aria-label": "Picture of the mesh as PNG" });
-    this.#view.corner.append(...cameraButtons((isWhole) => this.#choose(isWhole)), picture);
+    const choose = (isWhole) => {
+      this.#choose(isWhole);
+      // Names stand where the new view has room.
+      this.#showFrame();
+    };
+    this.#view.corner.append(...cameraButtons(choose), picture);
     this.element = html(
       "section",
       { class: "panel stage", "aria-label": "Mesh" },
