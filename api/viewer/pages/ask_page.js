@@ -122,6 +122,7 @@ class AskPage {
 
   #withMoreFat() {
     const [first] = this.#curves;
+    if (!first?.curve) return;
     const more = Number(this.#more.value);
     if (!(more > 0)) return (this.#state.textContent = "How many millimetres more?");
     const fat = first.asked.fat + more * 1e-3;
