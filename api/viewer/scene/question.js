@@ -2,7 +2,7 @@
 
 import { percentile, limbOf } from "./regions.js";
 
-/** Cases over the range of speeds: enough for a curve of second degree and its error on a case that it was not fitted to. */
+/** Cases over the range of speeds, its ends among them: four inner ones, from which the error of the curve through them is estimated. */
 const CASES = 6;
 /** Runs end when the slowest projectile would have flown so many of its diameters, but not before waves have crossed the limb [-, s]. */
 const [DIAMETERS, AT_LEAST_S] = [1.2, 4e-4];
