@@ -42,22 +42,60 @@ def test_a_range_that_is_none_is_said_to_be(page):
     expect(page.get_by_text("the lower one first")).to_be_visible()
 
 
+def crossing_of(page, points):
+    """The crossing of 0 by the curve through points [speed, value, error], whose error is linear between them."""
+    return page.evaluate(
+        """async (points) => {
+            const { crossingOf } = await import('/viewer/plots/answer_curve.js');
+            const linear = (k) => (v) => {
+                const i = Math.max(1, points.findIndex(([speed]) => speed >= v));
+                const [a, b] = [points[i - 1], points[i]];
+                return a[k] + ((v - a[0]) / (b[0] - a[0])) * (b[k] - a[k]);
+            };
+            return crossingOf({ value: linear(1), error: linear(2) }, 0, [points[0][0], points.at(-1)[0]]);
+        }""",
+        points,
+    )
+
+
 def test_a_crossing_is_where_the_curve_and_its_band_cross(page):
     page.goto("/#/ask")
-    crossing = "async ([slope, offset]) => (await import('/viewer/plots/answer_curve.js')).crossingOf({ value: (v) => slope * v + offset, error: () => 1 }, 0, [2, 8])"
-    assert page.evaluate(crossing, [1, -5]) == {"at": pytest.approx(5), "from": pytest.approx(4), "to": pytest.approx(6), "isAbove": False, "falls": False}
-    # Above and below in all of the range.
-    above = page.evaluate(crossing, [1, 5])
-    assert above["at"] is None and above["isAbove"]
+    rising = crossing_of(page, [[2, -3, 1], [8, 3, 1]])
+    assert rising == {"at": pytest.approx(5), "from": pytest.approx(4), "to": pytest.approx(6), "isAbove": False, "falls": False}
     # What falls through the level has no speed from which on it is above.
-    assert page.evaluate(crossing, [-1, 5])["falls"]
-    assert page.evaluate(crossing, [0, -5]) == {"at": None, "from": None, "to": None, "isAbove": False, "falls": False}
+    assert crossing_of(page, [[2, 3, 1], [8, -3, 1]])["falls"]
+    assert crossing_of(page, [[2, -5, 1], [8, -5, 1]]) == {"at": None, "from": None, "to": None, "isAbove": False, "falls": False}
 
 
-def test_a_curve_of_second_degree_is_found_again(page):
-    fit = "async (points) => { const f = (await import('/viewer/scene/fit.js')).fitted(points, [1, 5]); return [f.value(2.5), f.holdOut]; }"
-    value, hold_out = page.evaluate(fit, [{"speed": v, "value": 2 + 3 * v - 0.5 * v * v} for v in (1, 2, 3, 4, 5)])
-    assert value == pytest.approx(2 + 7.5 - 3.125) and hold_out == pytest.approx(0, abs=1e-9)
+def test_from_which_speed_on_the_band_stays_above(page):
+    page.goto("/#/ask")
+    # All of the band is above: from the start on.
+    above = crossing_of(page, [[2, 5, 1], [8, 11, 1]])
+    assert above == {"at": None, "from": 2, "to": 2, "isAbove": True, "falls": False}
+    # The band dips below in the middle: only from where it has left the level for good.
+    assert crossing_of(page, [[2, 5, 1], [4, 5, 9], [8, 5, 1]])["to"] == pytest.approx(6, abs=0.05)
+    # It dips below at the end: nowhere for good.
+    assert crossing_of(page, [[2, 5, 1], [8, 5, 9]])["to"] is None
+
+
+def test_a_curve_goes_through_computed_points_and_not_beyond_them(page):
+    page.goto("/#/ask")
+    fit = """async ([points, speeds]) => {
+        const f = (await import('/viewer/scene/fit.js')).fitted(points.map(([speed, value]) => ({ speed, value })));
+        return f && [speeds.map(f.value), speeds.map(f.error), f.holdOut];
+    }"""
+    speeds = [60, 72, 84, 96, 108, 120]
+    # A straight line is found again, without error.
+    values, errors, _ = page.evaluate(fit, [[[v, 3 * v - 2] for v in speeds], [66, 90, 117]])
+    assert values == pytest.approx([196, 268, 349]) and errors == pytest.approx([0, 0, 0], abs=1e-9)
+    # A step is neither undershot nor overshot, and computed points have no error of the curve.
+    step = [[v, y] for v, y in zip(speeds, [-3, -1, 0.2, 0.3, 4, 4])]
+    values, errors, hold_out = page.evaluate(fit, [step, speeds + [60 + k for k in range(61)]])
+    assert values[:6] == pytest.approx([y for _, y in step]) and errors[:6] == pytest.approx([0] * 6, abs=1e-9)
+    assert all(b >= a - 1e-12 for a, b in zip(values[6:], values[7:])) and max(errors) == pytest.approx(hold_out) and hold_out > 0.5
+    # Through 0, 1 and 0 without the middle: 1 off.
+    assert page.evaluate(fit, [[[1, 0], [2, 1], [3, 0]], [1.5]]) == [[0.75], [1], 1]
+    assert page.evaluate(fit, [[[1, 0], [2, 1]], [1.5]]) is None
 
 
 def test_the_answer_is_a_curve_of_computed_points(page, record_property):

@@ -1,4 +1,4 @@
-// One curve of an answer: its computed points, and the polynomial through them with its errors.
+// One curve of an answer: its computed points, and the curve through them with its errors.
 
 import { followEvents, getJson, postJson } from "../api.js";
 import { number, setting } from "../format.js";
@@ -59,10 +59,10 @@ export class AskedCurve {
     cases.forEach((one) => this.#take(one));
     this.effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}`;
     this.notice = notice;
-    const curve = fitted(this.points, this.asked.speeds);
+    const curve = fitted(this.points);
     // Nothing is less deep than the surface, and no force below 0.
     const range = [this.points[0]?.speed, this.points.at(-1)?.speed];
-    if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.holdOut, floor: -this.#top, range };
+    if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.error(speed), floor: -this.#top, range };
   }
 
   /** The numerical error between the computed points, linear; the nearest beyond them. */
@@ -74,6 +74,12 @@ export class AskedCurve {
     const [a, b] = [known[after - 1], known[after]];
     return a.error + ((speed - a.speed) / (b.speed - a.speed)) * (b.error - a.error);
   }
+}
+
+/** From which speed on, in words, a level is exceeded by more than the uncertainty; `start` is the lowest speed. */
+function beyond(to, start) {
+  if (to == null) return ", though not beyond the uncertainty";
+  return to <= start ? ", beyond the uncertainty" : `, beyond the uncertainty from ${number(to, 3)} m/s on`;
 }
 
 /** The answer of a curve in a sentence. */
@@ -94,7 +100,7 @@ export function sentenceOn(one) {
   const all = `at all computed speeds, ${setting(speeds[0])} to ${setting(speeds[1])} m/s`;
   const { at, from, to, isAbove, falls } = crossingOf(curve, 0, speeds);
   if (falls) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${what.layer} more than once or downwards.${least}${missing}`;
-  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} ${all}${to == null ? "" : `, certainly from ${number(to, 3)} m/s on`}: ask about lower ones.${least}${missing}`;
+  if (at == null && isAbove) return `the ${what.layer} exceeds ${limit} ${all}${beyond(to, speeds[0])}: ask about lower ones.${least}${missing}`;
   if (at == null) return `the ${what.layer} stays below ${limit} ${all}${from != null ? `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on` : ""}.${missing}`;
   const between = `between ${from == null || from <= speeds[0] ? `less than ${setting(speeds[0])}` : number(from, 3)} and ${to == null ? `more than ${setting(speeds[1])}` : number(to, 3)} m/s with the uncertainty`;
   return `the ${what.layer} exceeds ${limit} from ${number(at, 3)} m/s on (${between}).${least}${missing}`;

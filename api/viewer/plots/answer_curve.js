@@ -9,34 +9,45 @@ const sizeNow = () => (window.innerWidth < 760 ? [400, 330] : [760, 380]);
 const ROOM = { left: 56, right: 16, top: 36, bottom: 52 };
 const STEPS = 120;
 
-/** Speeds at which a function of speed goes through a level from below, or null: the first of them. */
-function crossing(f, level, [low, high]) {
-  let before = f(low);
-  for (let i = 1; i <= STEPS; i++) {
-    const speed = low + (i * (high - low)) / STEPS;
-    const now = f(speed);
-    if (before <= level && now > level) return speed - ((now - level) / (now - before)) * ((high - low) / STEPS);
-    before = now;
-  }
-  return null;
+/** The speed between two neighbouring samples of a function at which it is at a level, linear between them. */
+function between([v0, f0], [v1, f1], level) {
+  return v0 + ((level - f0) / (f1 - f0)) * (v1 - v0);
+}
+
+/** A function of speed at equal steps over a range: [speed, value]. */
+function sampled(f, [low, high]) {
+  return Array.from({ length: STEPS + 1 }, (_, i) => low + (i * (high - low)) / STEPS).map((speed) => [speed, f(speed)]);
+}
+
+/** The first speed at which samples are above a level: the start if they are there already; null if they never are. */
+function firstAbove(samples, level) {
+  const i = samples.findIndex(([, value]) => value > level);
+  return i <= 0 ? samples[i]?.[0] ?? null : between(samples[i - 1], samples[i], level);
+}
+
+/** The speed from which on samples stay above a level up to their end: the start if they always are; null if they are not above at the end. */
+function lastAbove(samples, level) {
+  const i = samples.findLastIndex(([, value]) => !(value > level));
+  if (i === samples.length - 1) return null;
+  return i < 0 ? samples[0][0] : between(samples[i], samples[i + 1], level);
 }
 
 /**
- * Where a curve crosses a level: {at, from, to}, with the speeds between which it is uncertain; `at` is null where it does not rise through
- * it, `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no one speed is an answer.
- * `curve` is {value(speed), error(speed)}.
+ * Where a curve {value(speed), error(speed)} crosses a level: {at, from, to, isAbove, falls}. `at` is where it rises through the level for the
+ * first time, null where it does not. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
+ * the lower end stays above. `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no
+ * one speed is an answer.
  */
 export function crossingOf(curve, level, range) {
-  const at = crossing((v) => curve.value(v), level, range);
-  const bound = (sign) => crossing((v) => curve.value(v) + sign * curve.error(v), level, range);
-  const sides = Array.from({ length: STEPS + 1 }, (_, i) => curve.value(range[0] + (i * (range[1] - range[0])) / STEPS) > level);
-  const isUpAt = (sign, v) => curve.value(v) + sign * curve.error(v) > level;
+  const values = sampled((v) => curve.value(v), range);
+  const falls = values.some(([, value], i) => i > 0 && value <= level && values[i - 1][1] > level);
+  const rises = values.findIndex(([, value], i) => i > 0 && value > level && values[i - 1][1] <= level);
   return {
-    at,
-    from: bound(1) ?? (isUpAt(1, range[0]) ? range[0] : null),
-    to: bound(-1) ?? (isUpAt(-1, range[1]) ? range[1] : null),
-    isAbove: sides.every(Boolean),
-    falls: sides.some((isUp, i) => i > 0 && !isUp && sides[i - 1]),
+    at: rises < 0 ? null : between(values[rises - 1], values[rises], level),
+    from: firstAbove(sampled((v) => curve.value(v) + curve.error(v), range), level),
+    to: lastAbove(sampled((v) => curve.value(v) - curve.error(v), range), level),
+    isAbove: values.every(([, value]) => value > level),
+    falls,
   };
 }
 
@@ -89,13 +100,13 @@ function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
   const parts = [];
   if (curve) {
     const { range } = curve;
-    const speeds = Array.from({ length: STEPS + 1 }, (_, i) => range[0] + (i * (range[1] - range[0])) / STEPS);
     const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
-    const upper = speeds.map((v) => place(v, curve.value(v) + curve.error(v)));
-    const lower = speeds.map((v) => place(v, lowerOf(curve, v))).reverse();
+    const along = (f) => sampled(f, range).map(([v, value]) => place(v, value));
+    const upper = along((v) => curve.value(v) + curve.error(v));
+    const lower = along((v) => lowerOf(curve, v)).reverse();
     parts.push(
       svg("path", { d: `M${[...upper, ...lower].join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
-      svg("path", { d: `M${speeds.map((v) => place(v, curve.value(v))).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
+      svg("path", { d: `M${along((v) => curve.value(v)).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
     );
     const found = level == null ? { at: null } : crossingOf(curve, level, range);
     if (found.at != null && !found.falls) {
