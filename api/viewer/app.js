@@ -6,7 +6,7 @@ import { button, html } from "./dom.js";
 /** What is behind `#/`: a function that loads the modules of a page and opens it. */
 const ROUTES = [
   [/^$/, async () => (await import("./pages/list_page.js")).listPage()],
-  [/^ask$/, async () => (await import("./pages/ask_page.js")).askPage()],
+  [/^ask(?:\?(.*))?$/, async (query) => (await import("./pages/ask_page.js")).askPage(query)],
   [/^new(?:\/([\w-]+))?(\?accuracy)?$/, async (id, accuracy) => (await import("./pages/submit_page.js")).submitPage(id, Boolean(accuracy))],
   [/^job\/([\w-]+)$/, openJob],
   [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, async (id, question) => (await import("./pages/what_if_page.js")).whatIfPage(id, question)],
@@ -44,7 +44,7 @@ async function show() {
 
 function markCurrent(path) {
   for (const link of document.querySelectorAll("nav a")) {
-    const isCurrent = link.hash.replace(/^#\/?/, "").split("/")[0] === path.split("/")[0] && link.hash !== "";
+    const isCurrent = link.hash.replace(/^#\/?/, "").split("/")[0] === path.split(/[/?]/)[0] && link.hash !== "";
     if (isCurrent) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }

@@ -1,164 +1,143 @@
 // A question as people ask it: this projectile, this part of this person, these speeds; the answer is a curve.
 
 import { getJson } from "../api.js";
-import { button, html, select } from "../dom.js";
+import { button, html } from "../dom.js";
 import { setting } from "../format.js";
 import { lineStyle } from "../plots/plot.js";
 import { answerCurve } from "../plots/answer_curve.js";
-import { PROJECTILES } from "../scene/projectiles.js";
-import { PERCENTILES, REGIONS } from "../scene/regions.js";
-import { NUMBERS, fatOf, topOf } from "../scene/question.js";
-import { AskedCurve, sentenceOn } from "./asked_curve.js";
+import { topOf } from "../scene/question.js";
+import { BOUNDS, addressOf, questionIn } from "./ask_address.js";
+import { AskForm, numberInput } from "./ask_form.js";
+import { remember, stop } from "./asked.js";
+import { AskedCurve } from "./asked_curve.js";
+import { sentenceOn } from "./asked_words.js";
 
 /** The preset whose materials of muscle, fat and skin are used: they are of the right size at impact rates. */
 const MATERIALS = "flashball_thigh/scene.json";
-const MORE_FAT_MM = 10;
+/** Screens on which the answer stands below the question. */
+const NARROW = "(max-width: 1099px)";
 
-export async function askPage() {
+/** The page of the question in an address, with its answer if it has the jobs of one. */
+export async function askPage(query) {
   const presets = await getJson("/viewer/presets.json");
   const scene = presets.find(({ file }) => file === MATERIALS)?.scene;
   const tissue = scene?.bodies.find(({ role }) => role === "tissue")?.parts;
   if (!tissue) throw new Error(`The service has no example ${MATERIALS}, whose materials are used here.`);
-  const page = new AskPage(tissue);
+  const page = new AskPage(tissue, questionIn(query));
   return { title: "Ask", element: page.element, leave: () => page.leave() };
 }
 
 class AskPage {
   #tissue;
-  #projectile = PROJECTILES[0];
-  #region = REGIONS[0];
-  #percent = 50;
-  #number = NUMBERS[0];
+  #form;
+  #more;
   #leaving = new AbortController();
   #curves = [];
-  #sources = html("div", { class: "quiet sources" });
-  #low = this.#numberInput("From", 1, 400);
-  #high = this.#numberInput("To", 1, 400);
-  #threshold = this.#numberInput("Threshold of stress", 0.1, 10000);
-  #more = this.#numberInput("Millimetres more", 1, 40);
-  #questions;
   #ask = button("Answer", () => this.#answer(), { class: "primary" });
+  #stop = button("Stop", () => this.#stopAll(), { class: "danger", hidden: true });
   #further = html("div", { class: "tools", hidden: true });
-  #state = html("p", { class: "quiet", "aria-live": "polite" });
+  #before = html("p", { class: "notice-line", hidden: true }, "This is the answer to the question before it was changed. Press Answer for the new one.");
+  #state = html("p", { class: "quiet", "aria-live": "polite" }, "The answer is a curve against speed; its first points appear within a minute or two.");
   #picture = html("div");
   #answers = html("ul", { class: "answers" });
+  #panel = html("section", { class: "panel ask-answer", "aria-label": "Answer" }, this.#before, this.#answers, this.#picture, this.#further, this.#state);
 
-  constructor(tissue) {
+  constructor(tissue, { more, jobs, ...question }) {
     this.#tissue = tissue;
-    this.#threshold.value = 100;
-    this.#more.value = MORE_FAT_MM;
-    this.#threshold.addEventListener("input", () => this.#nameQuestions());
-    const list = (items) => items.map(({ id, name }) => [id, name]);
-    const people = PERCENTILES.map(([percent, words]) => [String(percent), words]);
-    this.#questions = html("select", { onchange: () => (this.#number = NUMBERS.find(({ id }) => id === this.#questions.value)) });
-    this.#nameQuestions();
-    const unit = (input, words) => html("span", { class: "pair" }, input, words);
+    this.#more = numberInput("Millimetres more", BOUNDS.more, more);
     this.#further.append(button("And with more fat?", () => this.#withMoreFat()), html("label", { class: "pair" }, "by", this.#more, "mm"));
+    this.#form = new AskForm(tissue, question, [this.#ask, this.#stop], () => this.#onChange());
     this.element = html(
       "div",
       {},
       html("div", { class: "title" }, html("h1", {}, "Ask: at which speed?")),
-      html("section", { class: "panel ask", "aria-label": "Question" },
-        select("What hits?", list(PROJECTILES), this.#projectile.id, (id) => this.#takeProjectile(id)),
-        select("Where?", list(REGIONS), this.#region.id, (id) => ((this.#region = REGIONS.find((one) => one.id === id)), this.#showSources())),
-        select("Who?", people, String(this.#percent), (percent) => ((this.#percent = Number(percent)), this.#showSources())),
-        html("div", { class: "field" }, html("span", {}, "How fast?"), html("span", { class: "pair" }, this.#low, "to", this.#high, "m/s")),
-        html("label", { class: "field wide" }, html("span", {}, "Question"), this.#questions),
-        html("div", { class: "field" }, html("span", {}, "Threshold"), unit(this.#threshold, "kPa")),
-        html("div", { class: "tools wide" }, this.#ask),
-        this.#sources),
-      html("section", { class: "panel", "aria-label": "Answer" }, this.#answers, this.#picture, this.#further, this.#state),
+      html("div", { class: "ask-page" }, this.#form.element, this.#panel),
     );
-    this.#takeProjectile(this.#projectile.id);
-    this.#state.textContent = "The answer is a curve against speed; its first points appear within a minute or two.";
+    if (jobs.length) this.#begin(this.#form.asked, jobs);
   }
 
   leave() {
     this.#leaving.abort();
+    this.#form.leave();
   }
 
-  #numberInput(label, min, max) {
-    return html("input", { type: "number", min, max, step: "any", "aria-label": label, required: true });
-  }
-
-  #takeProjectile(id) {
-    this.#projectile = PROJECTILES.find((one) => one.id === id);
-    [this.#low.value, this.#high.value] = this.#projectile.speed;
-    this.#showSources();
-  }
-
-  #nameQuestions() {
-    const words = setting(Number(this.#threshold.value) || 100);
-    this.#questions.replaceChildren(...NUMBERS.map((one) => html("option", { value: one.id, selected: one === this.#number }, one.words(words))));
-  }
-
-  #showSources() {
-    const { mass_g: mass, diameter_mm: diameter, hardness, source } = this.#projectile;
-    const fat = fatOf(this.#region, this.#percent) * 1e3;
-    this.#sources.replaceChildren(
-      html("p", {}, html("b", {}, `${mass} g, ${diameter} mm, ${hardness}. `), source),
-      html("p", {}, html("b", {}, `Skin ${setting(this.#region.skin_m * 1e3)} mm, fat ${setting(fat)} mm. `), this.#region.source),
-      html("p", {}, html("b", {}, "Materials "), "of muscle, fat and skin: those of the example flashball_thigh, an assumption for impact rates; how well they fit a person is not part of the uncertainty."),
-    );
-  }
-
-  /** What is asked now; a sentence instead where it cannot be. */
-  #asked() {
-    const [low, high, threshold] = [this.#low, this.#high, this.#threshold].map((input) => Number(input.value));
-    if (!(low > 0 && high > low)) return "The speeds must both be above 0, the lower one first.";
-    if (!(threshold > 0)) return "The stress threshold must be above 0 kPa.";
-    return { projectile: this.#projectile, region: this.#region, fat: fatOf(this.#region, this.#percent), threshold, speeds: [low, high], number: this.#number };
+  /** Something of the question was changed: an answer is that of the question before; without one, the address is that of the question. */
+  #onChange() {
+    const asked = this.#form?.asked;
+    if (!asked || typeof asked === "string") return;
+    if (this.#curves.length) this.#show();
+    else history.replaceState(null, "", addressOf(asked));
   }
 
   #answer() {
-    const asked = this.#asked();
+    const { asked } = this.#form;
     if (typeof asked === "string") return (this.#state.textContent = asked);
+    this.#begin(asked, []);
+    if (matchMedia(NARROW).matches) this.#panel.scrollIntoView();
+  }
+
+  /** Asks, or follows the `jobs` that were asked before: of the question, and of the same with more fat. */
+  #begin(asked, [first, second]) {
     this.#leaving.abort();
     this.#leaving = new AbortController();
     this.#curves = [];
-    this.#further.hidden = true;
-    return this.#add(asked, `${this.#region.name.toLowerCase()}, fat ${setting(asked.fat * 1e3)} mm`);
+    this.#add(asked, `${asked.region.name.toLowerCase()}, fat ${setting(asked.fat * 1e3)} mm`, first);
+    if (second) this.#withMoreFat(second);
   }
 
-  #withMoreFat() {
+  #withMoreFat(job) {
     const [first] = this.#curves;
-    if (!first?.curve) return;
     const more = Number(this.#more.value);
-    if (!(more > 0)) return (this.#state.textContent = "How many millimetres more?");
+    if (!first) return;
+    if (!(more >= BOUNDS.more[0] && more <= BOUNDS.more[1])) return (this.#state.textContent = `More fat must be from ${BOUNDS.more.join(" to ")} mm.`);
     const fat = first.asked.fat + more * 1e-3;
-    return this.#add({ ...first.asked, fat }, `${setting(more)} mm more fat: ${setting(fat * 1e3)} mm`);
+    this.#add({ ...first.asked, fat, more }, `${setting(more)} mm more fat: ${setting(fat * 1e3)} mm`, job);
   }
 
-  async #add(asked, name) {
+  async #add(asked, name, job) {
     const { signal } = this.#leaving;
     const curve = new AskedCurve(asked, name, topOf(asked.number, asked.region, asked.fat));
     this.#curves.push(curve);
-    this.#ask.disabled = true;
-    this.#further.hidden = true;
-    try {
-      await curve.ask(this.#tissue, signal, () => this.#show());
-      if (!signal.aborted) this.#state.textContent = `Computed by ${curve.effort}. ${curve.notice}`;
-    } catch (error) {
-      if (signal.aborted) return;
-      this.#state.textContent = [error.message, ...(error.body?.errors ?? []).map((e) => e.message)].join(" ");
-    } finally {
-      if (!signal.aborted) {
-        this.#ask.disabled = false;
-        this.#further.hidden = this.#curves.length !== 1 || !this.#curves[0].curve;
-      }
-    }
     this.#show();
+    await curve.ask(this.#tissue, job, signal, () => this.#show());
+    if (!signal.aborted) this.#show();
+  }
+
+  #stopAll() {
+    const open = this.#curves.filter((curve) => curve.isOpen && curve.id);
+    open.forEach(({ id }) => stop(id).catch((error) => (this.#state.textContent = error.message)));
   }
 
   #show() {
-    if (!this.#curves.length) return;
-    const [{ asked }] = this.#curves;
-    const { number } = asked;
+    const [first] = this.#curves;
+    const { asked } = first;
+    const now = this.#form.asked;
+    const isBefore = typeof now === "string" || addressOf(now) !== addressOf(asked);
+    this.#keepAddress();
+    this.#panel.classList.toggle("before", isBefore);
+    this.#before.hidden = !isBefore;
+    const open = this.#curves.filter(({ isOpen }) => isOpen);
+    this.#ask.disabled = open.length > 0;
+    this.#stop.hidden = !open.some(({ id }) => id);
+    this.#further.hidden = isBefore || this.#curves.length !== 1 || !first.curve;
+    this.#state.textContent = (open.length ? open : this.#curves.slice(-1)).map(({ state }) => state).join(" ");
+    this.#draw(asked);
+  }
+
+  /** The answer can be found again by its address: here, by the list of jobs, and by others. */
+  #keepAddress() {
+    const known = this.#curves.filter(({ id }) => id);
+    if (!this.#curves[0].id) return;
+    const page = addressOf(this.#curves[0].asked, known.map(({ id }) => id), this.#curves[1]?.asked.more);
+    if (page === location.hash) return;
+    history.replaceState(null, "", page);
+    known.forEach(({ id }) => remember(id, page));
+  }
+
+  #draw({ number, threshold, speeds }) {
     const level = number.layer ? 0 : null;
-    const open = this.#curves.find((curve) => curve.isOpen);
-    if (open) this.#state.textContent = `Computing: ${open.points.length + open.failures.length} of ${open.count} speeds of “${open.name}”.`;
     this.#picture.replaceChildren(
-      answerCurve({ series: this.#curves, range: asked.speeds, axis: { label: number.axis(setting(asked.threshold)), unit: number.unit }, level, levelName: `top of the ${number.layer}` }),
+      answerCurve({ series: this.#curves, range: speeds, axis: { label: number.axis(setting(threshold)), unit: number.unit }, level, levelName: `top of the ${number.layer}` }),
       html("p", { class: "quiet" }, "● computed, with its numerical error · dashed: proposed between them, with a band of both errors", level == null ? "" : " · ○ where it crosses"),
     );
     this.#answers.replaceChildren(...this.#curves.map((curve, i) => {

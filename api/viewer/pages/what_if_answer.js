@@ -15,6 +15,9 @@ function numbersAbove(pascal) {
   ];
 }
 
+/** Lengths in metres are read in millimetres. */
+const readable = (unit) => (unit === "m" ? { unit: "mm", factor: 1e3 } : { unit, factor: 1 });
+
 /** A number with its error; in brackets when the error is as large, or not known. */
 function words(quantity) {
   if (!quantity) return "–";
@@ -35,6 +38,7 @@ export class WhatIfAnswer {
   #cases = new Map();
   #sensitivities = html("div");
   #count = 0;
+  #isWhole = false;
 
   /**
    * `known` describes parameters by name: {label, unit, factor, base}; what is not known is shown as it is. `significant` is the
@@ -58,10 +62,11 @@ export class WhatIfAnswer {
   /** Takes in the whole answer. */
   takeAll(answer) {
     for (const parameter of answer.parameters) {
-      if (!this.#known.has(parameter.name)) this.#known.set(parameter.name, { label: parameter.name, unit: parameter.unit, factor: 1 });
+      if (!this.#known.has(parameter.name)) this.#known.set(parameter.name, { label: parameter.name, ...readable(parameter.unit) });
     }
     answer.cases.forEach((one) => this.#cases.set(one.index, one));
-    this.#count = answer.cases.length;
+    this.#count = answer.requested_cases;
+    this.#isWhole = true;
     this.#numbers = this.#numbers.map(([key, title]) => [key, titleIn(answer, key) ?? title]);
     if (answer.sensitivities.length) {
       const base = answer.cases[0]?.numbers;
@@ -102,19 +107,36 @@ export class WhatIfAnswer {
         const text = number(one.parameters[name] * this.#describe(name).factor, 3);
         return one.parameters[name] === base[name] ? html("span", { class: "quiet" }, text) : html("b", {}, text);
       });
-      const numbers = this.#numbers.map(([key]) => (one.ending === "finished" ? words(one.numbers[key]) : ""));
-      const depth = this.#numbers.findIndex(([key]) => key === "stress_depth_mm");
-      if (one.reaches?.length && depth >= 0) numbers[depth] = `${numbers[depth]} (at least: reaches ${one.reaches.join(", ")})`;
-      if (one.ending !== "finished") numbers[0] = `${one.ending.replaceAll("_", " ")}: ${one.reason ?? ""}`;
-      return [one.index === 0 ? "as it was" : one.name, ...values, ...numbers];
+      return [one.index === 0 ? "as it was" : one.name, ...values, ...this.#numbers.map(([key], i) => this.#cell(one, key, i))];
     });
     const caption = cases.length < this.#count ? `${cases.length} of ${this.#count} cases` : `${cases.length} cases; what differs from the base is bold`;
+    const shown = table(caption, ["case", ...heads, ...this.#numbers.map(([, title]) => title)], rows);
+    shown.classList.add("cases");
     this.element.replaceChildren(
-      table(caption, ["case", ...heads, ...this.#numbers.map(([, title]) => title)], rows),
-      this.errorBars ? html("p", { class: "quiet" }, `Errors: ${this.errorBars}.`) : "",
+      shown,
+      ...this.#notes(cases).map((note) => html("p", { class: "quiet" }, note)),
       button("CSV", () => this.#saveCsv(cases, names), { "aria-label": "Cases as CSV" }),
       this.#sensitivities,
     );
+  }
+
+  /** A number of a case on one line; why there is none in place of the first. */
+  #cell({ ending, reason, reaches, numbers }, key, column) {
+    if (ending !== "finished") return column === 0 ? html("span", { class: "badge warn", title: reason }, ending.replaceAll("_", " ")) : "";
+    const isLeast = key === "stress_depth_mm" && reaches?.length;
+    return isLeast ? html("span", { title: `reaches ${reaches.join(", ")}` }, `≥\u00a0${words(numbers[key])}`) : words(numbers[key]);
+  }
+
+  /** What the cells do not say, each thing once. */
+  #notes(cases) {
+    const ends = new Set(cases.flatMap(({ reaches }) => reaches ?? []));
+    const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
+    return [
+      !this.#isWhole && "In brackets: errors are not known yet.",
+      ends.size && `≥: the stress reaches ${[...ends].join(" and ")}; it would go deeper.`,
+      ...reasons,
+      this.errorBars && `Errors: ${this.errorBars}.`,
+    ].filter(Boolean);
   }
 
   #saveCsv(cases, names) {

@@ -1,11 +1,11 @@
 // What if it had been faster, elsewhere, with thinner fat? Sliders make cases, the service answers with four numbers each.
 
-import { followEvents, getJson, postJson } from "../api.js";
+import { followEvents, getJson } from "../api.js";
 import { button, checkbox, html } from "../dom.js";
 import { withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { significantThreshold } from "../summary/headline.js";
-import { questionPage, remember } from "./asked.js";
+import { jobOf, remember, stop } from "./asked.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { parametersOf } from "./what_if_parameters.js";
 import { WhatIfProposal } from "./what_if_proposal.js";
@@ -34,6 +34,8 @@ class WhatIfPage {
   #isSampled = false;
   #proposal = new WhatIfProposal();
   #ask = button("What if?", () => this.#addCase(), { class: "primary" });
+  #running = null;
+  #stop = button("Stop", () => stop(this.#running).catch((error) => this.#refuse(error)), { class: "danger", hidden: true });
   #state = html("p", { class: "quiet", "aria-live": "polite" }, "Move what should be different, then ask: each answer is a row, beside the one as it was.");
   #answers = html("div");
 
@@ -51,7 +53,7 @@ class WhatIfPage {
       html("div", { class: "title" }, html("h1", {}, "What if?"), html("a", { class: "button", href: `#/job/${job.id}` }, `Back to ${job.name}`)),
       html("section", { class: "panel" },
         parameters.length ? html("div", { class: "what-if-sliders" }, sliders) : html("p", {}, "This scene has no projectile and no tissue to vary."),
-        html("div", { class: "tools" }, this.#ask, alone, sampled),
+        html("div", { class: "tools" }, this.#ask, this.#stop, alone, sampled),
         this.#proposal.element),
       html("section", { class: "panel" }, html("h2", {}, "Answers"), this.#state, this.#answers),
     );
@@ -93,20 +95,30 @@ class WhatIfPage {
 
   /** Asks for the case of the sliders, with those asked for before: they are known already. */
   #addCase() {
-    if (this.#values.size) this.#cases.push({ set: Object.fromEntries(this.#values) });
-    if (!this.#cases.length && !this.#isOneAtATime && !this.#isSampled) {
+    const set = Object.fromEntries(this.#values);
+    const isNew = this.#values.size > 0 && !this.#cases.some((one) => isSame(one.set, set));
+    if (!this.#cases.length && !isNew && !this.#isOneAtATime && !this.#isSampled) {
       this.#state.textContent = "Move a slider first.";
       return;
     }
+    if (isNew) this.#cases.push({ set });
     this.#answer().catch((error) => {
-      this.#cases.pop();
+      if (isNew) this.#cases.pop();
       this.#refuse(error);
     });
   }
 
   #refuse(error) {
+    if (this.#leaving.signal.aborted) return;
     this.#state.textContent = [error.message, ...(error.body?.errors ?? []).map((e) => `${e.pointer}: ${e.message}`)].join(" ");
-    this.#ask.disabled = false;
+    this.#setRunning(null);
+  }
+
+  /** What runs can be stopped, and nothing else is asked meanwhile. */
+  #setRunning(id) {
+    this.#running = id;
+    this.#stop.hidden = !id;
+    this.#ask.disabled = Boolean(id);
   }
 
   /** Goes on with a question that was asked before. Its cases by hand will be asked again with the next. */
@@ -127,30 +139,44 @@ class WhatIfPage {
     const parameters = varied.map((one) => ({ name: one.name, change: one.change, low: Math.min(...ends(one)), high: Math.max(...ends(one)) }));
     const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
     if (this.#isSampled) question.sample = { method: "sobol", count: this.#sampleCount(), seed: 1 };
-    const { id } = await postJson("/v1/what-if", question);
-    remember(id, this.#job.id);
+    const id = await jobOf(question);
+    const page = `#/what-if/${this.#job.id}?job=${id}`;
+    remember(id, page);
     // Whoever leaves while it computes comes back to it by the address; a page that was left has no say in that.
-    if (!this.#leaving.signal.aborted) history.replaceState(null, "", questionPage(this.#job.id, id));
+    if (this.#leaving.signal.aborted) return;
+    history.replaceState(null, "", page);
     await this.#follow(id);
   }
 
-  /** Shows the answer to a question as it comes; null when the page was left before its end. */
+  /** Shows the answer to a question as it comes; null when the page was left before its end, or there is none. */
   async #follow(id) {
-    this.#ask.disabled = true;
+    this.#setRunning(id);
     const { signal } = this.#leaving;
     const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])), this.#threshold);
     this.#answers.replaceChildren(answer.element, html("p", {}, html("a", { href: `#/job/${id}` }, "This question among the jobs")));
     this.#state.textContent = "Computing; earlier answers are reused.";
     await followEvents(`/v1/jobs/${id}/events`, (event) => answer.take(event), signal);
     if (signal.aborted) return null;
-    const ended = await getJson(`/v1/jobs/${id}`);
-    if (ended.state !== "succeeded") throw new Error(`The question ${ended.state}: ${ended.failure?.message ?? ""}`);
-    const whole = await getJson(`/v1/jobs/${id}/summary`);
+    const { state, failure, links } = await getJson(`/v1/jobs/${id}`);
+    const whole = links.summary && (await getJson(links.summary));
+    if (signal.aborted) return null;
+    if (state === "failed" || !whole) throw new Error(state === "cancelled" ? "Stopped before the first case." : `The question ${state}: ${failure?.message ?? ""}`);
     answer.takeAll(whole);
     this.#proposal.take(whole, answer.shown);
     this.#proposal.show(this.#sliderValues());
-    this.#state.textContent = `Done: ${whole.effort.computed} runs computed, ${whole.effort.from_cache} remembered. ${whole.notice}`;
-    this.#ask.disabled = false;
+    this.#state.textContent = this.#endWords(state, whole);
+    this.#setRunning(null);
     return answer;
   }
+
+  #endWords(state, { effort, cases, requested_cases: requested, notice }) {
+    const runs = `${effort.computed} runs computed, ${effort.from_cache} remembered. ${notice}`;
+    return state === "cancelled" ? `Stopped: ${cases.length} of ${requested} cases, ${runs}` : `Done: ${runs}`;
+  }
+}
+
+/** Whether two cases set the same values by name. */
+function isSame(one, other) {
+  const names = Object.keys(one);
+  return names.length === Object.keys(other).length && names.every((name) => one[name] === other[name]);
 }

@@ -1,12 +1,12 @@
 // One number against speed: computed points with their errors, a proposed curve with its band, and where it crosses a level.
 
-import { svg } from "../dom.js";
+import { html, svg } from "../dom.js";
 import { niceAbove, number, setting } from "../format.js";
 import { lineStyle } from "./plot.js";
 
 /** Width and height of the picture: words stay readable on a narrow screen. */
-const sizeNow = () => (window.innerWidth < 760 ? [400, 330] : [760, 380]);
-const ROOM = { left: 56, right: 16, top: 36, bottom: 52 };
+const sizeNow = () => (window.innerWidth < 760 ? [400, 310] : [760, 360]);
+const ROOM = { left: 56, right: 16, top: 14, bottom: 52 };
 const STEPS = 120;
 
 /** The speed between two neighbouring samples of a function at which it is at a level, linear between them. */
@@ -64,7 +64,7 @@ function ticks(low, high, count) {
 }
 
 /**
- * The picture. `series` [{name, points: [{speed, value, error}], curve: {value, error, floor, range} | null}], `range` of speeds, `axis` {label, unit},
+ * The picture below its title. `series` [{name, points: [{speed, value, error}], curve: {value, error, floor, range} | null}], `range` of speeds, `axis` {label, unit},
  * `level` a value that is marked or null, with `levelName`.
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
@@ -85,7 +85,6 @@ export function answerCurve({ series, range, axis, level, levelName }) {
     ...ticks(...range, width / 100).map((tick) => [line([x(tick), height - ROOM.bottom], [x(tick), height - ROOM.bottom + 5], { stroke: "#33475b" }), text([x(tick), height - ROOM.bottom + 20], setting(tick), { "text-anchor": "middle" })]),
     line([ROOM.left, height - ROOM.bottom], [width - ROOM.right, height - ROOM.bottom], { stroke: "#33475b" }),
     text([(ROOM.left + width) / 2, height - 12], "speed [m/s]", { "text-anchor": "middle" }),
-    text([8, 18], `${axis.label} [${axis.unit}]`, { "font-weight": 600 }),
   ];
   const marked = level == null ? [] : [
     line([ROOM.left, y(level)], [width - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
@@ -93,7 +92,8 @@ export function answerCurve({ series, range, axis, level, levelName }) {
   ];
   const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text }));
   const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
-  return svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
+  const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
+  return html("div", {}, html("p", { class: "curve-title" }, `${axis.label} [${axis.unit}]`), picture);
 }
 
 function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {

@@ -1,5 +1,6 @@
 // A question as people ask it, as a what-if question of the service: one number against speed, for one person.
 
+import { setting } from "../format.js";
 import { percentile, limbOf } from "./regions.js";
 
 /** Cases over the range of speeds, its ends among them: four inner ones, from which the error of the curve through them is estimated. */
@@ -16,6 +17,9 @@ export const NUMBERS = [
   { id: "force", key: "peak_force_n", words: () => "How large is the force?", axis: () => "peak force", unit: "N" },
   { id: "energy", key: "energy_given_j", words: () => "How much energy goes into the tissue?", axis: () => "energy given to the tissue", unit: "J" },
 ];
+
+/** Whether a number is a depth of stress above a threshold. */
+export const isDepth = ({ key }) => key === "stress_depth_mm";
 
 /** Thickness of the fat of a person [m], to a tenth of a millimetre. */
 export function fatOf(region, percent) {
@@ -39,7 +43,8 @@ export function sceneOf(asked, tissue) {
   const { body, top } = limbOf(region, fat, tissue);
   const ball = projectile.body(top, speeds[0]);
   return {
-    name: `${projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm`, end_time_s: endOf(asked),
+    // By its name a job is known to be of this question.
+    name: `${projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm, ${speeds.map(setting).join(" to ")} m/s, ${setting(threshold)} kPa`, end_time_s: endOf(asked),
     bodies: [ball, body],
     contact: { friction: 0.3 },
     record: { field_interval_s: Number((endOf(asked) / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
