@@ -145,7 +145,7 @@ class SubmitPage {
     this.#showProblems(answer.warnings);
     this.#submit.disabled = false;
     const name = this.#document?.name ? `${this.#document.name}: ` : "";
-    const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, ${bytes(plan.memory_bytes)}`;
+    const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, ${bytes(plan.memory_bytes)}; once through takes about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, with errors or to an accuracy many times that`;
     this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
     // Generated meshes have no badly shaped elements.
     const hasShapes = answer.bodies.some((body) => body.min_scaled_jacobian);
