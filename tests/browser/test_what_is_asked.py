@@ -4,7 +4,7 @@ import re
 import time
 
 import pytest
-from conftest import PATIENCE_MS
+from conftest import PATIENCE_MS, open_page
 from playwright.sync_api import expect
 
 # Until all speeds of a question are computed.
@@ -127,3 +127,92 @@ def test_the_answer_is_a_curve_of_computed_points(page, record_property):
     # No name of a field is on the page.
     assert not re.search(r"[a-z]_[a-z]", page.locator(".ask").inner_text().replace("flashball_thigh", ""))
     assert page.watch.errors == []
+
+
+@pytest.fixture
+def questions(page):
+    """The requests of the page, as it goes on, that ask or stop: the ends of their addresses."""
+    sent = []
+    page.on("request", lambda request: request.method == "POST" and sent.append(request.url.rsplit("/", 1)[1]))
+    return sent
+
+
+def test_an_address_has_the_question_and_its_answer(page, browser, service):
+    address = page.evaluate("location.hash")
+    assert re.fullmatch(r"#/ask\?hit=flashball_44&where=thigh&who=5&from=90&to=120&kpa=100&number=muscle&jobs=[\w-]+,[\w-]+&more=10", address)
+    said = page.locator(".answers").inner_text()
+    # To the numbers of the job and back, as a reload, and in another browser: the same answer, and nothing is asked.
+    other = open_page(browser, service.address)
+    for one, come in [(page, page.reload), (other, lambda: other.goto("/" + address))]:
+        sent = []
+        one.on("request", lambda request, sent=sent: request.method == "POST" and sent.append(request.url))
+        come()
+        expect(one.locator(".proposed")).to_have_count(2, timeout=COMPUTED_MS)
+        assert one.locator(".answers").inner_text() == said and one.get_by_label("Who?").input_value() == "5"
+        assert one.get_by_role("link", name="Ask", exact=True).get_attribute("aria-current") == "page"
+        assert sent == [] and one.evaluate("location.hash") == address
+    other.close()
+    page.locator(".answers a").first.click()
+    expect(page.locator(".cases")).to_be_visible()
+    page.go_back()
+    expect(page.locator(".proposed")).to_have_count(2, timeout=COMPUTED_MS)
+    assert page.evaluate("location.hash") == address and page.watch.errors == []
+
+
+def test_an_address_with_unknown_values_is_the_usual_question(page, browser, service):
+    other = open_page(browser, service.address)
+    other.goto("/#/ask?hit=brick&where=head&who=42&from=90&to=20&kpa=-1&number=colour&more=x")
+    values = [other.get_by_label(name).input_value() for name in ("What hits?", "Where?", "Who?", "From", "Threshold of stress")]
+    assert values == ["flashball_44", "thigh", "50", "60", "100"]
+    expect(other.get_by_role("button", name="And with more fat?")).to_be_hidden()
+    assert other.watch.errors == []
+    other.close()
+
+
+def test_a_changed_question_leaves_the_answer_of_the_one_before(page, questions):
+    notice = page.get_by_text("the question before it was changed")
+    expect(notice).to_be_hidden()
+    page.get_by_label("Who?").select_option("95")
+    expect(notice).to_be_visible()
+    page.get_by_label("Who?").select_option("5")
+    expect(notice).to_be_hidden()
+    # A threshold is asked for only where it is used; the number is another of the same cases, so that nothing is computed.
+    question = page.locator(".ask .question select")
+    question.select_option("force")
+    expect(page.get_by_label("Threshold of stress")).to_be_hidden()
+    expect(notice).to_be_visible()
+    page.get_by_role("button", name="Answer").click()
+    expect(notice).to_be_hidden()
+    expect(page.locator(".answers")).to_contain_text(re.compile(r"± \d+ N at 90 m/s, .* N at 120 m/s\."), timeout=COMPUTED_MS)
+    assert "deeper" not in page.locator(".answers").inner_text()
+    # Asked again: the job of before.
+    question.select_option("muscle")
+    page.get_by_role("button", name="Answer").click()
+    expect(page.locator(".answers")).to_contain_text("100 kPa", timeout=COMPUTED_MS)
+    assert questions == []
+
+
+def test_a_question_is_stopped_and_a_job_of_another_is_not_its_answer(page, questions):
+    # The job is of speeds up to 120 m/s.
+    address = page.evaluate("location.hash").replace("to=120", "to=119")
+    page.goto("/#/")
+    page.goto("/" + address)
+    expect(page.locator(".computed").first).to_be_visible(timeout=COMPUTED_MS)
+    assert questions == ["what-if"] and page.evaluate("location.hash") != address
+    page.get_by_role("button", name="Stop").click()
+    expect(page.get_by_text(re.compile(r"Stopped: \d of 6 speeds"))).to_be_visible()
+    assert questions == ["what-if", "cancel"]
+    expect(page.get_by_role("button", name="Answer")).to_be_enabled()
+    expect(page.get_by_role("button", name="Stop")).to_be_hidden()
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (820, 1180), (390, 844)])
+def test_an_answer_is_on_the_screen_when_it_is_asked_for(page, size):
+    page.set_viewport_size(dict(zip(("width", "height"), size)))
+    page.goto("/")
+    ask(page, "5", "90", "120")
+    expect(page.locator(".proposed")).to_have_count(1, timeout=COMPUTED_MS)
+    for seen in (page.locator(".answers"), page.locator(".curve-title"), page.locator(".answer-curve")):
+        box = seen.bounding_box()
+        assert box["y"] >= 0 and box["y"] + box["height"] <= size[1] and box["x"] >= 0 and box["x"] + box["width"] <= size[0]
+    page.set_viewport_size({"width": 1440, "height": 1000})

@@ -129,10 +129,12 @@ export class WhatIfAnswer {
 
   /** What the cells do not say, each thing once. */
   #notes(cases) {
+    const quantities = cases.flatMap(({ numbers }) => this.#numbers.map(([key]) => numbers?.[key]).filter(Boolean));
     const ends = new Set(cases.flatMap(({ reaches }) => reaches ?? []));
     const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
     return [
-      !this.#isWhole && "In brackets: errors are not known yet.",
+      quantities.some(({ value, error }) => error > 0 && error >= Math.abs(value)) && "In brackets: the error is as large as the number.",
+      quantities.some(({ error }) => error == null) && `Without ±: the error is not known${this.#isWhole ? "" : " yet"}.`,
       ends.size && `≥: the stress reaches ${[...ends].join(" and ")}; it would go deeper.`,
       ...reasons,
       this.errorBars && `Errors: ${this.errorBars}.`,
