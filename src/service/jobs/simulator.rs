@@ -34,6 +34,9 @@ use crate::study::{RunRequest, run_scene};
 use std::io::Read;
 use std::path::Path;
 
+/// Elements of the finest mesh that a run to an accuracy is expected to need, over those of the scene: twice the numbers in each direction.
+const REFINED: u64 = 8;
+
 /// Loads, compiles and runs scenes within a budget.
 #[derive(Debug)]
 pub struct Simulator {
@@ -59,7 +62,12 @@ impl Simulator {
         let is_reported = kind == JobKind::Simulation || document.parsed().is_some();
         let repeated = if is_reported { Vec::new() } else { content.problems.clone() };
         Problems(repeated).then(match kind {
-            JobKind::Simulation => self.scenes.load(&content, meshes).map(|loaded| checked(&loaded)),
+            JobKind::Simulation => self.scenes.load(&content, meshes).map(|loaded| {
+                let checked = checked(&loaded);
+                let refined = if loaded.scene.document.accuracy.is_some() { REFINED } else { 1 };
+                let memory_bytes = checked.memory_bytes.saturating_mul(refined);
+                CheckedScene { memory_bytes: memory_bytes.min(self.scenes.budget().memory_bytes), ..checked }
+            }),
             JobKind::Study => study_job::check(&self.scenes, document, &content.value, meshes),
             JobKind::WhatIf => what_if_job::check(&self.scenes, document, &content.value, meshes),
         })
