@@ -13,11 +13,6 @@ pub(super) fn allowed(expected: u64) -> u64 {
     BASE.saturating_add(expected.saturating_mul(PER_BYTE))
 }
 
-/// Memory that the plan of a scene may take in a run that may take so much in all [bytes].
-pub(super) fn plan_within(most: u64) -> u64 {
-    most.saturating_sub(BASE)
-}
-
 /// Most memory that a run may be expected to take if so much is free [bytes]; `None` if it is too little for any run.
 pub(super) fn expected_within(free: u64) -> Option<u64> {
     free.checked_sub(BASE).map(|rest| rest / PER_BYTE)

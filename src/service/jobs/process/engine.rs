@@ -11,7 +11,6 @@ use crate::mesh::section::{Plane, Section};
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::RunConfig;
-use crate::service::jobs::allowance::plan_within;
 use crate::service::jobs::control::{RunControl, StopReason};
 use crate::service::jobs::engine::{
     CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NamedUpload, OpenMesh, RunOrder, RunReport,
@@ -96,13 +95,7 @@ impl ProcessEngine {
 
     /// A task with its limits: memory [bytes], processor time [s].
     fn task(&self, work: Work, memory_bytes: u64, cpu_s: u64) -> Task {
-        let mut runs = self.runs.clone();
-        if matches!(work, Work::Run { .. }) {
-            // A run to an accuracy ends with the meshes that fit.
-            let budget = &mut runs.budget.memory_bytes;
-            *budget = plan_within(memory_bytes).min(*budget);
-        }
-        Task { limits: Limits { memory_bytes, cpu_s }, runs, work }
+        Task { limits: Limits { memory_bytes, cpu_s }, runs: self.runs.clone(), work }
     }
 
     /// Has a process validate a document, and another one if the first is killed: where memory is short, the system chooses whom it meets.
