@@ -145,6 +145,6 @@ mod tests {
         Promise::none(&room, "bert").extend(201, LIMITS).unwrap();
         second.extend(200, LIMITS).unwrap();
         drop(first);
-        second.extend(500, LIMITS).unwrap();
+        second.extend(470, LIMITS).unwrap();
     }
 }
