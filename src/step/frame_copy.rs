@@ -10,6 +10,10 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
 
+/// Contacts that a copy has memory for from the start. There are some copies, and far more contacts are possible than ever close: at half
+/// a gigabyte for 28 000 elements, runs with a limit of memory could not begin.
+const RESERVED_CONTACTS: usize = 4096;
+
 /// A frame by value. Data needed only at field times is stored separately, so that a queue of copies stays small:
 /// between them the displacement is kept at boundary nodes only, a small part of a large mesh.
 #[derive(Clone, Debug, Default)]
@@ -43,9 +47,9 @@ pub struct FieldCopy {
 }
 
 impl FrameCopy {
-    /// Allocates memory for any frame of a plan, without its fields.
+    /// Allocates memory for a frame of a plan, without its fields; that of very many contacts is allocated when they come.
     pub fn new(plan: &Plan) -> Self {
-        let most = plan.most_contacts();
+        let most = plan.most_contacts().min(RESERVED_CONTACTS);
         Self {
             boundary_u: Vec::with_capacity(nodes_to_keep(plan).count()),
             orientations: Vec::with_capacity(plan.rigid_bodies().len()),
