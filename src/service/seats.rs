@@ -42,11 +42,6 @@ impl Seats {
         }
     }
 
-    /// Takes the seat of the connection that has been idle for longest, where the system has no room for another; false if none is.
-    pub fn make_room(&self) -> bool {
-        self.vacate(|_| true)
-    }
-
     /// Takes the seat of the connection that has been idle for longest among those from some addresses; false if none is.
     fn vacate(&self, is_meant: impl Fn(&IpAddr) -> bool) -> bool {
         let mut idle = self.idle();

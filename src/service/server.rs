@@ -5,7 +5,6 @@
 
 use super::config::ServiceConfig;
 use super::connection::{Routes, Seated, http};
-use super::jobs::is_out_of_descriptors;
 use super::linger::Lingering;
 use super::probes::Probes;
 use super::seats::Seats;
@@ -21,8 +20,6 @@ use tokio::sync::watch;
 
 /// Pause after a failure to accept a connection (too many open files).
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
-/// Pause until a connection that made room is closed.
-const CLOSING_PAUSE: Duration = Duration::from_millis(1);
 
 /// Answers requests until `closing` becomes true, then until every connection has been answered or `grace` is over.
 pub async fn serve(
@@ -37,7 +34,7 @@ pub async fn serve(
     // One task per connection, within the limits.
     loop {
         let accepted = tokio::select! {
-            accepted = accept(&listener, &seats) => accepted,
+            accepted = accept(&listener) => accepted,
             _ = closing.wait_for(|closing| *closing) => break,
         };
         let Some((stream, peer)) = accepted else { continue };
@@ -69,8 +66,8 @@ pub async fn serve(
     }
 }
 
-/// The next connection. Without descriptors an idle one makes room, as it does without seats.
-async fn accept(listener: &TcpListener, seats: &Seats) -> Option<(TcpStream, IpAddr)> {
+/// The next connection.
+async fn accept(listener: &TcpListener) -> Option<(TcpStream, IpAddr)> {
     match listener.accept().await {
         Ok((stream, peer)) => {
             // Events are small and must not be delayed.
@@ -79,8 +76,7 @@ async fn accept(listener: &TcpListener, seats: &Seats) -> Option<(TcpStream, IpA
         }
         Err(error) => {
             tracing::warn!(%error, "cannot accept a connection");
-            let has_made_room = is_out_of_descriptors(&error) && seats.make_room();
-            tokio::time::sleep(if has_made_room { CLOSING_PAUSE } else { ACCEPT_PAUSE }).await;
+            tokio::time::sleep(ACCEPT_PAUSE).await;
             None
         }
     }

@@ -187,7 +187,7 @@ impl JobsError {
     pub fn is_out_of_descriptors(&self) -> bool {
         match self {
             Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => {
-                is_out_of_descriptors(source)
+                matches!(source.raw_os_error(), Some(ENFILE | EMFILE))
             }
             _ => false,
         }
@@ -220,8 +220,4 @@ impl JobsError {
     pub fn file(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Self::File { path: path.into(), source }
     }
-}
-/// Whether the process, or the system, has no file descriptor left.
-pub fn is_out_of_descriptors(error: &std::io::Error) -> bool {
-    matches!(error.raw_os_error(), Some(ENFILE | EMFILE))
 }

@@ -45,7 +45,7 @@ pub mod upload;
 pub mod what_if_job;
 pub mod worker;
 
-pub use error::{JobsError, StoreFault, is_out_of_descriptors};
+pub use error::{JobsError, StoreFault};
 pub use kind::JobKind;
 pub use priority::Priority;
 
