@@ -6,7 +6,8 @@ import { PERCENTILES, REGIONS } from "../scene/regions.js";
 
 /** Bounds of the numbers that can be set. */
 export const BOUNDS = { speed: [1, 400], threshold: [0.1, 10000], more: [1, 40] };
-const [THRESHOLD_KPA, MORE_FAT_MM, PERCENT] = [100, 10, 50];
+export const THRESHOLD_KPA = 100;
+const [MORE_FAT_MM, PERCENT] = [10, 50];
 
 /** What of a question stands in an address: {projectile, region, percent, number, speeds, threshold, more, jobs}; the default for what does not. */
 export function questionIn(query) {

@@ -5,7 +5,7 @@ import { setting } from "../format.js";
 import { PROJECTILES } from "../scene/projectiles.js";
 import { NUMBERS, fatOf, isDepth, sceneOf } from "../scene/question.js";
 import { PERCENTILES, REGIONS } from "../scene/regions.js";
-import { BOUNDS } from "./ask_address.js";
+import { BOUNDS, THRESHOLD_KPA } from "./ask_address.js";
 import { GeometryPreview } from "./geometry_preview.js";
 
 /** A field for a number within bounds. */
@@ -73,13 +73,13 @@ export class AskForm {
     if (!(high > 1.001 * low)) return "The speeds must differ, the lower one first.";
     const isGiven = within(given, BOUNDS.threshold);
     if (!isGiven && isDepth(number)) return `The stress threshold must be from ${BOUNDS.threshold.join(" to ")} kPa.`;
-    return { ...this.#chosen, fat: fatOf(region, percent), threshold: isGiven ? given : 100, speeds: [low, high] };
+    return { ...this.#chosen, fat: fatOf(region, percent), threshold: isGiven ? given : THRESHOLD_KPA, speeds: [low, high] };
   }
 
   /** Shows what follows from the fields: the words of the questions, the drawing, the sources. */
   #show() {
     const { number, projectile, region, percent } = this.#chosen;
-    const threshold = setting(Number(this.#threshold.value) || 100);
+    const threshold = setting(Number(this.#threshold.value) || THRESHOLD_KPA);
     this.#questions.replaceChildren(...NUMBERS.map((one) => html("option", { value: one.id, selected: one === number }, one.words(threshold))));
     this.#thresholdField.hidden = !isDepth(number);
     const { asked } = this;
