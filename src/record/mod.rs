@@ -36,6 +36,7 @@ pub use mcap::McapRecorder;
 pub use memory::MemoryRecorder;
 pub use metadata::RecordingInfo;
 pub use own_thread::on_own_thread;
+pub use partial_file::is_what_was_found;
 pub use salvage::{Salvaged, reindex_incomplete, snapshot};
 pub use vtk::VtuRecorder;
 pub use writer::{TimeScale, partial_path};

@@ -1,7 +1,7 @@
 //! Opens the file of a recording: one writer at a time, and never through a link.
 
 use super::RecordError;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub(super) fn open_exclusively(path: &Path) -> Result<File, RecordError> {
             Err(TryLockError::Error(source)) => return Err(at(source)),
         }
         // Another run may have finished and renamed the file between opening and locking.
-        if is_still_named(&file, path).map_err(at)? {
+        if is_what_was_found(&file, std::fs::symlink_metadata(path)).map_err(at)? {
             file.set_len(0).map_err(at)?;
             return Ok(file);
         }
@@ -38,20 +38,27 @@ fn options() -> OpenOptions {
     options
 }
 
-/// Whether `path` is the name of the open `file`.
+/// Whether an open file is the one that was found under a name; false where nothing was.
+///
+/// # Errors
+/// That of the search, or if the open file has none of its data.
 #[cfg(unix)]
-fn is_still_named(file: &File, path: &Path) -> io::Result<bool> {
+pub fn is_what_was_found(file: &File, found: io::Result<Metadata>) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt as _;
     let opened = file.metadata()?;
-    match std::fs::symlink_metadata(path) {
-        Ok(named) => Ok((opened.dev(), opened.ino()) == (named.dev(), named.ino())),
+    match found {
+        Ok(found) => Ok((opened.dev(), opened.ino()) == (found.dev(), found.ino())),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(error) => Err(error),
     }
 }
 
+/// Files that are open keep their names.
+///
+/// # Errors
+/// None.
 #[cfg(not(unix))]
-fn is_still_named(_: &File, _: &Path) -> io::Result<bool> {
+pub fn is_what_was_found(_: &File, _: io::Result<Metadata>) -> io::Result<bool> {
     Ok(true)
 }
 

@@ -1,5 +1,6 @@
 //! The files of the audit log: lines are appended to one, which is continued in a new one when it is full.
 
+use crate::record::is_what_was_found;
 use crate::report::date::compact_now;
 use crate::service::jobs::JobsError;
 use std::fs::{File, OpenOptions};
@@ -35,7 +36,7 @@ impl AuditFile {
     /// Appends a line, whole or not at all. Whether it is the first of a new file.
     pub fn append(&mut self, line: &[u8]) -> io::Result<bool> {
         let path = self.folder.join(NAME);
-        if !is_at(&self.file, &path)? {
+        if !is_what_was_found(&self.file, std::fs::metadata(&path))? {
             // Someone has moved or removed it.
             self.file = continued(&path)?;
         }
@@ -91,24 +92,6 @@ impl AuditFile {
         // A longer name is later than its beginning.
         Ok(self.folder.join(if name > last { name } else { format!("{last}+") }))
     }
-}
-
-/// Whether an open file is the one that has a name now.
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> io::Result<bool> {
-    use std::os::unix::fs::MetadataExt as _;
-    let own = file.metadata()?;
-    match std::fs::metadata(path) {
-        Ok(there) => Ok((there.dev(), there.ino()) == (own.dev(), own.ino())),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
-    }
-}
-
-/// A file that is open cannot be moved there.
-#[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> io::Result<bool> {
-    Ok(true)
 }
 
 /// Opens a file to append lines to it. Where its process ended within the last line, the next one begins on its own.

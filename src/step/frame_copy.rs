@@ -10,8 +10,8 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
 
-/// Contacts that a copy has memory for from the start. There are some copies, and far more contacts are possible than ever close: at half
-/// a gigabyte for 28 000 elements, runs with a limit of memory could not begin.
+/// Contacts that a copy has memory for from the start. There are some copies, and far more contacts are possible than ever close: with
+/// half a gigabyte for all of them at 28 000 elements, runs met their limit of memory.
 const RESERVED_CONTACTS: usize = 4096;
 
 /// A frame by value. Data needed only at field times is stored separately, so that a queue of copies stays small:

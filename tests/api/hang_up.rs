@@ -3,7 +3,6 @@
 use crate::support::client::Client;
 use crate::support::*;
 use serde_json::Value;
-use std::path::Path;
 use std::time::Duration;
 
 /// Sends a request, and hangs up after so many milliseconds.
@@ -18,17 +17,9 @@ fn hang_up(client: &Client, (method, path, more): (&str, &str, &str), body: &str
     drop(stream);
 }
 
-/// Number of recordings below a folder.
-fn recordings(folder: &Path) -> usize {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let of_entry = |path: &Path| {
-        if path.is_dir() {
-            recordings(path)
-        } else {
-            usize::from(path.extension().is_some_and(|e| e == "mcap"))
-        }
-    };
-    entries.map(|entry| of_entry(&entry.path())).sum()
+/// Number of recordings that a server keeps.
+fn recordings(server: &Server) -> usize {
+    server.files().iter().filter(|file| file.extension().is_some_and(|end| end == "mcap")).count()
 }
 
 #[test]
@@ -69,10 +60,10 @@ fn files_go_whose_deletion_was_not_waited_for() {
     let client = server.client();
     for after_ms in 0..10 {
         let (job, _) = finished(&client, &quick());
-        assert_eq!(recordings(server.data.path()), 1);
+        assert_eq!(recordings(&server), 1);
         hang_up(&client, ("DELETE", &job, ""), "", after_ms);
         std::thread::sleep(Duration::from_millis(20));
         client.delete(&job);
-        eventually("the recording is gone", || recordings(server.data.path()) == 0);
+        eventually("the recording is gone", || recordings(&server) == 0);
     }
 }
