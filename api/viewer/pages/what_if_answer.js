@@ -1,7 +1,7 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { bracketed, number } from "../format.js";
+import { bracketed, number, surenessOf } from "../format.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
 
@@ -133,7 +133,7 @@ export class WhatIfAnswer {
     const ends = new Set(cases.flatMap(({ reaches }) => reaches ?? []));
     const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
     return [
-      quantities.some(({ value, error }) => error > 0 && error >= Math.abs(value)) && "In brackets: the error is as large as the number.",
+      quantities.some(({ value, error }) => surenessOf(value, error) === "unresolved") && "In brackets: the error is as large as the number.",
       quantities.some(({ error }) => error == null) && `Without ±: the error is not known${this.#isWhole ? "" : " yet"}.`,
       ends.size && `≥: the stress reaches ${[...ends].join(" and ")}; it would go deeper.`,
       ...reasons,
