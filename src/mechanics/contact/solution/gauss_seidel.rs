@@ -25,23 +25,31 @@
 //! Elsewhere long sequences of sweeps are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that
 //! hold the same rigid body are so strongly coupled that sweeps alone take hundreds.
 //!
+//! Contacts that share no movable node are problems of their own: what is not solved soon is swept group by group (`groups.rs`), so that a
+//! hard group costs nothing in the others, and is extrapolated by itself.
+//!
 //! A pair whose law is [`ContactLaw::Frictionless`](crate::contact::ContactLaw::Frictionless) has one unknown per contact: no tangents and no 3×3 blocks.
 //! The law is chosen once for a run of contacts. Coulomb's law with μ = 0 has three unknowns, and gives the same
 //! normal impulses and end velocities to the last bit: its tangential impulses are exact zeros, and the residual
 //! excludes what friction does not resist.
 
+mod conjugate;
 mod extrapolation;
+mod groups;
 mod rows;
 
 use super::contact_row::{MomentArms, NormalRow, Row};
-use super::local::Local;
 use crate::contact::{Contact, Reaction, RigidSides};
 use crate::tensor::Vec3;
+use conjugate::Conjugate;
 use extrapolation::Extrapolation;
+use groups::Groups;
 use rows::{Block, Friction, Rows, Sums};
 
 /// Residuals below this multiple of the rounding of the velocities that they come from cannot be reduced.
 const ROUNDINGS: f64 = 16.0;
+/// Sweeps over all contacts before those that are not connected go on by themselves.
+const TOGETHER: usize = 50;
 /// Sweeps between two checks of progress.
 const PATIENCE: usize = 50;
 /// The same for conjugate directions: their changes grow and fall on the way.
@@ -96,14 +104,7 @@ pub struct Workspace {
     blocks: Vec<Block>,
     conjugate: Conjugate,
     extrapolation: Extrapolation,
-}
-
-/// Direction of the conjugate gradient; empty where no rigid body touches a plane or another.
-#[derive(Clone, Debug, Default)]
-struct Conjugate {
-    /// Impulses before the sweep [N s].
-    before: Vec<Local>,
-    direction: Vec<Local>,
+    groups: Groups,
 }
 
 /// Finds impulses and end velocities such that every contact obeys its law.
@@ -151,57 +152,146 @@ pub fn solve_with_rigid(
     if closing == 0.0 {
         return SolveReport { sweeps: 0, residual: 0.0, residual_of_free: 0.0, converged: true };
     }
+    let scale = Scale { closing, size: None };
+    let mut sweeps = Sweeps::beginning(options);
+    sweeps.done = workspace.start_without_friction(inverse_mass, v, reactions, options);
+    // Most problems are solved in few sweeps over all contacts.
+    let together = TOGETHER.min(options.max_sweeps);
+    let report = workspace.sweep_until(together, &mut sweeps, &scale, inverse_mass, v, reactions);
+    if report.converged || together >= options.max_sweeps {
+        return report;
+    }
+    // In others one group of contacts holds up all: each goes on by itself.
+    let mut groups = std::mem::take(&mut workspace.groups);
+    groups.find(contacts, rigid, inverse_mass);
+    let report = if groups.are_one() {
+        workspace.sweep_until(options.max_sweeps, &mut sweeps, &scale, inverse_mass, v, reactions)
+    } else {
+        let size = closing.max(workspace.measure(v, reactions).impulse);
+        let longest =
+            groups.solve(contacts, rigid, (inverse_mass, h, v), reactions, options, [closing, size]);
+        let sums = workspace.measure(v, reactions);
+        scale.report(sweeps.done + longest, &sums, options.tolerance)
+    };
+    workspace.groups = groups;
+    report
+}
 
-    // Sweep until the residual is within the tolerance.
-    let (mut residual, mut residual_of_free) = (f64::INFINITY, f64::INFINITY);
-    let (mut damping, mut last_look) = (1.0, f64::INFINITY);
-    let (mut last_change, mut half, mut least) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
-    let start = workspace.start_without_friction(inverse_mass, v, reactions, options);
-    let patience = if workspace.conjugate.direction.is_empty() { PATIENCE } else { CONJUGATE_PATIENCE };
-    for sweep in 1..=options.max_sweeps {
-        workspace.remember(reactions);
-        let sums = workspace.sweep(inverse_mass, v, reactions, Friction::Damped(damping));
-        let change = sums.change;
-        least = least.min(change);
-        // Without progress, damp the frictional steps.
-        if sweep % patience == 0 {
-            let change = least.sqrt() / damping;
-            if change > STALLED * last_look {
-                damping = (DAMPING.0 * damping).max(DAMPING.1);
-            }
-            (last_look, least) = (change, f64::INFINITY);
-        }
-        // At an acceptable residual, stop if the changes no longer halve.
-        let hint = (sums.change / closing.max(sums.impulse)).sqrt();
-        let is_stuck = sweep % LAST_LOOKS == 0 && hint / damping > half && options.acceptable > 0.0;
-        if sweep % LAST_LOOKS == 0 {
-            half = 0.5 * hint / damping;
-        }
-        // The change of a sweep estimates the residual at no cost; the residual of all contacts decides.
-        if sweep == 1 || is_stuck || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
-            let sums = workspace.measure(v, reactions);
-            residual = (sums.change / closing.max(sums.impulse)).sqrt();
-            residual_of_free = (sums.change / closing).sqrt();
-            let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
-            // Growing impulses must not hide a contact that they do not stop.
-            let is_small = residual <= options.tolerance && residual_of_free <= HIDDEN * options.tolerance;
-            if is_small || sums.change.sqrt() <= rounding {
-                return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: true };
-            }
-            if is_stuck && residual <= options.acceptable {
-                return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: false };
-            }
-        }
-        // Acceleration by conjugate directions or extrapolation.
-        if damping >= 1.0 && sweep < options.max_sweeps {
-            workspace.go_on(change, last_change, inverse_mass, v, reactions);
-            last_change = change;
+/// What residuals are relative to.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    /// `Σ D⁻¹ |q|²` of the closing contacts.
+    closing: f64,
+    /// The larger of that and of the squared norm of the impulses, if it is given; otherwise that of the impulses found.
+    size: Option<f64>,
+}
+
+impl Scale {
+    /// The report on sums of the natural map after so many sweeps.
+    fn report(&self, sweeps: usize, sums: &Sums, tolerance: f64) -> SolveReport {
+        let size = self.size.unwrap_or(self.closing.max(sums.impulse));
+        let (residual, residual_of_free) = ((sums.change / size).sqrt(), (sums.change / self.closing).sqrt());
+        let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
+        // Growing impulses must not hide a contact that they do not stop.
+        let is_small = residual <= tolerance && residual_of_free <= HIDDEN * tolerance;
+        SolveReport {
+            sweeps,
+            residual,
+            residual_of_free,
+            converged: is_small || sums.change.sqrt() <= rounding,
         }
     }
-    SolveReport { sweeps: start + options.max_sweeps, residual, residual_of_free, converged: false }
+}
+
+/// How far sweeps have come.
+#[derive(Clone, Copy, Debug)]
+struct Sweeps<'a> {
+    options: &'a Options,
+    /// Number of sweeps without friction, and of those with it.
+    done: usize,
+    with_friction: usize,
+    /// Factor on the steps of frictional contacts.
+    damping: f64,
+    /// Change of a sweep at the last check of progress [√J], and the least squared change since [J].
+    last_look: f64,
+    least: f64,
+    /// Squared change of the last sweep [J].
+    last_change: f64,
+    /// Half of the relative change at the last look [-].
+    half: f64,
+}
+
+impl<'a> Sweeps<'a> {
+    fn beginning(options: &'a Options) -> Self {
+        let never = f64::INFINITY;
+        Self {
+            options,
+            done: 0,
+            with_friction: 0,
+            damping: 1.0,
+            last_look: never,
+            least: never,
+            last_change: never,
+            half: never,
+        }
+    }
 }
 
 impl Workspace {
+    /// Sweeps until the residual is within the tolerance, or `last` sweeps with friction are done in all.
+    fn sweep_until(
+        &mut self,
+        last: usize,
+        sweeps: &mut Sweeps,
+        scale: &Scale,
+        inverse_mass: &[Vec3],
+        v: &mut [Vec3],
+        reactions: &mut [Reaction],
+    ) -> SolveReport {
+        let Options { tolerance, max_sweeps, acceptable } = *sweeps.options;
+        let patience = if self.conjugate.is_empty() { PATIENCE } else { CONJUGATE_PATIENCE };
+        loop {
+            (sweeps.done, sweeps.with_friction) = (sweeps.done + 1, sweeps.with_friction + 1);
+            self.remember(reactions);
+            let sums = self.sweep(inverse_mass, v, reactions, Friction::Damped(sweeps.damping));
+            sweeps.least = sweeps.least.min(sums.change);
+            // Without progress, damp the frictional steps.
+            if sweeps.with_friction.is_multiple_of(patience) {
+                let change = sweeps.least.sqrt() / sweeps.damping;
+                if change > STALLED * sweeps.last_look {
+                    sweeps.damping = (DAMPING.0 * sweeps.damping).max(DAMPING.1);
+                }
+                (sweeps.last_look, sweeps.least) = (change, f64::INFINITY);
+            }
+            // At an acceptable residual, stop if the changes no longer halve.
+            let hint = scale.report(sweeps.done, &sums, tolerance).residual;
+            let is_look = sweeps.with_friction.is_multiple_of(LAST_LOOKS);
+            let is_stuck = is_look && hint / sweeps.damping > sweeps.half && acceptable > 0.0;
+            if is_look {
+                sweeps.half = 0.5 * hint / sweeps.damping;
+            }
+            // The change of a sweep estimates the residual at no cost; the residual of all contacts decides.
+            let is_last = sweeps.with_friction >= last;
+            let mut pause = None;
+            if sweeps.with_friction == 1 || is_stuck || hint <= 10.0 * tolerance || is_last {
+                let report = scale.report(sweeps.done, &self.measure(v, reactions), tolerance);
+                let is_over = report.converged || is_stuck && report.residual <= acceptable;
+                if is_over || sweeps.with_friction >= max_sweeps {
+                    return report;
+                }
+                pause = is_last.then_some(report);
+            }
+            // Acceleration by conjugate directions or extrapolation.
+            if sweeps.damping >= 1.0 {
+                self.go_on(sums.change, sweeps.last_change, inverse_mass, v, reactions);
+                sweeps.last_change = sums.change;
+            }
+            if let Some(report) = pause {
+                return report;
+            }
+        }
+    }
+
     /// Reserves memory for so many contacts of meshes, and for so many with a rigid side.
     pub fn with_capacity(contacts: usize, rigid_contacts: usize) -> Self {
         Self {
@@ -214,6 +304,7 @@ impl Workspace {
             } else {
                 0
             }),
+            groups: Groups::default(),
         }
     }
 
@@ -254,7 +345,7 @@ impl Workspace {
 
     /// Stores the impulses before a sweep.
     fn remember(&mut self, reactions: &[Reaction]) {
-        if self.conjugate.direction.is_empty() {
+        if self.conjugate.is_empty() {
             self.extrapolation.remember(reactions);
         } else {
             self.conjugate.remember(reactions);
@@ -271,7 +362,7 @@ impl Workspace {
         v: &mut [Vec3],
         reactions: &mut [Reaction],
     ) {
-        let step = if self.conjugate.direction.is_empty() {
+        let step = if self.conjugate.is_empty() {
             self.extrapolation.step(reactions, change)
         } else {
             Some(self.conjugate.step(reactions, change / last_change))
@@ -310,7 +401,7 @@ impl Workspace {
         reactions: &mut [Reaction],
         options: &Options,
     ) -> usize {
-        if self.conjugate.direction.is_empty() {
+        if self.conjugate.is_empty() {
             return 0;
         }
         let (mut sweeps, mut last_change) = (0, f64::INFINITY);
@@ -359,37 +450,6 @@ impl Workspace {
             }
         }
         sums
-    }
-}
-
-impl Conjugate {
-    fn with_capacity(contacts: usize) -> Self {
-        Self { before: Vec::with_capacity(contacts), direction: Vec::with_capacity(contacts) }
-    }
-
-    fn restart(&mut self, contacts: usize) {
-        self.direction.clear();
-        self.direction.resize(contacts, [0.0; 3]);
-    }
-
-    fn remember(&mut self, reactions: &[Reaction]) {
-        self.before.clear();
-        self.before.extend(reactions.iter().map(|reaction| reaction.impulse));
-    }
-
-    /// The step `β d` along the last direction d, zero where changes grow (β ≥ 1); the next direction is `β d + (p −
-    /// p_before)`.
-    fn step(&mut self, reactions: &[Reaction], beta: f64) -> &[Local] {
-        let beta = if beta < 1.0 { beta } else { 0.0 };
-        for ((direction, before), reaction) in self.direction.iter_mut().zip(&mut self.before).zip(reactions)
-        {
-            for i in 0..3 {
-                let step = beta * direction[i];
-                direction[i] = step + (reaction.impulse[i] - before[i]);
-                before[i] = step;
-            }
-        }
-        &self.before
     }
 }
 

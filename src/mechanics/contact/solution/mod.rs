@@ -4,6 +4,7 @@
 //! [`problem::ContactProblem`] is `W`, `q` and `μ` alone, and [`solvers::solve`] finds its reactions.
 
 pub mod compliance;
+mod connected;
 mod contact_row;
 pub mod delassus;
 pub mod gauss_seidel;

@@ -360,3 +360,31 @@ fn strong_friction_that_makes_sweeps_cycle_converges_by_damping() {
         }
     }
 }
+
+#[test]
+fn a_pile_that_needs_many_sweeps_leaves_other_contacts_alone() {
+    // A hundred masses in a row that a plane stops at one end, and forty single masses, half of which come to rest on theirs.
+    let along = [Vec3::z(), Vec3::x(), Vec3::y()];
+    let (pile, singles) = (100, 40);
+    let on_next = |i: u32| contact(i + 1, [i; 4], [0.25; 4], along, 0.0);
+    let on_plane = |node: u32, gap: f64| contact(node, [node; 4], [0.0; 4], along, gap);
+    let mut contacts = vec![on_plane(0, 0.0)];
+    contacts.extend((0..pile - 1).map(on_next));
+    contacts.extend((0..singles).map(|i| on_plane(pile + i, if i % 2 == 0 { 0.0 } else { 1.0 })));
+    let inverse_mass = vec![Vec3::repeat(1.0); (pile + singles) as usize];
+    let mut v = vec![-Vec3::z(); (pile + singles) as usize];
+    let (reactions, report) = run(&contacts, 0.2, &inverse_mass, 1e-3, &mut v);
+    assert!(report.converged, "{report:?}");
+    // All of the pile comes to rest: a contact carries the momentum of the masses behind it.
+    for (i, reaction) in reactions.iter().take(pile as usize).enumerate() {
+        let carried = f64::from(pile) - i as f64;
+        assert!((reaction.impulse[0] - carried).abs() < 1e-6 * carried, "{i}: {reaction:?}");
+    }
+    for (i, reaction) in reactions[pile as usize..].iter().enumerate() {
+        assert_eq!(reaction.impulse, [if i % 2 == 0 { 1.0 } else { 0.0 }, 0.0, 0.0]);
+    }
+    // The pile alone takes as many sweeps.
+    let mut v = vec![-Vec3::z(); pile as usize];
+    let (_, alone) = run(&contacts[..pile as usize], 0.2, &inverse_mass[..pile as usize], 1e-3, &mut v);
+    assert!(alone.sweeps > 50 && report.sweeps < 2 * alone.sweeps, "{} and {}", alone.sweeps, report.sweeps);
+}

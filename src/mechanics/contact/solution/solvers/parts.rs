@@ -3,6 +3,7 @@
 
 use super::method::Method;
 use super::options::{Options, SolveReport};
+use crate::contact::solution::connected::Connected;
 use crate::contact::solution::delassus::{Delassus, SparseDelassus};
 use crate::contact::solution::problem::{ContactProblem, ProblemError, local, squared};
 use std::ops::AddAssign;
@@ -13,24 +14,13 @@ const SHARE: f64 = 0.5;
 
 /// Groups of contacts that W connects, directly or through others, each ascending, in the order of their first contacts.
 pub(super) fn groups(W: &SparseDelassus, contacts: usize) -> Vec<Vec<usize>> {
-    // Union–find, where the smaller number stands for both.
-    let mut parent: Vec<usize> = (0..contacts).collect();
-    let mut first = |mut c: usize, to: Option<usize>| {
-        while parent[c] != c {
-            parent[c] = parent[parent[c]];
-            c = parent[c];
-        }
-        parent[c] = to.unwrap_or(c);
-        c
-    };
+    let mut connected = Connected::default();
+    connected.restart(contacts);
     for c in 0..contacts {
-        for (d, _) in W.row(c) {
-            let (a, b) = (first(c, None), first(d, None));
-            first(a.max(b), Some(a.min(b)));
-        }
+        W.row(c).for_each(|(d, _)| connected.join(c, d));
     }
     let mut lists = vec![Vec::new(); contacts];
-    (0..contacts).for_each(|c| lists[first(c, None)].push(c));
+    connected.firsts().iter().enumerate().for_each(|(c, first)| lists[*first].push(c));
     lists.retain(|list| !list.is_empty());
     lists
 }

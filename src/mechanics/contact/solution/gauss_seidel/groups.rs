@@ -1,0 +1,93 @@
+//! Contacts that share no movable node are problems of their own. Each such group is swept and extrapolated by itself, so that a hard one
+//! costs nothing in the others.
+
+use super::super::connected::Connected;
+use super::{Options, Scale, Sweeps, Workspace};
+use crate::contact::{Contact, Reaction, RigidSides};
+use crate::tensor::Vec3;
+
+/// Groups of connected contacts, with buffers for one of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Groups {
+    connected: Connected,
+    /// A contact of each node, if any has been found.
+    of_node: Vec<Option<u32>>,
+    /// First contact of the group of each contact.
+    firsts: Vec<usize>,
+    /// The contacts, group by group.
+    order: Vec<usize>,
+    contacts: Vec<Contact>,
+    reactions: Vec<Reaction>,
+    workspace: Option<Box<Workspace>>,
+}
+
+impl Groups {
+    /// Finds the groups of the contacts of a step; arguments as of [`super::solve_with_rigid`].
+    pub fn find(&mut self, contacts: &[Contact], rigid: &RigidSides, inverse_mass: &[Vec3]) {
+        self.connected.restart(contacts.len());
+        self.of_node.clear();
+        self.of_node.resize(inverse_mass.len(), None);
+        for (c, contact) in contacts.iter().enumerate() {
+            let spin = |body: u32| rigid.bodies[body as usize].spin;
+            let spins = rigid.of_pair(contact.pair).into_iter().flatten().map(spin);
+            for node in contact.stencil.nodes().iter().copied().chain(spins).map(|node| node as usize) {
+                if inverse_mass[node] == Vec3::zeros() {
+                    continue;
+                }
+                match self.of_node[node] {
+                    Some(other) => self.connected.join(c, other as usize),
+                    None => self.of_node[node] = Some(c as u32),
+                }
+            }
+        }
+        self.firsts.clear();
+        self.firsts.extend_from_slice(self.connected.firsts());
+        self.order.clear();
+        self.order.extend(0..contacts.len());
+        self.order.sort_unstable_by_key(|&c| (self.firsts[c], c));
+    }
+
+    /// Whether all contacts are connected.
+    pub fn are_one(&self) -> bool {
+        self.firsts.iter().all(|first| *first == 0)
+    }
+
+    /// Sweeps over each group from the present impulses and velocities; returns the largest number of sweeps over one of them. Of the sums
+    /// `closing` and `size` of all contacts, which residuals are relative to, a group has a share by its number of contacts: together
+    /// they are within the tolerance of the whole.
+    pub fn solve(
+        &mut self,
+        contacts: &[Contact],
+        rigid: &RigidSides,
+        (inverse_mass, h, v): (&[Vec3], f64, &mut [Vec3]),
+        reactions: &mut [Reaction],
+        options: &Options,
+        [closing, size]: [f64; 2],
+    ) -> usize {
+        let workspace = self.workspace.get_or_insert_default();
+        let mut longest = 0;
+        for group in self.order.chunk_by(|&a, &b| self.firsts[a] == self.firsts[b]) {
+            self.contacts.clear();
+            self.contacts.extend(group.iter().map(|&c| contacts[c].clone()));
+            self.reactions.clear();
+            self.reactions.extend(group.iter().map(|&c| reactions[c]));
+            workspace.prepare(&self.contacts, rigid, inverse_mass, h);
+            let share = group.len() as f64 / contacts.len() as f64;
+            let scale = Scale { closing: share * closing, size: Some(share * size) };
+            let mut sweeps = Sweeps::beginning(options);
+            workspace.sweep_until(
+                options.max_sweeps,
+                &mut sweeps,
+                &scale,
+                inverse_mass,
+                v,
+                &mut self.reactions,
+            );
+            longest = longest.max(sweeps.done);
+            for (&c, reaction) in group.iter().zip(&self.reactions) {
+                reactions[c] = *reaction;
+            }
+        }
+        longest
+    }
+}
