@@ -293,6 +293,16 @@ fn reading_an_upload_has_limits_of_time_and_memory() {
 }
 
 #[test]
+fn a_mesh_whose_reading_was_killed_is_not_called_invalid() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::running(&scripted(&folder, "kill -KILL $$"), |_| {});
+    let answer = server.client().send("POST", "/v1/meshes", &[], b"$MeshFormat");
+    let refused = problem(&answer, 503, "busy");
+    assert!(refused["detail"].as_str().unwrap().contains("signal: 9"), "{refused}");
+    assert!(answer.header("retry-after").is_some(), "{answer:?}");
+}
+
+#[test]
 fn validating_a_large_scene_has_limits_of_time_and_memory() {
     let folder = tempfile::tempdir().unwrap();
     let task = folder.path().join("task");

@@ -236,7 +236,7 @@ pub async fn first_scene(
 
 /// Only surfaces are begun together, within the limit on the size of one mesh.
 fn check_surfaces(meshes: &[StoredMesh], limit: u64) -> Result<(), Problem> {
-    let refusal = |message: String| Problem::from(MeshRefusal { message });
+    let refusal = |message: String| Problem::from(MeshRefusal::Invalid(message));
     if let Some(other) = meshes.iter().find(|mesh| mesh.format != MeshFormat::Stl) {
         let id = &other.id;
         return Err(refusal(format!(

@@ -491,12 +491,16 @@ pub fn no_connection(refused: NoPermit) -> Response {
 
 impl From<MeshRefusal> for Problem {
     fn from(refusal: MeshRefusal) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message).remedy(
-            format!(
-                "Send a complete file of solid cells, of labels or of a closed surface: {}.",
-                MeshFormat::extensions_in_words()
-            ),
-        )
+        let message = match refusal {
+            MeshRefusal::Lost(how) => {
+                return Self::busy(format!("The file was not checked: {how}."), VALIDATION_WAIT_S);
+            }
+            MeshRefusal::Invalid(message) => message,
+        };
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", message).remedy(format!(
+            "Send a complete file of solid cells, of labels or of a closed surface: {}.",
+            MeshFormat::extensions_in_words()
+        ))
     }
 }
 

@@ -281,7 +281,7 @@ enum MeshContent {
 }
 
 fn refusal(message: String) -> MeshRefusal {
-    MeshRefusal { message }
+    MeshRefusal::Invalid(message)
 }
 
 /// Total number of steps, extrapolated from the completed fraction of the run; from the estimate while that is too

@@ -26,10 +26,13 @@ pub struct StoredMesh {
     pub report: MeshReport,
 }
 
-/// Why an upload is not a mesh.
+/// Why an upload gave no mesh.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-#[error("{message}")]
-pub struct MeshRefusal {
-    /// Description of the error, and where it is in the file.
-    pub message: String,
+pub enum MeshRefusal {
+    /// It is not one, or takes more than a mesh may: what is wrong, and where in the file.
+    #[error("{0}")]
+    Invalid(String),
+    /// The process that read it was killed: how. The mesh may be right.
+    #[error("{0}")]
+    Lost(String),
 }

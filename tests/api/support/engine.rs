@@ -222,7 +222,7 @@ impl Engine for ScriptedEngine {
         let format = file.format.or(bytes.starts_with(b"$").then_some(MeshFormat::Gmsh));
         match format {
             Some(format) if !bytes.ends_with(b"broken") => Ok((format, report())),
-            _ => Err(MeshRefusal { message: "line 1: not a mesh".into() }),
+            _ => Err(MeshRefusal::Invalid("line 1: not a mesh".into())),
         }
     }
 

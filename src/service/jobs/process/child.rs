@@ -80,10 +80,10 @@ impl Death {
         self.signal() == Some(SIGXCPU)
     }
 
-    /// Whether it was killed.
+    /// Whether it was killed, and not because its input failed.
     #[cfg(unix)]
     pub fn is_by_kill(&self) -> bool {
-        self.signal() == Some(SIGKILL)
+        self.broken.is_none() && self.signal() == Some(SIGKILL)
     }
 
     #[cfg(unix)]

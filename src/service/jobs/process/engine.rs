@@ -126,7 +126,10 @@ impl ProcessEngine {
         let MeshFile { content, bytes, is_wanted, .. } = file;
         let within = Duration::from_secs(LEAST_READING_S + bytes / BYTES_PER_S).min(self.runs.deadline);
         let asked = self.ask(work, (bytes, content), None, &Patience { within, is_wanted }, answer);
-        asked.unwrap_or_else(|lost| Err(MeshRefusal { message: lost.words() }))
+        asked.unwrap_or_else(|lost| {
+            let refusal = if lost.was_killed() { MeshRefusal::Lost } else { MeshRefusal::Invalid };
+            Err(refusal(lost.words()))
+        })
     }
 
     /// Has a process do something, with its bytes, until its time is over or no one waits for it.
