@@ -3,7 +3,7 @@
 use super::answers::MadeIn;
 use super::app::App;
 use super::extract::{Owner, Parameters, Sender, declared_length, media_type};
-use super::problem::{Problem, ProblemBody};
+use super::problem::{Problem, ProblemBody, VALIDATION_WAIT_S};
 use crate::mesh::read::MeshFormat;
 use crate::scene::first_impact::{Approach, FirstScene};
 use crate::service::fair_queue::Lane;
@@ -232,6 +232,17 @@ pub async fn first_scene(
         check_surfaces(&meshes, app.config.runs.budget.mesh_bytes)?;
     }
     reading(&app, &owner, meshes, move |engine, file| engine.first_scene(file, &uploads, &approach)).await
+}
+
+impl From<MeshRefusal> for Problem {
+    fn from(refusal: MeshRefusal) -> Self {
+        match refusal {
+            MeshRefusal::Lost(how) => {
+                Self::busy(format!("The file was not checked: {how}."), VALIDATION_WAIT_S)
+            }
+            MeshRefusal::Invalid(why) => Self::invalid_mesh(why),
+        }
+    }
 }
 
 /// Only surfaces are begun together, within the limit on the size of one mesh.

@@ -5,7 +5,6 @@ use crate::mesh::read::MeshFormat;
 use crate::scene::{self, Problems, problem::Pointer};
 use crate::service::fair_queue::Refusal;
 use crate::service::jobs::{JobId, JobState, JobsError};
-use crate::service::meshes::MeshRefusal;
 use crate::service::permits::NoPermit;
 use crate::service::tokens::Scope;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -14,7 +13,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 /// Time after which to repeat a validation that could not begin [s].
-const VALIDATION_WAIT_S: u64 = 10;
+pub(super) const VALIDATION_WAIT_S: u64 = 10;
 
 /// Time after which to repeat a submission of an owner whose jobs wait [s].
 const QUEUE_WAIT_S: u64 = 30;
@@ -350,10 +349,18 @@ impl Problem {
     }
 
     /// Too much work of its kind waits already; `wait_s` is the time after which to try again.
-    fn busy(detail: impl Into<String>, wait_s: u64) -> Self {
+    pub(super) fn busy(detail: impl Into<String>, wait_s: u64) -> Self {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", "Busy", detail)
             .remedy("Send it again after the time in Retry-After.")
             .header(header::RETRY_AFTER, wait_s.into())
+    }
+
+    /// An upload is no mesh: why.
+    pub(super) fn invalid_mesh(why: String) -> Self {
+        let formats = MeshFormat::extensions_in_words();
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", why).remedy(format!(
+            "Send a complete file of solid cells, of labels or of a closed surface: {formats}."
+        ))
     }
 
     /// The client asks for more than one client may.
@@ -487,21 +494,6 @@ pub fn no_connection(refused: NoPermit) -> Response {
         ),
     };
     problem.into_response()
-}
-
-impl From<MeshRefusal> for Problem {
-    fn from(refusal: MeshRefusal) -> Self {
-        let message = match refusal {
-            MeshRefusal::Lost(how) => {
-                return Self::busy(format!("The file was not checked: {how}."), VALIDATION_WAIT_S);
-            }
-            MeshRefusal::Invalid(message) => message,
-        };
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", message).remedy(format!(
-            "Send a complete file of solid cells, of labels or of a closed surface: {}.",
-            MeshFormat::extensions_in_words()
-        ))
-    }
 }
 
 impl IntoResponse for Problem {

@@ -2,7 +2,8 @@
 //! costs nothing in the others.
 
 use super::super::connected::Connected;
-use super::{Options, Scale, Sweeps, Workspace};
+use super::progress::{Options, Scale, Sweeps};
+use super::sweeper::Sweeper;
 use crate::contact::{Contact, Reaction, RigidSides};
 use crate::tensor::Vec3;
 
@@ -18,11 +19,11 @@ pub(super) struct Groups {
     order: Vec<usize>,
     contacts: Vec<Contact>,
     reactions: Vec<Reaction>,
-    workspace: Option<Box<Workspace>>,
+    sweeper: Sweeper,
 }
 
 impl Groups {
-    /// Finds the groups of the contacts of a step; arguments as of [`super::solve_with_rigid`].
+    /// Finds the groups of the contacts of a step; arguments as of `solve_with_rigid`.
     pub fn find(&mut self, contacts: &[Contact], rigid: &RigidSides, inverse_mass: &[Vec3]) {
         self.connected.restart(contacts.len());
         self.of_node.clear();
@@ -64,27 +65,20 @@ impl Groups {
         options: &Options,
         [closing, size]: [f64; 2],
     ) -> usize {
-        let workspace = self.workspace.get_or_insert_default();
+        let Self { firsts, order, contacts: own, reactions: of_group, sweeper, .. } = self;
         let mut longest = 0;
-        for group in self.order.chunk_by(|&a, &b| self.firsts[a] == self.firsts[b]) {
-            self.contacts.clear();
-            self.contacts.extend(group.iter().map(|&c| contacts[c].clone()));
-            self.reactions.clear();
-            self.reactions.extend(group.iter().map(|&c| reactions[c]));
-            workspace.prepare(&self.contacts, rigid, inverse_mass, h);
+        for group in order.chunk_by(|&a, &b| firsts[a] == firsts[b]) {
+            own.clear();
+            own.extend(group.iter().map(|&c| contacts[c].clone()));
+            of_group.clear();
+            of_group.extend(group.iter().map(|&c| reactions[c]));
+            sweeper.prepare(own, rigid, inverse_mass, h);
             let share = group.len() as f64 / contacts.len() as f64;
             let scale = Scale { closing: share * closing, size: Some(share * size) };
             let mut sweeps = Sweeps::beginning(options);
-            workspace.sweep_until(
-                options.max_sweeps,
-                &mut sweeps,
-                &scale,
-                inverse_mass,
-                v,
-                &mut self.reactions,
-            );
+            sweeper.sweep_until(options.max_sweeps, &mut sweeps, &scale, inverse_mass, v, of_group);
             longest = longest.max(sweeps.done);
-            for (&c, reaction) in group.iter().zip(&self.reactions) {
+            for (&c, reaction) in group.iter().zip(of_group.iter()) {
                 reactions[c] = *reaction;
             }
         }

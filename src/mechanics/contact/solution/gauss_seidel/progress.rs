@@ -1,0 +1,102 @@
+//! How far sweeps over some contacts have come, and when they are done.
+
+use super::rows::Sums;
+
+/// Residuals below this multiple of the rounding of the velocities that they come from cannot be reduced.
+const ROUNDINGS: f64 = 16.0;
+/// Largest residual relative to the free velocities, over the tolerance, of a converged solution: the factor by which
+/// impulses may exceed those that the free velocities alone require.
+const HIDDEN: f64 = 1e4;
+
+/// Stopping criteria of the sweeps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Largest scaled residual [-] of a converged solution.
+    pub tolerance: f64,
+    /// Largest number of sweeps over all contacts.
+    pub max_sweeps: usize,
+    /// Scaled residual [-] at which sweeps that make no progress stop.
+    pub acceptable: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_sweeps: 1000, acceptable: 0.0 }
+    }
+}
+
+/// Outcome of a solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// Sweeps over all contacts.
+    pub sweeps: usize,
+    /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` per contact, F at
+    /// `ρ = 1/D`, and q the free relative velocities of the closing contacts.
+    pub residual: f64,
+    /// The same relative to the free velocities alone, `‖D^½ F‖ / ‖D^−½ q‖` [-], so that growing impulses cannot hide
+    /// a contact that nothing can stop.
+    pub residual_of_free: f64,
+    /// The residual is within the tolerance, or at the rounding of the velocities.
+    pub converged: bool,
+}
+
+/// What residuals are relative to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    /// `Σ D⁻¹ |q|²` of the closing contacts.
+    pub closing: f64,
+    /// The larger of that and of the squared norm of the impulses, if it is given; otherwise that of the impulses found.
+    pub size: Option<f64>,
+}
+
+impl Scale {
+    /// The report on sums of the natural map after so many sweeps.
+    pub fn report(&self, sweeps: usize, sums: &Sums, tolerance: f64) -> SolveReport {
+        let size = self.size.unwrap_or(self.closing.max(sums.impulse));
+        let (residual, residual_of_free) = ((sums.change / size).sqrt(), (sums.change / self.closing).sqrt());
+        let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
+        // Growing impulses must not hide a contact that they do not stop.
+        let is_small = residual <= tolerance && residual_of_free <= HIDDEN * tolerance;
+        SolveReport {
+            sweeps,
+            residual,
+            residual_of_free,
+            converged: is_small || sums.change.sqrt() <= rounding,
+        }
+    }
+}
+
+/// How far sweeps have come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sweeps<'a> {
+    pub options: &'a Options,
+    /// Number of sweeps without friction, and of those with it.
+    pub done: usize,
+    pub with_friction: usize,
+    /// Factor on the steps of frictional contacts.
+    pub damping: f64,
+    /// Change of a sweep at the last check of progress [√J], and the least squared change since [J].
+    pub last_look: f64,
+    pub least: f64,
+    /// Squared change of the last sweep [J].
+    pub last_change: f64,
+    /// Half of the relative change at the last look [-].
+    pub half: f64,
+}
+
+impl<'a> Sweeps<'a> {
+    /// Before the first of them.
+    pub fn beginning(options: &'a Options) -> Self {
+        let never = f64::INFINITY;
+        Self {
+            options,
+            done: 0,
+            with_friction: 0,
+            damping: 1.0,
+            last_look: never,
+            least: never,
+            last_change: never,
+            half: never,
+        }
+    }
+}
