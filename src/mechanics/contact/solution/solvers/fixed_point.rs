@@ -41,7 +41,7 @@ pub(super) struct At<'a> {
     pub r: &'a [f64],
     /// Velocities `W r + q`.
     pub u: &'a [f64],
-    /// Norm `‖q‖` of the free velocities, and the largest size that errors are relative to.
+    /// Norm `‖q‖` of the free velocities, and the size that what is not stopped is relative to.
     pub sizes: [f64; 2],
 }
 

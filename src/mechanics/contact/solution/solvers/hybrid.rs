@@ -24,13 +24,13 @@ const STAGES: [(Stage, usize); 7] = [
 /// Cost of a Newton step in sweeps from which rounds of both come before many Newton steps alone.
 const DEAR: f64 = 30.0;
 /// Sweeps of a round, in units of the cost of a Newton step, and their least number.
-const ROUND: (f64, usize) = (10.0, 60);
+const ROUND: (f64, usize) = (5.0, 60);
 /// Sweeps in the same unit up to which rounds go on in any case: what the stages that follow would cost.
 const LEAST: f64 = 400.0;
 /// Factor on the error of a round that is worth another.
 const WORTH: f64 = 0.7;
 /// Most Newton steps of a round.
-const STEPS: usize = 15;
+const STEPS: usize = 80;
 
 #[derive(Clone, Copy, Debug)]
 enum Stage {
@@ -95,7 +95,7 @@ fn alternate(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
         for method in [Method::Nsgs, Method::Newton] {
             let ending = match method {
                 Method::Nsgs => nsgs::solve(scaled, &limits(round, iterations)),
-                _ => newton::solve(scaled, &limits(STEPS, iterations), newton::BOLD),
+                _ => newton::solve(scaled, &limits(STEPS, iterations), newton::NEAR),
             };
             iterations += ending.iterations;
             error = ending.error;

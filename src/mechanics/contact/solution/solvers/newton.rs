@@ -37,6 +37,8 @@ pub(super) struct Caution {
 pub(super) const BOLD: Caution = Caution { slope: 1e-3, most: 1e-4, patience: 8 };
 /// Shorter steps in the null space of W, and more of them.
 pub(super) const CAREFUL: Caution = Caution { slope: 1.0, most: 0.1, patience: 60 };
+/// Steps of a tenth of the reactions in the null space of W, soon stopped: between sweeps, from near one of many solutions.
+pub(super) const NEAR: Caution = Caution { slope: 10.0, most: 0.1, patience: 6 };
 
 /// Newton steps until the error is within the tolerance, or they make no progress; ends with the best iterate.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> Ending {

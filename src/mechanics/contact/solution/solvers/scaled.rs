@@ -32,8 +32,8 @@ pub(super) struct Scaled {
     columns: Columns,
     /// `D^½` of each contact.
     root: Vec<f64>,
-    /// Norm `‖q̂‖` of the free velocities, and the largest size that errors are relative to: reactions that exceed it are no solution
-    /// ([`LARGEST_OF_FREE`]).
+    /// Norm `‖q̂‖` of the free velocities, and the size that what is not stopped is relative to: with the tolerance, at most
+    /// [`LARGEST_OF_FREE`] of the free velocities.
     pub sizes: [f64; 2],
 }
 
@@ -82,7 +82,7 @@ impl Scaled {
             diagonal,
             columns,
             root,
-            sizes: [q_size, q_size * (LARGEST_OF_FREE / tolerance).max(1.0)],
+            sizes: [q_size, q_size * LARGEST_OF_FREE / tolerance],
             proximal: 0.0,
             failed_contacts: 0,
             centre: Vec::new(),
@@ -211,14 +211,21 @@ impl Scaled {
     }
 }
 
-/// The scaled error of reactions and their velocities, `‖F̂‖ / max(‖r̂‖, ‖q̂‖)`, with a size of at most `most`.
-pub(super) fn scaled_error(mu: &[f64], r: &[f64], u: &[f64], [q_size, most]: [f64; 2]) -> f64 {
-    let f: f64 = (0..mu.len()).map(|c| squared_residual(local(r, c), local(u, c), mu[c], 1.0)).sum();
-    if f == 0.0 {
+/// The scaled error of reactions and their velocities, `‖F̂‖ / max(‖r̂‖, ‖q̂‖)`, or, where it is larger, what `of_free` of
+/// [`Errors`](crate::contact::solution::problem::Errors) measures, relative to `of_free_size`.
+pub(super) fn scaled_error(mu: &[f64], r: &[f64], u: &[f64], [q_size, of_free_size]: [f64; 2]) -> f64 {
+    let (mut error, mut unstopped) = (0.0, 0.0);
+    for (c, &mu) in mu.iter().enumerate() {
+        let u = local(u, c);
+        let residual = squared_residual(local(r, c), u, mu, 1.0);
+        error += residual;
+        unstopped += residual.max(u[0].min(0.0).powi(2));
+    }
+    if unstopped == 0.0 {
         return 0.0;
     }
     let r_size = r.iter().map(|x| x * x).sum::<f64>().sqrt();
-    f.sqrt() / r_size.max(q_size).min(most)
+    (error.sqrt() / r_size.max(q_size)).max(unstopped.sqrt() / of_free_size)
 }
 
 /// Changes the three numbers of every contact by means of one number per contact.
