@@ -105,7 +105,7 @@ fn complete(
         Some(parts) if problems.iter().all(|p| !p.is_error()) => {
             document.integrator = parts.integrator;
             let Parts { content_hash, choice, bodies, mesh_files, kept_files, .. } = parts;
-            let warnings = problems.iter().map(ToString::to_string).collect();
+            let warnings = problems.iter().map(Problem::in_words).collect();
             Ok(Loaded {
                 scene: Scene { document, choice, bodies, warnings, content_hash, mesh_files, kept_files },
                 warnings: problems,

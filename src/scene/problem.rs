@@ -100,6 +100,21 @@ impl Problem {
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
+    /// The problem as a sentence for readers of results, its place in the document last.
+    pub fn in_words(&self) -> String {
+        let mut rest = self.message.chars();
+        let mut words: String = rest.next().into_iter().flat_map(char::to_uppercase).chain(rest).collect();
+        let mut add = |before: &str, text: &str| {
+            if !text.is_empty() {
+                words += &format!("{before}{text}");
+            }
+        };
+        add("; ", &self.remedy);
+        add(" (at ", if self.pointer.is_empty() { "/" } else { &self.pointer });
+        add(", found ", &if self.value.is_null() { String::new() } else { self.value.to_string() });
+        add(", must be ", &self.limit);
+        words + ")."
+    }
 }
 
 impl fmt::Display for Problem {

@@ -370,8 +370,8 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         let (count, residual) = stepper.unconverged();
         if count > 0 {
             outcome.warnings.push(format!(
-                "Steps whose contact solver ended above its tolerance: {count}, at a residual of {residual:.1e} of the velocities of \
-                 contact at most; their reactions are off by about as much."
+                "The contact forces of {count} steps are less accurate than required: the contact solver ended above its tolerance, at a \
+                 residual of {residual:.1e} of the velocities of contact at most."
             ));
         }
     }
@@ -385,22 +385,22 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
             Integrator::Implicit(_) => "shorter steps and a finer mesh at the contact reduce it",
         };
         outcome.warnings.push(format!(
-            "Numerical contact dissipation is {:.1} % of the energy scale: {remedy}.",
+            "The computation of contact lost {:.1} % of the energy of the impact: {remedy}.",
             100.0 * lost / scale
         ));
     }
     let missed = state.ledger.algorithmic.iter().sum::<f64>() + if plan.is_static() { lost } else { 0.0 };
     if !plan.is_static() && missed > NOTABLE_LOSS * scale && scale > 0.0 {
         outcome.warnings.push(format!(
-            "The time integrator dissipated {:.1} % of the energy scale, which counts as dissipated by the bodies: shorter steps, \
+            "The time integration lost {:.1} % of the energy of the impact, which counts as dissipated by the bodies: shorter steps, \
              `integrator.theta` closer to 0.5 or `integrator.energy_momentum` reduce it.",
             100.0 * missed / scale
         ));
     }
     if plan.is_static() && missed.abs() > plan.energy_gate * scale && scale > 0.0 {
         outcome.warnings.push(format!(
-            "The work of loads and reactions, taken from the ends of the load steps, misses {:.1} % of the energy scale: \
-             smaller load steps follow it closer.",
+            "The energy balance misses {:.1} % of the energy of the load: the work of loads and reactions is taken from the ends of the load \
+             steps, and smaller ones follow it closer.",
             100.0 * missed / scale
         ));
     }

@@ -310,13 +310,16 @@ impl Must {
 /// Warning of a finer mesh whose run was discarded.
 fn discarded(mesh_factor: f64, failure: Option<String>) -> String {
     let how = failure.unwrap_or_else(|| "exceeded the time".into());
-    format!("The run with {mesh_factor:.2} times the numbers of elements is discarded: it {how}")
+    format!("A finer mesh, with {mesh_factor:.2} times the numbers of elements, gave no result: it {how}.")
 }
 
 /// The result on the finest mesh that there is, with a warning if it is not accurate enough.
 fn without_finer_mesh(mut result: RunResult, why: &str) -> RunResult {
     if !has_reached(&result) {
-        result.summary.warnings.push(format!("There is no finer mesh to reach the accuracy with: {why}"));
+        result.summary.warnings.push(format!(
+            "There is no finer mesh to reach the accuracy with: {}.",
+            why.trim_end_matches('.')
+        ));
     }
     result
 }
@@ -325,7 +328,7 @@ fn without_finer_mesh(mut result: RunResult, why: &str) -> RunResult {
 fn coarser_than_own(mesh_factor: f64) -> String {
     format!(
         "The scene's own mesh would take too long: these are the results of one with {mesh_factor:.2} times the numbers of elements; \
-         `--as-is` runs the scene's own"
+         `--as-is` runs the scene's own."
     )
 }
 

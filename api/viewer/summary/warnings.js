@@ -18,15 +18,20 @@ export function concerns(summary) {
     const count = `${numbers.length === 1 ? "one" : numbers.length} of the four numbers`;
     const isUnknown = numbers.every(({ quantity }) => quantity.error === "not estimated");
     const words = isUnknown ? `The uncertainty of ${count} was not estimated.` : `The mesh is too coarse for ${count}: an order of magnitude, no more.`;
-    found.push({ kind: "warn", words, isMeshed: true });
+    // What the program says of the mesh is why.
+    found.push({ kind: "warn", words: [words, ...(isUnknown ? [] : summary.warnings.filter(isOfMesh))].join(" "), isMeshed: true });
+    if (!isUnknown) return [...found, ...others(summary.warnings.filter((words) => !isOfMesh(words)))];
   }
-  // The program lists the most severe first.
-  return [...found, ...summary.warnings.map((words) => ({ kind: "warn", words }))];
+  return [...found, ...others(summary.warnings)];
 }
+
+const isOfMesh = (words) => words.startsWith("The mesh ");
+/** The program lists the most severe first. */
+const others = (warnings) => warnings.map((words) => ({ kind: "warn", words }));
 
 /** The first part of a warning: what is so, without its numbers and remedies. */
 function short({ words, isMeshed }) {
-  const [first] = isMeshed ? [words] : words.split(/: (?=[a-z])|; (?=[a-z])/);
+  const [first] = isMeshed ? words.split(/(?<=[a-z]\.) (?=[A-Z])/) : words.split(/: (?=[a-z])|; (?=[a-z])/);
   return /[.!]$/.test(first) ? first : `${first}.`;
 }
 

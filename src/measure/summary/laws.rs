@@ -55,26 +55,27 @@ pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
 }
 
 impl LawRange {
-    /// "The law of fat (thigh) was used beyond its fitted range in 3.2 % of its volume, first seen at 40 µs: …"; ranges that are usual
-    /// for the law are not called fitted.
-    pub fn in_words(&self) -> String {
+    /// "fat (thigh) in 3.2 % of its volume from 40 µs on (stretch 0.45 to 1.6, fitted 0.60 to 1.5)": what left its range; ranges that are
+    /// usual for the law are not called fitted.
+    fn in_words(&self) -> String {
         let between = |[from, to]: [f64; 2]| format!("{} to {}", number(from), number(to));
-        let range = |range, is_given: bool| {
-            let what = if is_given { "fitted to" } else { "the law's usual range is" };
-            format!("{what} {}", between(range))
-        };
-        let is_fitted = self.given.stretch || self.given.jacobian;
+        let mut what = Vec::new();
+        for (name, seen, range, is_given) in [
+            ("stretch", self.stretch, self.fitted_stretch, self.given.stretch),
+            ("volume ratio", self.jacobian, self.fitted_jacobian, self.given.jacobian),
+        ] {
+            if seen[0] < range[0] || seen[1] > range[1] {
+                let of = if is_given { "fitted" } else { "usual for its law" };
+                what.push(format!("{name} {}, {of} {}", between(seen), between(range)));
+            }
+        }
         format!(
-            "The law of {} ({}) was used beyond its {} range in {} % of its volume, first seen at {}: stretches {} ({}), J {} ({}).",
+            "{} ({}) in {} % of its volume from {} on ({})",
             self.part,
             self.body,
-            if is_fitted { "fitted" } else { "usual" },
             number(100.0 * self.fraction_outside),
             seconds(self.outside_since_s),
-            between(self.stretch),
-            range(self.fitted_stretch, self.given.stretch),
-            between(self.jacobian),
-            range(self.fitted_jacobian, self.given.jacobian)
+            what.join("; ")
         )
     }
 
@@ -113,22 +114,42 @@ pub(super) fn law_rates(ranges: &LawRanges) -> Vec<LawRate> {
     ranges.parts.iter().filter(|part| part.strain_rate > 0.0).filter_map(of).collect()
 }
 
+/// The sentence on all parts whose laws were notably used beyond their ranges; `None` where there is none.
+pub(super) fn ranges_in_words(ranges: &[LawRange]) -> Option<String> {
+    let parts: Vec<String> = ranges.iter().filter(|law| law.is_notable()).map(LawRange::in_words).collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "Materials were deformed beyond the range of their laws, so that the stress there is an extrapolation: {}.",
+            parts.join("; ")
+        )
+    })
+}
+
+/// The sentence on all parts that were deformed at rates which the tests of their parameters do not cover; `None` where there is none.
+pub(super) fn rates_in_words(rates: &[LawRate]) -> Option<String> {
+    let parts: Vec<String> = rates.iter().filter_map(LawRate::in_words).collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "Materials were deformed at rates that their tests do not cover, so that their stiffness is uncertain: {}.",
+            parts.join("; ")
+        )
+    })
+}
+
 impl LawRate {
-    /// "muscle (thigh) was deformed at up to 5100 /s, and 35 % of its volume faster than in any test of its parameters (378 /s).";
-    /// `None` within the range of the tests.
-    pub fn in_words(&self) -> Option<String> {
+    /// "muscle (thigh) at up to 5100 /s, in 35 % of its volume faster than in any test (378 /s)"; `None` within the range of the tests.
+    fn in_words(&self) -> Option<String> {
         let [from, to] = self.tested_strain_rate_per_s.map(number);
         let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
         let (whose, rate) = (format!("{} ({})", self.part, self.body), number(self.strain_rate_per_s));
         if self.fraction_faster > NOTABLE_FRACTION {
             let percent = number(100.0 * self.fraction_faster);
             return Some(format!(
-                "{whose} was deformed at up to {rate} /s, and {percent} % of its volume faster than in any test of its parameters ({tests})."
+                "{whose} at up to {rate} /s, in {percent} % of its volume faster than in any test ({tests})"
             ));
         }
-        (self.strain_rate_per_s < self.tested_strain_rate_per_s[0]).then(|| {
-            format!("{whose} was deformed at up to {rate} /s, slower than in any test of its parameters ({tests}).")
-        })
+        (self.strain_rate_per_s < self.tested_strain_rate_per_s[0])
+            .then(|| format!("{whose} at up to {rate} /s, slower than in any test ({tests})"))
     }
 }
 
@@ -161,18 +182,25 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
     ))
 }
 
-/// Warnings of stress where no wave can have arrived.
-pub(super) fn numerical_stress(stress: &StressDepth) -> impl Iterator<Item = String> {
-    stress.exceedances.iter().filter(|e| e.largest_numerical > 0.0).map(|e| {
+/// The warning of stress where no wave can have arrived; `None` where there is none.
+pub(super) fn numerical_stress(stress: &StressDepth) -> Option<String> {
+    let found = stress.exceedances.iter().filter(|e| e.largest_numerical > 0.0).map(|e| {
         let (time, reach) = e.numerical_at;
         format!(
-            "{} mm³ of tissue above {} kPa lie where no wave from the contact can have arrived at {} ({} mm from it): a mesh artefact, since stress \
-             propagates by one element per step, however long; excluded from all results. Shorter elements along the surface around the contact \
-             reduce it; more layers alone increase it.",
+            "{} mm³ above {} kPa at {}, {} mm from it",
             number(1e9 * e.largest_numerical),
             number(1e-3 * e.threshold),
             seconds(time),
             number(1e3 * reach)
+        )
+    });
+    let found: Vec<String> = found.collect();
+    (!found.is_empty()).then(|| {
+        format!(
+            "Some stress is an artefact of the mesh and is excluded from all results: it lies where no wave from the contact can have arrived \
+             ({}), since stress propagates by one element per step, however long. Shorter elements along the surface around the contact reduce \
+             it; more layers alone increase it.",
+            found.join("; ")
         )
     })
 }
@@ -192,11 +220,16 @@ mod tests {
                 fraction_faster,
             };
         let faster = rate(5100.0, [378.0; 2], 0.35).in_words().unwrap();
-        assert!(faster.contains("at up to 5100 /s, and 35.00 % of its volume faster"), "{faster}");
-        assert!(faster.ends_with("(378.0 /s)."), "{faster}");
+        assert_eq!(
+            faster,
+            "muscle (thigh) at up to 5100 /s, in 35.00 % of its volume faster than in any test (378.0 /s)"
+        );
         let slower = rate(20.0, [116.0, 378.0], 0.0).in_words().unwrap();
-        assert!(slower.contains("slower than in any test of its parameters (116.0 to 378.0 /s)"), "{slower}");
+        assert!(slower.contains("slower than in any test (116.0 to 378.0 /s)"), "{slower}");
         assert_eq!(rate(200.0, [116.0, 378.0], 0.0).in_words(), None);
+        let both =
+            rates_in_words(&[rate(20.0, [116.0, 378.0], 0.0), rate(5100.0, [378.0; 2], 0.35)]).unwrap();
+        assert!(both.contains(&format!(": {slower}; {faster}.")), "{both}");
     }
 
     #[test]
@@ -214,19 +247,13 @@ mod tests {
                 fraction_beyond_limit: 0.0,
                 given: Given { stretch, jacobian },
             };
-            law.in_words()
+            ranges_in_words(&[law]).unwrap()
         };
         let usual = words(false, false);
-        assert!(usual.contains("fat (thigh) was used beyond its usual range"), "{usual}");
-        assert!(
-            usual.contains("the law's usual range is 0.6000 to 1.500") && !usual.contains("fitted"),
-            "{usual}"
-        );
+        assert!(usual.contains("fat (thigh) in 50.00 % of its volume from 10.00 µs on"), "{usual}");
+        assert!(usual.contains("usual for its law 0.6000 to 1.500") && !usual.contains("fitted"), "{usual}");
         let given = words(true, false);
-        assert!(
-            given.contains("beyond its fitted range") && given.contains("(fitted to 0.6000 to 1.500)"),
-            "{given}"
-        );
-        assert!(given.contains("(the law's usual range is 0.9000 to 1.100)"), "{given}");
+        assert!(given.contains("stretch 0.5000 to 1.700, fitted 0.6000 to 1.500"), "{given}");
+        assert!(given.contains("volume ratio 0.8000 to 1.000, usual for its law 0.9000 to 1.100"), "{given}");
     }
 }

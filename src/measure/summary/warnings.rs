@@ -6,7 +6,7 @@ use super::super::pair::PairMeasures;
 use super::super::penetration::{Depth, TOO_DEEP};
 use super::erosion::{ErosionOfPart, erosion};
 use super::gates::{LAW_LIMIT, fraction_in_words, projection_work};
-use super::laws::{LawRange, LawRate, beyond_limit, law_rates, left_laws, numerical_stress};
+use super::laws::{beyond_limit, law_rates, left_laws, numerical_stress, ranges_in_words, rates_in_words};
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
 use super::softening::{SofteningOfPart, softening};
@@ -48,7 +48,7 @@ fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<Stri
     let excess = beyond_limit(&measures.laws)?;
     let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
     Some(format!(
-        "{}: the peak stress, strain and energy density, which would come from such points, are omitted.{}",
+        "The largest stress, strain and energy density at a point are omitted, since a material was deformed beyond its limit: {}.{}",
         fraction_in_words(excess, numerics),
         if is_much { NOT_OF_TISSUE } else { "" }
     ))
@@ -105,12 +105,11 @@ pub(super) fn warnings(
     // Softening, erosion and laws beyond their range.
     all.add(Gravity::Remark, softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     all.add(Gravity::Remark, erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
-    let left = left_laws(&measures.laws);
-    all.add(Gravity::BeyondRange, left.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
-    all.add(Gravity::BeyondRange, law_rates(&measures.laws).iter().filter_map(LawRate::in_words));
+    all.add(Gravity::BeyondRange, ranges_in_words(&left_laws(&measures.laws)));
+    all.add(Gravity::BeyondRange, rates_in_words(&law_rates(&measures.laws)));
     all.add(Gravity::Excluded, beyond_limit_warning(measures, numerics));
     // Artefacts, penetration and projection.
-    all.add(Gravity::Excluded, measures.stress.iter().flat_map(numerical_stress));
+    all.add(Gravity::Excluded, measures.stress.as_ref().and_then(numerical_stress));
     all.add(Gravity::Remark, penetration_warning(&measures.penetration.deepest));
     all.add(Gravity::Remark, rigid_impact_warning(numerics));
     all.add(Gravity::Remark, projection_warning(&measures.energy));
@@ -130,7 +129,7 @@ fn force_warnings(all: &mut Warnings, measures: &Measures, numerics: &Numerics, 
     let is_notable = fraction > CONTACT_DISSIPATION_WARNING && !has_ended;
     let warning = is_notable.then(|| {
         format!(
-            "Numerical contact dissipation is {:.1} % of the energy scale (above {:.0} %): refine the contact surfaces.",
+            "The computation of contact loses {:.1} % of the energy of the impact (above {:.0} %): a finer mesh at the contact reduces it.",
             100.0 * fraction,
             100.0 * CONTACT_DISSIPATION_WARNING
         )
@@ -143,8 +142,8 @@ fn sampling_warning(measures: &Measures) -> Option<String> {
     let samples = measures.stress.as_ref()?.samples;
     (samples < FEW_SAMPLES).then(|| {
         format!(
-            "Stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
-             missed: a smaller `record.field_interval_s` samples more often."
+            "Stress, strain and depth were evaluated at {samples} instants only, so that peaks in between are missed: a smaller \
+             `record.field_interval_s` evaluates them more often."
         )
     })
 }
@@ -154,8 +153,8 @@ fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
     let (lost, scale) = (numerics.rigid_impact_dissipation_j, numerics.energy_scale_j);
     (lost > RIGID_IMPACT_WARNING * scale).then(|| {
         format!(
-            "Rigid bodies lost {} J, {:.1} % of the energy scale, when planes or other rigid bodies stopped them: they do not \
-             rebound: such an impact is perfectly plastic. Mesh one of the two where their rebound matters.",
+            "Rigid bodies do not rebound from planes and from each other: {} J were lost so, {:.1} % of the energy of the impact. Mesh one \
+             of the two where their rebound matters.",
             number(lost),
             100.0 * lost / scale
         )
@@ -166,18 +165,18 @@ fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
 fn body_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan) {
     let heavy = plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING).map(|body| {
         format!(
-            "Mass redistribution removes {:.1} % of the rotational inertia of {}: its spin is wrong by as much. Refine its mesh, \
+            "The spin of {} is wrong by up to {:.1} %: mass redistribution removes as much of its rotational inertia. Refine its mesh, \
              or lower `contact.mass_redistribution`.",
-            100.0 * body.inertia_lost,
-            body.name
+            body.name,
+            100.0 * body.inertia_lost
         )
     });
     all.add(Gravity::Remark, heavy);
     let fractions = plan.bodies.iter().zip(measures.hourglass.fractions());
     let stabilised = fractions.filter(|(_, fraction)| *fraction > HOURGLASS_WARNING).map(|(body, fraction)| {
         format!(
-            "The stabilisation of {} (hourglass modes of one-point elements, crushed corners of others) held {:.1} % of its strain \
-             energy (above {:.0} %): its mesh does not resolve the deformation. Refine it.",
+            "The mesh of {} is too coarse for its deformation: the stabilisation of its elements (hourglass modes, crushed corners) held \
+             {:.1} % of its strain energy (above {:.0} %). Refine it.",
             body.name,
             100.0 * fraction,
             100.0 * HOURGLASS_WARNING
@@ -219,8 +218,12 @@ fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcom
             )
         });
         all.add(Gravity::Remark, missed);
-        let going_on =
-            || format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name);
+        let going_on = || {
+            format!(
+                "The impact is not over at the end of the run ({} still touch): its numbers are not final.",
+                pair.between.join(" and ")
+            )
+        };
         all.add(Gravity::NotFinal, pair.force.is_in_contact().then(going_on));
     }
 }
@@ -233,26 +236,31 @@ fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
             pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS;
         let coarse = is_coarse.then(|| {
             let nodes = match patch.nodes_across {
-                1 => "Only one node lies".to_owned(),
-                count => format!("Only {count} nodes lie"),
+                1 => "one node lies".to_owned(),
+                count => format!("{count} nodes lie"),
             };
             format!(
-                "{nodes} across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area and the peak \
-                 pressure are not resolved.",
-                pair.name
+                "The mesh is too coarse for the contact patch of {} and its pressure: only {nodes} across it at the peak force (fewer than \
+                 {NODES_ACROSS}).",
+                named(pair)
             )
         });
         all.add(Gravity::NotResolved, coarse);
         let returned = wave_return(measures, pair).filter(|time| *time < measures.time).map(|time| {
             format!(
-                "A wave from the contact of {} may have returned from an artificial end of the model from {:.1} µs on: make \
+                "The ends of the model may disturb the result from {} on: a wave from the contact of {} may have returned from them. Make \
                  the model longer, or end the run earlier.",
-                pair.name,
-                1e6 * time
+                seconds(time),
+                named(pair)
             )
         });
         all.add(Gravity::Remark, returned);
     }
+}
+
+/// The pair in words: the contact of a body with itself has the name of that body twice.
+fn named(pair: &PairMeasures) -> String {
+    if pair.is_of_itself() { format!("{} with itself", pair.between[0]) } else { pair.name.clone() }
 }
 
 /// Warns of a force window that is longer than the run, or shorter than two of its steps.
@@ -268,7 +276,7 @@ fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
     }
     (window < FEWEST_STEPS_OF_WINDOW * step).then(|| {
         format!(
-            "The force of {} is averaged over {}, less than two steps of {}: its peak is one of single steps, which does not converge. \
+            "The peak force of {} does not converge: it is averaged over {}, less than two steps of {}. \
              Omit `measures.force_window_s` (the window is then 1/10 of the contact, ten steps at least), or take shorter steps.",
             pair.name,
             seconds(window),
@@ -281,10 +289,11 @@ fn projection_warning(energy: &Energy) -> Option<String> {
     let work = projection_work(energy);
     (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
         format!(
-            "The position projection did {} J of work, {:.1} % of the energy scale (above {:.0} %): energies are uncertain by as much.",
-            number(work),
+            "Energies are uncertain by {:.1} % of the energy of the impact (above {:.0} %): the position projection, which removes penetration, did \
+             {} J of work.",
             100.0 * work / energy.turnover_j,
-            100.0 * PROJECTION_WARNING
+            100.0 * PROJECTION_WARNING,
+            number(work)
         )
     })
 }
@@ -295,7 +304,7 @@ fn penetration_warning(deepest: &Depth) -> Option<String> {
     let limit = PENETRATION_WARNING.max(MARGIN * left_to_nodes);
     (*fraction > limit).then(|| {
         format!(
-            "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %). {TOO_DEEP}",
+            "Contact let the bodies overlap: of {between} a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %). {TOO_DEEP}",
             number(1e3 * depth),
             seconds(*time),
             100.0 * fraction,

@@ -1,6 +1,6 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::laws::LawRange;
+use super::laws::{LawRange, ranges_in_words};
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{ExceededInVolume, Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
 use super::written::{number, rounded, seconds};
@@ -50,7 +50,7 @@ pub(super) fn plain_words(
         }
     }
     words.extend(torn);
-    words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
+    words.extend(ranges_in_words(laws));
     words
 }
 
