@@ -301,6 +301,7 @@ mod tests {
         let study = ErrorStudy {
             scene: "bar".into(),
             threads: 1,
+            quantities: QuantityOfInterest::titles(None),
             references: BTreeMap::from([
                 (QuantityOfInterest::PeakForceN, only_one),
                 (QuantityOfInterest::ImpulseNS, Reference::Exact { value: 20.0 }),

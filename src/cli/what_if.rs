@@ -175,7 +175,7 @@ fn report(
 ) -> std::io::Result<()> {
     match partial {
         _ if args.json => writeln!(out, "{}", serde_json::to_string(partial)?)?,
-        Partial::Case { of, case } => {
+        Partial::Case { of, case, .. } => {
             // The base is printed before the runs for its error bars.
             write_case_line(case, *of, case.index == 0 && errors == ErrorSource::Base, out)?;
         }

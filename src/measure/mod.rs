@@ -38,6 +38,6 @@ pub use convergence::REFINEMENT;
 pub use measures::Measures;
 pub use sink::{MeasuredEnd, MeasuredFrame, MeasuringRecorder, Sink};
 pub use summary::{
-    BulkModulusChange, Compared, ComparedRuns, ErrorBars, Level, QuantityOfInterest, RequestedAccuracy,
-    Results, Summary, render_table,
+    BulkModulusChange, Compared, ComparedRuns, ErrorBars, Level, QuantityOfInterest, QuantityTitle,
+    RequestedAccuracy, Results, Summary, render_table,
 };

@@ -160,6 +160,20 @@ impl Cells {
     pub fn points(&self, cell: usize, x: &[Vec3]) -> CellPoints {
         self.get(cell).points(x)
     }
+
+    /// VTK type of each cell, and the nodes of all cells in the order of VTK, one cell after the other.
+    pub fn in_vtk(&self) -> (Vec<u8>, Vec<u32>) {
+        let types = self.iter().map(|cell| cell.kind.table().vtk.number).collect();
+        let mut nodes = Vec::with_capacity(self.nodes.len());
+        for cell in self.iter() {
+            let start = nodes.len();
+            nodes.resize(start + cell.nodes.len(), 0);
+            for (&place, &node) in cell.kind.table().vtk.order.iter().zip(cell.nodes) {
+                nodes[start + place] = node;
+            }
+        }
+        (types, nodes)
+    }
 }
 
 impl Cell<'_> {

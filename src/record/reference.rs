@@ -56,17 +56,9 @@ fn put_cells(cells: &Cells, first: u32, message: &mut ReferenceMesh) {
         message.hexes = Some(packed::u32s("hexes", local));
         return;
     }
-    let types = cells.iter().map(|cell| cell.kind.table().vtk.number);
-    message.cell_types = Some(packed::u8s("cell_types", types));
-    let mut nodes = Vec::with_capacity(cells.connectivity().len());
-    for cell in cells.iter() {
-        let start = nodes.len();
-        nodes.resize(start + cell.nodes.len(), [0]);
-        for (&place, &node) in cell.kind.table().vtk.order.iter().zip(cell.nodes) {
-            nodes[start + place] = [node - first];
-        }
-    }
-    message.cell_nodes = Some(packed::u32s("cell_nodes", nodes));
+    let (types, nodes) = cells.in_vtk();
+    message.cell_types = Some(packed::u8s("cell_types", types.into_iter()));
+    message.cell_nodes = Some(packed::u32s("cell_nodes", nodes.into_iter().map(|node| [node - first])));
 }
 
 #[cfg(test)]

@@ -30,6 +30,7 @@ pub mod first_scene;
 pub mod first_surfaces;
 pub mod frames;
 mod generator_problem;
+pub mod geometry;
 mod implied_accuracy;
 pub mod integrator_choice;
 pub mod integrator_document;

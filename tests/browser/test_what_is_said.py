@@ -251,34 +251,51 @@ def test_jobs_without_a_recording_offer_only_what_works(page, jobs):
     page.watch.errors.remove(next(error for error in page.watch.errors if "has no recording" in error))
 
 
-def test_an_error_study_is_shown_as_tables(page, jobs):
+def test_an_error_study_is_a_picture_and_tables(page, jobs):
     presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
     job = post(page, "/v1/studies", {"kind": "error", "scene": presets["bar_on_wall/scene.json"], "coarsest": -1, "finest": 0})
     study = page.request.get(job["links"]["summary"]).json()
     page.goto(f"/#/job/{job['id']}")
     expect(page.locator(".title .tools a")).to_have_count(0)
+    # Of each number a picture: a point for each setting whose error is known, with its name.
+    titles = {name: f"{one['title']} [{one['unit']}]" for name, one in study["quantities"].items()}
+    for name in study["references"]:
+        known = [row for row in study["rows"] if row["ending"] == "finished" and name in row["errors"]]
+        if known:
+            page.get_by_label("Number").select_option(titles[name])
+            expect(page.locator(".error-cost circle")).to_have_count(len(known))
+            assert "mesh 2 × coarser" in page.locator(".error-cost").get_attribute("aria-label")
+    assert not re.search(r"_n\b|_j\b|mesh [-+]1", page.locator(".study").inner_text()), "words, not names of the wire"
+    page.get_by_text("All settings and limits as tables").click()
     settings, cheapest, limits = (page.get_by_role("group", name=name).locator("tbody tr") for name in ("Settings", "Cheapest", "Limits"))
     expect(settings).to_have_count(len(study["rows"]))
     for shown, row in zip(settings.all(), study["rows"]):
-        expect(shown.locator("th")).to_have_text(row["name"])
+        level = re.match(r"mesh ([-+]?\d)", row["name"]).group(1)
+        name = {"0": "mesh as given", "-1": "mesh 2 × coarser"}[level]
+        expect(shown.locator("th")).to_have_text(row["name"].replace(f"mesh {level}", name, 1))
         number, error = re.fullmatch(r"([\d.]+) \(([\d.]+)\s%\)", shown.locator("td").nth(3).inner_text()).groups()
         assert float(number) == pytest.approx(row["values"]["peak_force_n"], rel=1e-3)
         assert float(error) == pytest.approx(100 * row["errors"]["peak_force_n"], rel=0.05)
     expect(limits).to_have_count(len(study["references"]))
     for advice in study["advice"]:
-        name = advice.get("quantity", "headline numbers").replace("_", " ")
-        expect(cheapest.filter(has=page.get_by_role("rowheader", name=name, exact=True))).to_contain_text(advice.get("setting", "none of these"))
+        name = titles.get(advice.get("quantity"), "all numbers")
+        row = cheapest.filter(has=page.get_by_role("rowheader", name=name, exact=True))
+        expect(row).to_contain_text("mesh" if "setting" in advice else "none of these")
     with page.expect_download() as download:
         page.get_by_role("button", name="Results (JSON)").click()
     assert json.loads(download.value.path().read_text()) == study
 
 
-def test_a_stability_study_is_shown_as_a_table_of_cells(page, jobs):
+def test_a_stability_study_is_a_picture_and_a_table_of_cells(page, jobs):
     job = post(page, "/v1/studies", {"kind": "stability", "short": True})
     study = page.request.get(job["links"]["summary"]).json()
     for width in (1440, 390):
         page.set_viewport_size({"width": width, "height": 1000})
+        page.goto("/")
         page.goto(f"/#/job/{job['id']}")
+        expect(page.locator(".field-of-matrix")).to_have_count(len(study["cells"]))
+        expect(page.locator(".field-of-matrix.good")).to_have_count(sum(cell["verdict"] == "finished" for cell in study["cells"]))
+        page.get_by_text("All cells as a table").click()
         cells = page.get_by_role("group", name="Stiff and extreme cases").locator("tbody tr")
         expect(cells).to_have_count(len(study["cells"]))
         assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -180,7 +180,7 @@ fn faster_means_more_energy_and_limits_lie_between() {
     }));
     let mut reported = Vec::new();
     let mut report = |partial: Partial| {
-        if let Partial::Case { case, of } = partial {
+        if let Partial::Case { case, of, .. } = partial {
             reported.push((case.index, of));
         }
     };

@@ -8,6 +8,8 @@ import { NO_SECTION, planeSection } from "./section.js";
 /** Light lines: both maps begin dark, and most of a body is at the beginning. The finer the mesh, the fainter. */
 const EDGE = [0.93, 0.96, 1];
 const [EDGE_ALPHA, COARSE] = [0.16, 2500];
+/** Dark lines on bodies of one colour. */
+const EDGE_OF_COLOURED = [0.12, 0.14, 0.17];
 /** Borders of layers at the cut: light over the dark end of the colours, and a dark one around the body. */
 const OUTLINE = [1, 1, 1, 0.95];
 const OUTLINE_OF_PLAIN = [0.12, 0.14, 0.17, 1];
@@ -34,13 +36,14 @@ export class BodyMesh {
   constructor(body, shared) {
     this.#body = body;
     const points = body.cells ? new Float32Array(body.X) : body.surface.points;
-    const plain = PLAIN[body.role] ?? PLAIN.tissue;
+    const plain = body.colour ? new THREE.Color(body.colour).convertLinearToSRGB().toArray() : PLAIN[body.role] ?? PLAIN.tissue;
     this.#material = surfaceMaterial(shared, plain, { isFilled: !body.cells });
     this.#surface.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
     this.#surface.setAttribute("value", new THREE.BufferAttribute(new Float32Array(points.length / 3), 1));
     this.surfaceMesh = this.#add(new THREE.Mesh(this.#surface, this.#material));
-    const edge = [...EDGE, EDGE_ALPHA * Math.min(1, COARSE / (body.cells?.length ?? 1))];
-    const isPlain = body.role === "projectile" || body.role === "bone";
+    const alpha = EDGE_ALPHA * Math.min(1, COARSE / (body.cells?.length ?? 1));
+    const edge = body.colour ? [...EDGE_OF_COLOURED, 2 * alpha] : [...EDGE, alpha];
+    const isPlain = !body.colour && (body.role === "projectile" || body.role === "bone");
     if (body.cells && !isPlain) {
       this.#lines = new THREE.BufferGeometry();
       for (const name of ["position", "value"]) this.#lines.setAttribute(name, this.#surface.getAttribute(name));
@@ -48,11 +51,11 @@ export class BodyMesh {
     }
     if (body.cells) this.#showElements(null);
     else this.#surface.setIndex(new THREE.BufferAttribute(body.surface.triangles, 1));
-    const lighter = plain.map((c) => Math.min(1, c * 1.22));
+    const lighter = body.colour ? plain : plain.map((c) => Math.min(1, c * 1.22));
     this.#sectionMaterial = surfaceMaterial(shared, lighter, { isCut: false, shading: 0 });
     this.sectionMesh = this.#add(new THREE.Mesh(this.#section, this.#sectionMaterial));
     if (!isPlain) this.#add(new THREE.LineSegments(this.#sectionLines, lineMaterial(shared, edge, { isCut: false })));
-    this.#add(new THREE.LineSegments(this.#outlines, lineMaterial(shared, isPlain ? OUTLINE_OF_PLAIN : OUTLINE, { isCut: false, closer: 2e-4 })));
+    this.#add(new THREE.LineSegments(this.#outlines, lineMaterial(shared, isPlain || body.colour ? OUTLINE_OF_PLAIN : OUTLINE, { isCut: false, closer: 2e-4 })));
   }
 
   get body() {

@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { html } from "../dom.js";
+import { arrowBetween } from "./arrow.js";
 import { BodyMesh } from "./body_mesh.js";
 import { Cameras } from "./camera.js";
 import { lookupTable } from "./colours.js";
@@ -21,6 +22,7 @@ export class MeshView {
   #cameras;
   #shared = sharedUniforms();
   #bodies = new Map();
+  #arrows = [];
   #overlay = new Overlay();
   #linked = [];
   #isDue = false;
@@ -56,6 +58,16 @@ export class MeshView {
     }
     this.#bodies = new Map([...bodies].map(([name, body]) => [name, new BodyMesh(body, this.#shared)]));
     for (const mesh of this.#bodies.values()) this.#scene.add(mesh.group);
+  }
+
+  /** Arrows [from, to] in space [m]. */
+  setArrows(arrows) {
+    for (const arrow of this.#arrows.splice(0)) {
+      this.#scene.remove(arrow);
+      arrow.traverse((object) => (object.geometry?.dispose(), object.material?.dispose()));
+    }
+    this.#arrows = arrows.map(([from, to]) => arrowBetween(from, to));
+    for (const arrow of this.#arrows) this.#scene.add(arrow);
   }
 
   /** How many bodies it has. */
@@ -214,6 +226,7 @@ export class MeshView {
   dispose() {
     this.#watcher.disconnect();
     this.setBodies(new Map());
+    this.setArrows([]);
     this.#cameras.dispose();
     this.#renderer.dispose();
     this.#renderer.forceContextLoss();

@@ -3,12 +3,12 @@
 
 import { html, svg } from "../dom.js";
 import { niceAbove, setting } from "../format.js";
+import { COLOURS, colourOfPart } from "../mesh/part_colours.js";
 import { Sections, cropOf, outlinesOf, uploadedIn } from "../scene/uploaded.js";
 
 const [WIDTH, HEIGHT, EDGE] = [460, 300, 14];
 /** Names beside the picture: the width that is left for them, their number and their length. */
 const [NAMES, MOST_NAMES, LONGEST_NAME] = [160, 16, 14];
-const COLOURS = { skin: "#e6b8a2", fat: "#f3dd9a", muscle: "#c06a5c", bone: "#ece5d3", projectile: "#8b919c", other: "#cfd6dd" };
 
 const sum = (a, b) => a.map((c, k) => c + (b[k] ?? 0));
 const number = (value) => typeof value === "number" && Number.isFinite(value);
@@ -66,8 +66,7 @@ function ofSections(body, sections, across) {
   return outlinesOf(body, sections, across).map(({ name, isHole, lines }) => {
     const points = lines.flat();
     const end = (of, k) => points.reduce((extreme, point) => of(extreme, point[k]), points[0][k]);
-    const material = body.parts?.find(({ part }) => part === name || part === "*")?.material?.library ?? "";
-    const fill = isHole ? COLOURS.bone : COLOURS[material.split("/")[0]];
+    const fill = isHole ? COLOURS.bone : colourOfPart(body, name);
     return { ...box(name, [0, 1].map((k) => end(Math.min, k)), [0, 1].map((k) => end(Math.max, k))), kind: "outline", lines, fill };
   });
 }
@@ -112,7 +111,7 @@ function drawing(scene, sections) {
     if (!found?.length) continue;
     const crop = cut && cropOf(body, across);
     const clip = crop ? `crop-${crops.push(crop)}` : null;
-    const fillOf = ({ name, fill }) => fill ?? (name === "hollow" ? "#fff" : body.role === "projectile" ? COLOURS.projectile : COLOURS[name] ?? COLOURS.other);
+    const fillOf = ({ name, fill }) => fill ?? (name === "hollow" ? "#fff" : body.role === "projectile" ? COLOURS.projectile : colourOfPart(body, name));
     shapes.push(...found.map((shape) => ({ ...shape, fill: fillOf(shape), clip })));
     const velocity = at(body.velocity_m_per_s);
     if (Math.hypot(...velocity) > 0) arrows.push({ from: found[0], speed: Math.hypot(...velocity), along: [velocity[across], velocity[2]] });

@@ -89,21 +89,23 @@ class JobPage {
   async #follow() {
     const progress = new ProgressPanel(this.job, () => this.#peek());
     this.#body.replaceChildren(progress.element);
-    this.#state.replaceChildren(stateBadge(this.job.state));
+    this.#state.replaceChildren(stateBadge(this.job));
     const answer = new WhatIfAnswer();
     await followEvents(`/v1/jobs/${this.job.id}/events`, (event) => {
       progress.take(event);
       answer.take(event);
       if (event.event === "case" && !answer.element.parentElement) this.#body.append(html("section", { class: "panel" }, answer.element));
-      if (event.data.state) this.#state.replaceChildren(stateBadge(event.data.state));
+      if (event.data.state) this.#state.replaceChildren(stateBadge(event.data));
     }, this.#ending.signal);
     if (this.#ending.signal.aborted) return;
     this.job = await getJson(`/v1/jobs/${this.job.id}`);
     await this.#showResults();
   }
 
-  /** A look at what is recorded of a job that still runs. */
+  /** A look at what is recorded of a job that still runs; false while that is nothing. */
   async #peek() {
+    const { status } = await request(`/v1/jobs/${this.job.id}/recording?if_any=true`, { method: "HEAD" });
+    if (status === 204) return false;
     const [recording, { RunPanel }] = await Promise.all([Recording.open(`/v1/jobs/${this.job.id}/recording`), loadPanel()]);
     await recording.read();
     this.#panel?.dispose();
@@ -111,6 +113,7 @@ class JobPage {
     this.#look.replaceChildren(html("p", { class: "quiet" }, "A look at the recording so far; the job goes on."), this.#panel.stage, this.#panel.element);
     this.#body.append(this.#look);
     await this.#panel.finish();
+    return true;
   }
 
   #look = html("div");
@@ -123,8 +126,8 @@ class JobPage {
     const opening = job.recording && Recording.open(job.links.recording);
     // What goes wrong there is said where it is waited for.
     opening?.catch(() => {});
+    this.#state.replaceChildren(stateBadge(job));
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
-    this.#state.replaceChildren(stateBadge(job.state, Boolean(summary?.withheld)));
     const isRun = summary?.gates && summary?.error_bars;
     if (job.failure && !isRun) this.#body.append(failurePanel(job.failure));
     if (isRun) await this.#showRun(summary, opening);

@@ -6,25 +6,11 @@ import { bytes, moment } from "../format.js";
 import { pageOfQuestion } from "./asked.js";
 import { reached } from "./progress.js";
 
-/** A state as a badge: that of a run whose numbers are withheld says so, and is plain while that is not known (null). */
-export function stateBadge(state, isWithheld = false) {
-  if (isWithheld && state === "succeeded") return html("span", { class: "badge warn" }, "no result");
-  const kinds = { succeeded: isWithheld == null ? "" : "good", failed: "bad", cancelled: "warn", running: "busy" };
+/** The state of a job as a badge: that of a run whose numbers are withheld says so. */
+export function stateBadge({ state, withheld }) {
+  if (withheld && state === "succeeded") return html("span", { class: "badge warn" }, "no result");
+  const kinds = { succeeded: "good", failed: "bad", cancelled: "warn", running: "busy" };
   return html("span", { class: `badge ${kinds[state] ?? ""}` }, state);
-}
-
-/** Whether the numbers of runs that succeeded are withheld, by their ids: their summaries say it, and do not change any more. */
-const withheld = new Map();
-const isRun = ({ state, recording, links }) => state === "succeeded" && Boolean(recording && links.summary);
-const isWithheld = (job) => (isRun(job) ? withheld.get(job.id) ?? null : false);
-
-/** Looks into the summaries of runs, one after the other, and shows those that are withheld; until `signal` aborts. */
-async function lookIntoSummaries(runs, signal) {
-  for (const { job, show } of runs) {
-    if (signal.aborted) return;
-    withheld.set(job.id, Boolean((await getJson(job.links.summary)).withheld));
-    show(job);
-  }
 }
 
 /** Rest between two looks at jobs that wait or run [ms]. */
@@ -32,7 +18,7 @@ const REST = 1500;
 const isOver = (job) => ["succeeded", "failed", "cancelled"].includes(job.state);
 
 export async function listPage() {
-  const [watched, unknown, leaving] = [new Map(), [], new AbortController()];
+  const watched = new Map();
   const holder = html("div");
   const chosen = [];
   const compare = html("a", { class: "button disabled", "aria-disabled": "true" }, "Compare two");
@@ -47,8 +33,7 @@ export async function listPage() {
   const load = async (cursor) => {
     const page = await getJson(`/v1/jobs?limit=50${cursor ? `&cursor=${cursor}` : ""}`);
     if (!page.jobs.length && !cursor) return holder.replaceChildren(welcome());
-    holder.append(jobTable(page.jobs, choose, watched, unknown));
-    lookIntoSummaries(unknown.splice(0), leaving.signal).catch((error) => console.error(error));
+    holder.append(jobTable(page.jobs, choose, watched));
     if (page.next_cursor) {
       const more = button("Older ones", () => (more.remove(), load(page.next_cursor)));
       holder.append(more);
@@ -61,13 +46,8 @@ export async function listPage() {
     html("div", { class: "title" }, html("h1", {}, "Impacts"), html("div", { class: "tools" }, compare, html("a", { class: "button", href: "#/ask" }, "Ask: at which speed?"), html("a", { class: "button primary", href: "#/new" }, "New impact"))),
     holder,
   );
-  const lookAgain = () => look(watched).then(() => lookIntoSummaries(unknown.splice(0), leaving.signal));
-  const timer = setInterval(() => lookAgain().catch(() => clearInterval(timer)), REST);
-  const leave = () => {
-    clearInterval(timer);
-    leaving.abort();
-  };
-  return { title: "Impacts", element, leave };
+  const timer = setInterval(() => look(watched).catch(() => clearInterval(timer)), REST);
+  return { title: "Impacts", element, leave: () => clearInterval(timer) };
 }
 
 /** Looks again at the jobs that had not ended, and shows where they stand. */
@@ -81,7 +61,7 @@ async function look(watched) {
 
 /** Where a job stands: its state, how far it is, and the size of what it left. */
 function standing(job) {
-  return [stateBadge(job.state, isWithheld(job)), reached(job), job.recording ? bytes(job.recording.bytes) : "–"];
+  return [stateBadge(job), reached(job), job.recording ? bytes(job.recording.bytes) : "–"];
 }
 
 function welcome() {
@@ -94,15 +74,14 @@ function welcome() {
   );
 }
 
-/** A table of jobs; those to look at again go into `watched`, runs of which is not known whether they are withheld into `unknown`. */
-function jobTable(jobs, choose, watched, unknown) {
+/** A table of jobs; those to look at again go into `watched`. */
+function jobTable(jobs, choose, watched) {
   const rows = jobs.map((job) => {
     const box = html("input", { type: "checkbox", "aria-label": `Compare ${job.name}`, onchange: () => choose(job.id, box.checked) });
     const cells = standing(job).map((content) => html("span", {}, content));
     const show = (now) => {
       standing(now).forEach((content, i) => cells[i].replaceChildren(content));
       box.disabled = !now.recording;
-      if (isWithheld(now) == null) unknown.push({ job: now, show });
     };
     show(job);
     if (!isOver(job)) watched.set(job.id, show);

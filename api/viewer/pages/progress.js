@@ -1,6 +1,6 @@
 // How far a job is: in words, and as a panel that follows it.
 
-import { ApiProblem, postJson } from "../api.js";
+import { postJson } from "../api.js";
 import { button, html } from "../dom.js";
 import { number, timeUnit, withUnit } from "../format.js";
 
@@ -63,11 +63,11 @@ export class ProgressPanel {
     this.#look.disabled = true;
     this.#say("");
     try {
-      await peek();
-      this.#look.disabled = false;
+      const isThere = await peek();
+      this.#look.disabled = !isThere;
+      if (!isThere) this.#say("There is nothing to look at yet: the first instants are still being written.");
     } catch (error) {
-      const isTooEarly = error instanceof ApiProblem && error.status === 409;
-      this.#say(isTooEarly ? "There is nothing to look at yet: the first instants are still being written." : error.message);
+      this.#say(error.message);
     }
   }
 

@@ -1,7 +1,7 @@
 // A form of a scene document by what it is about: projectile, target, impact, accuracy, what is recorded; each input has a JSON pointer.
 
 import { html } from "../dom.js";
-import { meant, shown, words } from "./scene_units.js";
+import { inForm, isNumber, meant, shown, words } from "./scene_units.js";
 
 /** What of a projectile is about the impact: where it comes from and how fast. */
 const OF_IMPACT = ["velocity_m_per_s", "spin_rad_per_s", "placement"];
@@ -44,6 +44,7 @@ export class SceneForm {
   #inputs = new Map();
   #groups = new Map();
   #onChange;
+  #document = {};
   #opened = new Map();
 
   /** `onChange()` after the document that was given to `show` has been changed by an input. */
@@ -52,12 +53,18 @@ export class SceneForm {
   }
 
   show(document) {
+    this.#document = document;
     this.#inputs.clear();
     this.#groups.clear();
     const sections = [...sectionsOf(document)].filter(([, members]) => members.length);
     this.element.replaceChildren(...sections.map(([name, members]) => {
       const isOpen = this.#opened.get(name) ?? OPEN.includes(name);
       const section = html("details", { class: "form-section", open: isOpen, ontoggle: () => this.#opened.set(name, section.open) }, html("summary", {}, name), this.#members(members));
+      // What is wrong with a body as a whole is said where most of it is.
+      for (const [, , , pointer] of members) {
+        const [body] = pointer.match(/^\/bodies\/\d+/) ?? [""];
+        if (name !== "Impact") this.#groups.set(body, section);
+      }
       return section;
     }));
   }
@@ -83,7 +90,7 @@ export class SceneForm {
   }
 
   #field(owner, key, value, pointer) {
-    const label = html("span", {}, words(key));
+    const label = html("span", {}, /^\d+$/.test(key) ? `number ${Number(key) + 1}` : words(key));
     if (isVector(value)) {
       const inputs = value.map((component, i) => this.#input(value, i, component, { key, pointer: `${pointer}/${i}`, name: `${words(key)}, ${"xyz"[i]}` }));
       const group = html("div", { class: "field wide", role: "group", "aria-label": words(key) }, label, html("span", { class: "vector" }, inputs));
@@ -114,7 +121,7 @@ export class SceneForm {
     };
     const kind = { number: { inputmode: "decimal", type: "text", value: shown(key, value) }, boolean: { type: "checkbox", checked: value === true } };
     const attributes = kind[typeof value] ?? { type: "text", value: value ?? "" };
-    const input = html("input", { ...attributes, "aria-label": name, "data-pointer": pointer, oninput: take });
+    const input = html("input", { ...attributes, "aria-label": name, "data-pointer": pointer, "data-kind": typeof value, oninput: take });
     this.#inputs.set(pointer, input);
     return input;
   }
@@ -123,36 +130,71 @@ export class SceneForm {
   showProblems(problems) {
     this.element.querySelectorAll(".field-error").forEach((error) => error.remove());
     this.element.querySelectorAll("[aria-invalid]").forEach((input) => input.removeAttribute("aria-invalid"));
-    for (const problem of problems) {
-      const place = this.#place(problem.pointer);
+    for (const problem of this.withTexts(problems)) {
+      const place = this.#placeOf(problem);
       const message = html("span", { class: "field-error" }, problemWords(problem));
       if (place?.input) {
-        place.input.setAttribute("aria-invalid", "true");
+        for (const input of place.all) input.setAttribute("aria-invalid", "true");
         (place.input.closest(".field") ?? place.input).append(message);
       } else place?.group?.firstElementChild.after(message);
       for (let part = (place?.input ?? place?.group)?.closest("details"); part; part = part.parentElement.closest("details")) part.open = true;
     }
   }
 
-  /** The input of a pointer, or of the nearest part around it. */
+  /** Problems with one for each field that has a text in place of a number: the service may name only the part that it is in. */
+  withTexts(problems) {
+    const texts = [...this.#inputs].filter(([pointer, input]) => input.dataset.pointer === pointer && input.dataset.kind === "number" && !isNumber(input.value)).map(([pointer]) => pointer);
+    const isOfText = ({ pointer, code }) => texts.some((text) => text === pointer || (code === "wrong_structure" && text.startsWith(`${pointer}/`)));
+    return [...texts.map((pointer) => ({ pointer, message: "a number is missing here" })), ...problems.filter((problem) => !isOfText(problem))];
+  }
+
+  /** Where a problem is marked: that bodies overlap where one is placed. */
+  #placeOf({ code, pointer }) {
+    const places = ["placement/translation_m", "rigid/center_m"].map((member) => `${pointer}/${member}`);
+    const placed = code === "initial_overlap" && places.find((place) => this.#inputs.has(place));
+    return this.#place(placed || pointer);
+  }
+
+  /** The input of a pointer, or of the nearest part around it: in the end the last section. */
   #place(pointer) {
-    for (let at = pointer; at; at = at.slice(0, at.lastIndexOf("/"))) {
-      if (this.#inputs.has(at)) return { input: this.#inputs.get(at) };
+    for (let at = pointer; ; at = at.slice(0, at.lastIndexOf("/"))) {
+      if (this.#inputs.has(at)) return { input: this.#inputs.get(at), all: this.#ofVector(at) };
       if (this.#groups.has(at)) return { group: this.#groups.get(at) };
+      if (!at) return null;
     }
-    return null;
+  }
+
+  /** The input of a pointer, or the three of a vector as a whole. */
+  #ofVector(pointer) {
+    const own = [0, 1, 2].map((i) => this.#inputs.get(`${pointer}/${i}`)).filter(Boolean);
+    return own.length ? own : [this.#inputs.get(pointer)];
+  }
+
+  /** What a pointer leads to in the words of the form: "flashball › mesh › outer radius". */
+  nameOf(pointer) {
+    let value = this.#document;
+    const steps = pointer.split("/").slice(1).map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~")).flatMap((step) => {
+      value = value?.[step];
+      if (/^\d+$/.test(step)) return [value?.name || value?.part || `number ${Number(step) + 1}`];
+      return ["bodies", "parts"].includes(step) ? [] : [words(step).replace(/ \[.*/, "")];
+    });
+    return steps.join(" › ") || "the scene";
   }
 
   /** Puts the cursor where a problem is. */
-  focus(pointer) {
-    const place = this.#place(pointer);
+  focus(problem) {
+    const place = this.#placeOf(problem);
     const target = place?.input ?? place?.group?.firstElementChild;
     target?.scrollIntoView({ block: "center" });
     target?.focus();
   }
 }
 
-/** A problem in a sentence or two. */
-export function problemWords({ message, limit, remedy }) {
-  return [message, limit && `(limit: ${limit})`, remedy && `— ${remedy}`].filter(Boolean).join(" ");
+/** The member that a pointer leads to: of an entry of a list that of the list. */
+const keyOf = (pointer) => pointer.split("/").findLast((step) => !/^\d+$/.test(step)) ?? "";
+
+/** A problem in a sentence or two, in the words and units of the form. */
+export function problemWords({ message, limit, remedy, pointer }) {
+  const bound = limit && inForm(limit, keyOf(pointer ?? ""));
+  return [inForm(message), bound && `(${bound.startsWith("usually") ? "" : "must be "}${bound})`, remedy && `— ${inForm(remedy)}`].filter(Boolean).join(" ");
 }

@@ -27,9 +27,54 @@ export function shown(key, value) {
   return String(Number((value * (unitOf(key)?.[2] ?? 1)).toPrecision(12)));
 }
 
+/** SI units in texts of the service, and what stands for them in the form: [unit or its name, factor, unit in the form]. */
+const IN_TEXTS = [["m", 1e3, "mm"], ["metres", 1e3, "mm"], ["kg", 1e3, "g"], ["s", 1e3, "ms"], ["seconds", 1e3, "ms"], ["Pa", 1e-3, "kPa"], ["m³", 1e9, "mm³"]];
+const NUMBER = String.raw`[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?`;
+const WITH_UNIT = new RegExp(String.raw`(${NUMBER})((?: to (?:${NUMBER}))?) (m|kg|s|Pa|m³)(?![\w/²³])`, "g");
+const NAMED_UNIT = new RegExp(String.raw`\bin (metres|seconds|m|kg|s|Pa)\b(?![/²³])((?: \([^)]*\))?)`, "g");
+const NAME = /`?\b([a-z]\w*_\w+)\b`?/g;
+
+const VECTOR_WITH_UNIT = /\(([-−\d.e+, ]+)\) (m|kg|s|Pa)(?![\w/²³])/g;
+/** A number with something else than the unit of its field behind it. */
+const WITH_OTHER_UNIT = /\d (?!(?:and|to|or)\b)[A-Za-zµ°%]/;
+
+function converted(text, factor) {
+  const value = Number((Number(text.replace("−", "-")) * factor).toPrecision(6));
+  return Math.abs(value) >= 1e7 ? value.toExponential().replace("e+", "e") : String(value);
+}
+/** The numbers of a text that belong to no word, times a factor. */
+const allConverted = (text, factor) => text.replace(new RegExp(String.raw`(?<![\w.])${NUMBER}(?![\w.%])`, "g"), (one) => converted(one, factor));
+
+/** A text of the service on a scene in the words and units of the form; `key` is the field that a `limit` is about, whose numbers have no unit. */
+export function inForm(text, key = null) {
+  const own = key && unitOf(key);
+  const factorOf = (unit) => IN_TEXTS.find(([name]) => name === unit);
+  const given = text
+    .replace(VECTOR_WITH_UNIT, (_, vector, unit) => `(${allConverted(vector, factorOf(unit)[1])}) ${factorOf(unit)[2]}`)
+    .replace(/\[(m|kg|s|Pa)\]/g, (_, unit) => `[${factorOf(unit)[2]}]`)
+    .replace(WITH_UNIT, (_, one, rest, unit) => {
+      const [, factor, shown] = factorOf(unit);
+      return `${converted(one, factor)}${allConverted(rest, factor)} ${shown}`;
+    })
+    .replace(NAMED_UNIT, (_, unit, aside) => {
+      const [, factor, shown] = factorOf(unit);
+      return `in ${shown}${allConverted(aside, factor)}`;
+    });
+  const limit = own && given === text && !WITH_OTHER_UNIT.test(text) ? withOwnUnit(text, own) : given;
+  return limit.replace(NAME, (_, name) => `“${(unitOf(name) ? name.slice(0, -unitOf(name)[0].length) : name).replaceAll("_", " ")}”`);
+}
+
+/** A limit without units in that of its field. */
+function withOwnUnit(text, [, unit, factor]) {
+  const shown = allConverted(text, factor);
+  return /\d/.test(text) ? `${shown} ${unit}` : shown;
+}
+
+/** Whether a text is a number. */
+export const isNumber = (text) => text.trim() !== "" && Number.isFinite(Number(text.trim().replace(",", ".")));
+
 /** The number that a text means, in SI; what is no number stays the word that it is, for the service to refuse with its place. */
 export function meant(key, text) {
-  const plain = text.trim().replace(",", ".");
-  if (plain === "" || !Number.isFinite(Number(plain))) return text;
-  return Number((Number(plain) / (unitOf(key)?.[2] ?? 1)).toPrecision(12));
+  if (!isNumber(text)) return text;
+  return Number((Number(text.trim().replace(",", ".")) / (unitOf(key)?.[2] ?? 1)).toPrecision(12));
 }

@@ -7,9 +7,12 @@ import { Recording } from "../recording/recording.js";
 import { GeometryPreview } from "./geometry_preview.js";
 import { OwnTarget } from "./own_target.js";
 import { SceneForm, problemWords } from "./scene_form.js";
+import { StudyStart } from "./study_start.js";
 
 /** Rest after the last key before the service is asked [ms]. */
 const REST = 350;
+/** On a narrower screen the section with sizes is closed at first [px]. */
+const NARROW = 560;
 
 /** `isRefined`: an earlier job, now with the accuracy of a new impact. */
 export async function submitPage(jobId, isRefined = false) {
@@ -43,13 +46,18 @@ class SubmitPage {
   #own = new OwnTarget(ACCURACY, (scene) => (this.take(pretty(scene)), this.#form.element.scrollIntoView({ block: "nearest" })));
   #text = html("textarea", { spellcheck: "false", "aria-label": "Scene as JSON", oninput: () => this.#fromText() });
   #meshes = select("Meshes", [["refined", "refined until errors are below 10 %"], ["own", "as given"]], "own", (choice) => this.#refine(choice === "refined"));
+  #pointers = html("ul", { class: "pointers" });
   #verdict = html("div", { "aria-live": "polite" });
   #preview = html("div");
-  #picture = new GeometryPreview();
+  #section = new GeometryPreview();
+  /** The bodies in space, once the service has answered; its modules are large and come after the form. */
+  #picture = null;
+  #space = html("div", { class: "space" });
   #submit = button("Run this impact", () => this.#run(), { class: "primary", disabled: true });
   #timer = null;
   #asked = 0;
   #asking = null;
+  #hasLeft = false;
   /** Makes a repeated submission of the same document the same job. */
   #key = null;
 
@@ -66,16 +74,19 @@ class SubmitPage {
         { class: "editor" },
         html("section", { class: "panel", "aria-label": "Form" }, this.#form.element),
         html("div", { class: "beside" },
-          html("section", { class: "panel", "aria-label": "Geometry" }, html("h2", {}, "What it would be"), this.#picture.element, this.#preview),
-          html("details", { class: "panel json" }, html("summary", {}, "The same as JSON, in SI units"), this.#text)),
+          html("section", { class: "panel", "aria-label": "Geometry" }, html("h2", {}, "What it would be"), this.#space, html("details", { class: "sizes", open: innerWidth > NARROW }, html("summary", {}, "Section with sizes"), this.#section.element), this.#preview),
+          html("details", { class: "panel json" }, html("summary", {}, "The same as JSON, in SI units"), this.#text, this.#pointers)),
       ),
+      new StudyStart(() => this.#document).element,
       html("section", { class: "panel verdict" }, html("div", { class: "row" }, this.#verdict, this.#submit)),
     );
   }
 
   leave() {
     this.#own.leave();
-    this.#picture.leave();
+    this.#hasLeft = true;
+    this.#picture?.leave();
+    this.#section.leave();
     clearTimeout(this.#timer);
     this.#asking?.abort();
   }
@@ -118,13 +129,15 @@ class SubmitPage {
     this.#showProblems([]);
     this.#preview.replaceChildren();
     this.#verdict.replaceChildren(html("span", { class: "badge busy" }, "checking"), " …");
-    this.#picture.show(this.#document);
+    this.#space.classList.add("stale");
+    this.#section.show(this.#document);
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#validate(), REST);
   }
 
   #showProblems(problems) {
     this.#form.showProblems(problems);
+    this.#pointers.replaceChildren(...problemsOfJson(problems));
     this.#own.showProblems(this.#document, problems);
   }
 
@@ -133,8 +146,10 @@ class SubmitPage {
     this.#asking?.abort();
     this.#asking = new AbortController();
     try {
-      const answer = await postJson("/v1/jobs/validate", this.#text.value, { signal: this.#asking.signal });
-      if (asked === this.#asked) this.#accept(answer);
+      const answer = await postJson("/v1/jobs/validate?geometry=true", this.#text.value, { signal: this.#asking.signal });
+      if (asked !== this.#asked) return;
+      this.#accept(answer);
+      await this.#showGeometry(answer.geometry, asked);
     } catch (error) {
       if (asked === this.#asked && error.name !== "AbortError") this.#refuse(error);
     }
@@ -157,6 +172,17 @@ class SubmitPage {
     );
   }
 
+  /** Shows the bodies in space; those of a scene that is too large to be sent are drawn as a section only. */
+  async #showGeometry(geometry, asked) {
+    if (!geometry) return this.#space.replaceChildren(html("p", { class: "quiet" }, "The meshes are too large to be shown before they run."));
+    const { ScenePicture } = await import("../picture/scene_picture.js");
+    if (this.#hasLeft || asked !== this.#asked) return;
+    this.#picture ??= new ScenePicture();
+    this.#picture.show(geometry, this.#document);
+    this.#space.replaceChildren(this.#picture.element);
+    this.#space.classList.remove("stale");
+  }
+
   #refuse(error) {
     this.#submit.disabled = true;
     const body = error instanceof ApiProblem ? error.body : { detail: error.message };
@@ -164,7 +190,7 @@ class SubmitPage {
     this.#showProblems(problems);
     this.#preview.replaceChildren();
     const where = body.line ? ` Line ${body.line}, column ${body.column}.` : "";
-    this.#verdict.replaceChildren(html("span", { class: "badge bad" }, "not yet"), ` ${body.detail ?? error.message}${where}`, problemList(problems, this.#form));
+    this.#verdict.replaceChildren(html("span", { class: "badge bad" }, "not yet"), problems.length ? ` ${problems.length === 1 ? "one problem" : `${problems.length} problems`}:` : ` ${body.detail ?? error.message}${where}`, problemList(problems, this.#form));
   }
 
   async #run() {
@@ -180,10 +206,16 @@ class SubmitPage {
   }
 }
 
-/** Problems with their pointers, each leads to its place in the form. */
+/** Problems with the names of their fields, each leads to its place in the form. */
 function problemList(problems, form) {
   if (!problems.length) return "";
   const item = (problem) =>
-    html("li", {}, html("a", { href: "", onclick: (event) => (event.preventDefault(), form.focus(problem.pointer)) }, html("code", {}, problem.pointer || "/")), ` ${problemWords(problem)}`);
-  return html("ul", { class: "problems" }, problems.map(item));
+    html("li", {}, html("a", { href: "", onclick: (event) => (event.preventDefault(), form.focus(problem)) }, form.nameOf(problem.pointer)), `: ${problemWords(problem)}`);
+  return html("ul", { class: "problems" }, form.withTexts(problems).map(item));
+}
+
+/** Problems as the service words them, in SI units, with their JSON pointers. */
+function problemsOfJson(problems) {
+  const words = ({ message, limit, remedy }) => [message, limit && `(limit: ${limit})`, remedy && `— ${remedy}`].filter(Boolean).join(" ");
+  return problems.map((problem) => html("li", {}, html("code", {}, problem.pointer || "/"), ` ${words(problem)}`));
 }

@@ -53,17 +53,21 @@ export class WhatIfAnswer {
   /** Takes in an event of the job. */
   take({ event, data }) {
     if (event === "case") {
+      this.#takeUnits(data.units);
       this.#cases.set(data.index, data);
       this.#count = data.of;
       this.#show();
     }
   }
 
+  /** Takes in the units of parameters, by name, where nothing better is known of them. */
+  #takeUnits(units) {
+    for (const [name, unit] of Object.entries(units)) if (!this.#known.has(name)) this.#known.set(name, { label: name, ...readable(unit) });
+  }
+
   /** Takes in the whole answer. */
   takeAll(answer) {
-    for (const parameter of answer.parameters) {
-      if (!this.#known.has(parameter.name)) this.#known.set(parameter.name, { label: parameter.name, ...readable(parameter.unit) });
-    }
+    this.#takeUnits(Object.fromEntries(answer.parameters.map(({ name, unit }) => [name, unit])));
     answer.cases.forEach((one) => this.#cases.set(one.index, one));
     this.#count = answer.requested_cases;
     this.#isWhole = true;

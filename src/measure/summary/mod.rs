@@ -30,7 +30,7 @@ pub use injury::InjuryMeasure;
 pub use laws::{LawRange, LawRate};
 pub use listing::{Group, Row, listing};
 pub use numerics::{Numerics, numerics_group};
-pub use of_interest::QuantityOfInterest;
+pub use of_interest::{QuantityOfInterest, QuantityTitle};
 pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
 pub use relaxation::RelaxationOfBody;
 pub use results::{

@@ -2,8 +2,10 @@
 
 use super::quantity::Quantity;
 use super::results::Results;
+use super::written::number;
 use crate::scene::document::RequestedNumber;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// A result of the summary whose convergence can be studied.
@@ -31,6 +33,15 @@ pub enum QuantityOfInterest {
     PrincipalStrainInVolume,
     /// Largest displacement of a node of the tissue's surface [mm].
     DeflectionMm,
+}
+
+/// Title and unit of a number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct QuantityTitle {
+    /// Human-readable name, with its threshold.
+    pub title: String,
+    /// Unit of the number; "-" for none.
+    pub unit: &'static str,
 }
 
 impl QuantityOfInterest {
@@ -95,6 +106,21 @@ impl QuantityOfInterest {
     /// Unit of the number; "-" for none.
     pub fn unit(self) -> &'static str {
         self.words()[3]
+    }
+
+    /// Titles and units of all, by their names; `threshold` is that of the depth of stress [Pa].
+    pub fn titles(threshold: Option<f64>) -> BTreeMap<Self, QuantityTitle> {
+        let of = |quantity: Self| {
+            let title = quantity.short_title();
+            let title = match (quantity, threshold) {
+                (Self::StressDepthMm, Some(threshold)) => {
+                    format!("{title} above {} kPa", number(1e-3 * threshold))
+                }
+                _ => title.to_owned(),
+            };
+            (quantity, QuantityTitle { title, unit: quantity.unit() })
+        };
+        Self::ALL.into_iter().map(of).collect()
     }
 
     /// The quantity with a name.

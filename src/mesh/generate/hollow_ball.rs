@@ -34,7 +34,8 @@ impl HollowBall {
         checks.positive_length("outer_radius_m", self.outer_radius_m);
         checks.positive_length("inner_radius_m", self.inner_radius_m);
         checks.require(
-            self.inner_radius_m < self.outer_radius_m,
+            // Nothing fits into a ball of no size: that is said of the outer radius.
+            self.inner_radius_m < self.outer_radius_m || self.outer_radius_m <= 0.0,
             "inner_radius_m",
             self.inner_radius_m,
             format!("< outer_radius_m = {}", self.outer_radius_m),

@@ -157,11 +157,15 @@ impl LimbSegment {
     /// enough.
     fn check_section(&self, checks: &mut Checks) {
         let (outer, cover) = (self.outer(), self.fat_thickness_m + self.skin_thickness_m);
+        let (fat, skin) =
+            (("fat_thickness_m", self.fat_thickness_m), ("skin_thickness_m", self.skin_thickness_m));
+        // The thicker one is the mistake.
+        let ((field, value), (_, other)) = if fat.1 >= skin.1 { (fat, skin) } else { (skin, fat) };
         checks.require(
             cover < outer.min_curvature_radius(),
-            "fat_thickness_m",
-            self.fat_thickness_m,
-            format!("< {}", outer.min_curvature_radius() - self.skin_thickness_m),
+            field,
+            value,
+            format!("< {}", outer.min_curvature_radius() - other),
             "fat and skin together must be thinner than the smallest radius of curvature of the section",
         );
         if !checks.none() {

@@ -252,6 +252,8 @@ fn all_problems_come_at_once_with_field_value_limit_and_remedy() {
     assert_eq!(limb.problems()[0].field, "bone_semi_axis_x_m", "a bone wholly outside is found too");
     let limb = LimbSegment { fat_thickness_m: 0.064, ..LimbSegment::default() };
     assert_eq!(limb.problems()[0].field, "fat_thickness_m");
+    let limb = LimbSegment { skin_thickness_m: 0.064, ..LimbSegment::default() };
+    assert_eq!(limb.problems()[0].field, "skin_thickness_m");
     let limb = LimbSegment { elements_around: 6, ..LimbSegment::default() };
     assert_eq!(limb.problems()[0].field, "elements_around");
 

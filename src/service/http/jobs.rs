@@ -40,16 +40,25 @@ pub async fn submit(
     accept(&app, &owner, JobKind::Simulation, &headers, body, async |scene| Ok(scene)).await
 }
 
+/// What a validation answers.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ValidationParameters {
+    /// Whether the answer also has the bodies as they begin, to draw them; false by default.
+    geometry: Option<bool>,
+}
+
 /// Validate a scene and preview its plan.
 ///
 /// Runs nothing: mesh quality, the plan with what it keeps and omits, expected run time and memory; or all errors at
 /// once.
 #[utoipa::path(
     post, path = "/v1/jobs/validate", tag = "jobs", operation_id = "validate_scene",
-    request_body(content = SceneBody, content_type = "application/json"),
+    request_body(content = SceneBody, content_type = "application/json"), params(ValidationParameters),
     responses(
         (status = 200, description = "The scene may run", body = Validation),
-        (status = 400, description = "The body is not JSON", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 400, description = "The body is not JSON, or a parameter of the query is not valid", body = ProblemBody, content_type = "application/problem+json"),
         (status = 413, description = "The body exceeds the limit of its size", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
@@ -60,9 +69,11 @@ pub async fn submit(
 pub async fn validate(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
+    Parameters(parameters): Parameters<ValidationParameters>,
     JsonBody(body): JsonBody,
 ) -> Result<Json<Validation>, Problem> {
-    Ok(Json(Validation::of(previewed(&app, &owner, body).await?)))
+    let with_geometry = parameters.geometry.unwrap_or(false);
+    Ok(Json(Validation::of(previewed(&app, &owner, body, with_geometry).await?)))
 }
 
 /// Filter and page of a list of jobs.
@@ -224,15 +235,20 @@ pub async fn plan(
     };
     let most = app.config.runs.budget.document_bytes as usize;
     let text = app.bodies.load(&sender, most, kept).await?;
-    Ok(Json(previewed(&app, &owner, text).await?.plan))
+    Ok(Json(previewed(&app, &owner, text, false).await?.plan))
 }
 
 /// Validates a scene and compiles it.
-async fn previewed(app: &Arc<App>, owner: &str, text: HeldText) -> Result<ScenePreview, Problem> {
+async fn previewed(
+    app: &Arc<App>,
+    owner: &str,
+    text: HeldText,
+    with_geometry: bool,
+) -> Result<ScenePreview, Problem> {
     let scene = parsed(app, owner, text).await?;
     let engine = Arc::clone(&app.queue.engine);
     let preview = move |scene: JsonDocument, shelf: &MeshShelf, is_wanted: &dyn Fn() -> bool| {
-        engine.preview(&scene, shelf, is_wanted)
+        engine.preview(&scene, with_geometry, shelf, is_wanted)
     };
     validated(app, owner, JobKind::Simulation, scene, preview).await
 }

@@ -35,6 +35,8 @@ const PIECE: usize = 64 << 10;
 pub struct RecordingParameters {
     /// Number of a snapshot of a running job, from its `Content-Location`.
     snapshot: Option<u32>,
+    /// Whether the answer is 204 in place of 409 while nothing is recorded yet; false by default.
+    if_any: Option<bool>,
 }
 
 /// Download the recording.
@@ -53,6 +55,7 @@ pub struct RecordingParameters {
             ("ETag" = String), ("Accept-Ranges" = String), ("Content-Length" = u64), ("Content-Disposition" = String),
             ("Repr-Digest" = String, description = "SHA-256 of a final recording"),
             ("Content-Location" = String, description = "Address of this snapshot, while the job runs"))),
+        (status = 204, description = "Nothing is recorded yet, and `if_any` asks for this answer"),
         (status = 206, description = "A part of it", body = Vec<u8>, content_type = "application/octet-stream", headers(
             ("Content-Range" = String))),
         (status = 304, description = "The client has it"),
@@ -84,7 +87,11 @@ pub async fn download(
         }
         (None, false) => match snapshot_file(&app, &row, which(&headers)).await? {
             Some(file) => file,
-            None => ended_meanwhile(&app, &owner, &row).await?,
+            None => match ended_meanwhile(&app, &owner, &row).await? {
+                Some(file) => file,
+                None if parameters.if_any == Some(true) => return Ok(StatusCode::NO_CONTENT.into_response()),
+                None => return Err(Problem::not_yet("recording", row.state)),
+            },
         },
     };
     send(&app, &file, permit, &method, &headers).await
@@ -128,14 +135,10 @@ fn which(headers: &HeaderMap) -> Which {
     tag.map_or(Which::Latest, |tag| Which::OfDigest(tag.trim().trim_matches('"').to_owned()))
 }
 
-/// The final recording of a job that ended between the queries of the store and of the snapshots.
-async fn ended_meanwhile(app: &App, owner: &str, row: &Job) -> Result<Sendable, Problem> {
+/// The final recording of a job that ended between the queries of the store and of the snapshots; `None` if it goes on.
+async fn ended_meanwhile(app: &App, owner: &str, row: &Job) -> Result<Option<Sendable>, Problem> {
     let row_now = app.queue.store.job(owner, row.id).await?.ok_or_else(Problem::no_such_job)?;
-    if row_now.state.is_final() {
-        final_file(&row_now)
-    } else {
-        Err(Problem::not_yet("recording", row_now.state))
-    }
+    row_now.state.is_final().then(|| final_file(&row_now)).transpose()
 }
 
 /// Sends the whole file, a part of it, or only its headers.

@@ -2,6 +2,7 @@
 
 use crate::plan::PlanReport;
 use crate::scene::Problem;
+use crate::scene::geometry::BodyGeometry;
 use crate::scene::summary::BodySummary;
 use crate::service::jobs::engine::ScenePreview;
 use crate::service::jobs::store::{Job, NOTICE};
@@ -48,6 +49,9 @@ pub struct Validation {
     pub bodies: Vec<BodySummary>,
     /// Plan of the run and its expected cost.
     pub plan: PlanReport,
+    /// The bodies as they begin, if they are asked for and have no more than 60 000 elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub geometry: Option<Vec<BodyGeometry>>,
     /// The disclaimer of every result.
     pub notice: &'static str,
 }
@@ -62,6 +66,7 @@ impl Validation {
             warnings: preview.checked.warnings,
             bodies: preview.bodies,
             plan: preview.plan,
+            geometry: preview.geometry,
             notice: NOTICE,
         }
     }

@@ -13,6 +13,7 @@ use crate::mesh::report::MeshReport;
 use crate::mesh::section::{Plane, Section};
 use crate::plan::PlanReport;
 use crate::scene::first_impact::{Approach, FirstScene};
+use crate::scene::geometry::BodyGeometry;
 use crate::scene::json::{Parsed, read};
 use crate::scene::problem::Pointer;
 use crate::scene::summary::BodySummary;
@@ -118,6 +119,8 @@ pub struct ScenePreview {
     pub bodies: Vec<BodySummary>,
     /// Plan with what it keeps and omits, and its expected cost.
     pub plan: PlanReport,
+    /// The bodies as they begin, if they were asked for and are not too large.
+    pub geometry: Option<Vec<BodyGeometry>>,
 }
 
 /// Meshes that a document may name.
@@ -225,13 +228,15 @@ pub trait Engine: Send + Sync + 'static {
         is_wanted: &dyn Fn() -> bool,
     ) -> Result<CheckedScene, Problems>;
 
-    /// Validates a scene and compiles it, to preview its properties and its cost, and ends early if no one waits for the answer any more.
+    /// Validates a scene and compiles it, to preview its properties and its cost, `with_geometry` also its bodies, and ends early if no one
+    /// waits for the answer any more.
     ///
     /// # Errors
     /// All problems of the scene at once.
     fn preview(
         &self,
         scene: &JsonDocument,
+        with_geometry: bool,
         meshes: &MeshShelf,
         is_wanted: &dyn Fn() -> bool,
     ) -> Result<ScenePreview, Problems>;

@@ -36,6 +36,8 @@ use std::path::Path;
 
 /// Elements of the finest mesh that a run to an accuracy is expected to need, over those of the scene: twice the numbers in each direction.
 const REFINED: u64 = 8;
+/// Largest number of elements of a scene whose bodies are sent to be drawn.
+const MOST_DRAWN: usize = 60_000;
 
 /// Loads, compiles and runs scenes within a budget.
 #[derive(Debug)]
@@ -77,11 +79,13 @@ impl Simulator {
     pub(super) fn preview_on(
         &self,
         scene: &JsonDocument,
+        with_geometry: bool,
         meshes: &dyn Meshes,
     ) -> Result<ScenePreview, Problems> {
         let loaded = self.scenes.load(&*scene.content()?, meshes)?;
         let plan = compile(&loaded.scene).map_err(|error| not_compilable(&error).alone())?;
-        Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
+        let geometry = with_geometry.then(|| loaded.scene.geometry(MOST_DRAWN)).flatten();
+        Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report, geometry })
     }
 
     /// Reads a mesh, a scan or a surface, in the given or the detected format.
@@ -162,10 +166,11 @@ impl Engine for Simulator {
     fn preview(
         &self,
         scene: &JsonDocument,
+        with_geometry: bool,
         meshes: &MeshShelf,
         _: &dyn Fn() -> bool,
     ) -> Result<ScenePreview, Problems> {
-        self.preview_on(scene, meshes)
+        self.preview_on(scene, with_geometry, meshes)
     }
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {

@@ -19,8 +19,8 @@ pub use row::Row;
 use super::Setting;
 use super::single::{ending_name, is_stop};
 use super::variant::Variants;
-use crate::measure::QuantityOfInterest;
 pub use crate::measure::convergence::Reference;
+use crate::measure::{QuantityOfInterest, QuantityTitle};
 use crate::scene::document::{ContactSolver, Formulation, SceneDocument};
 use crate::scene::{Budget, MeshSource};
 use crate::step::{Ending, Interrupt};
@@ -64,6 +64,8 @@ pub struct ErrorStudy {
     pub scene: String,
     /// Threads of each run.
     pub threads: usize,
+    /// Titles and units of the numbers, by their names.
+    pub quantities: BTreeMap<QuantityOfInterest, QuantityTitle>,
     /// References for the errors.
     pub references: BTreeMap<QuantityOfInterest, Reference>,
     /// Convergence of the scene's own meshes to the exact values; quantities with a single mesh are omitted.
@@ -180,6 +182,9 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     ErrorStudy {
         scene: request.document.name.clone(),
         threads: request.threads,
+        quantities: QuantityOfInterest::titles(
+            request.document.measures.stress_thresholds_pa.first().copied(),
+        ),
         references,
         approaches,
         rows,

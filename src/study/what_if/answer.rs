@@ -5,7 +5,7 @@ use super::document::LimitMeasure;
 use super::limit::Verdict;
 use super::statistics::{Correlation, Sensitivity, SobolIndex, Spread};
 use super::surrogate::Surrogate;
-use crate::measure::QuantityOfInterest;
+use crate::measure::{QuantityOfInterest, QuantityTitle};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub struct Answer {
     /// Name of the base scene.
     pub scene: String,
     /// Titles and units of the numbers, by their names with units.
-    pub quantities: BTreeMap<QuantityOfInterest, QuantityAnswer>,
+    pub quantities: BTreeMap<QuantityOfInterest, QuantityTitle>,
     /// Parameters that vary, with their ranges.
     pub parameters: Vec<ParameterAnswer>,
     /// Source of the numerical errors.
@@ -47,15 +47,6 @@ pub struct Answer {
     pub stopped: Option<&'static str>,
     /// Computational cost; the only part that is not reproducible.
     pub effort: Effort,
-}
-
-/// Title and unit of a number.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct QuantityAnswer {
-    /// Human-readable name, with its threshold.
-    pub title: String,
-    /// Unit of the number.
-    pub unit: &'static str,
 }
 
 impl Answer {
@@ -135,6 +126,8 @@ pub enum Partial<'a> {
     Case {
         /// Total number of cases.
         of: usize,
+        /// Units of the parameters, by name.
+        units: BTreeMap<&'a str, &'static str>,
         /// Answer of the case.
         #[serde(flatten)]
         case: &'a CaseAnswer,

@@ -1,6 +1,6 @@
 //! Composes the answer case by case, with the statistics at the end.
 
-use super::answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
+use super::answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial};
 use super::base_facts::BaseFacts;
 use super::cache::Numbers;
 use super::case_answer::{CaseAnswer, Number};
@@ -13,7 +13,7 @@ use super::statistics::{
 };
 use super::surrogate::surrogates;
 use crate::measure::QuantityOfInterest;
-use crate::measure::summary::{NOTICE, number};
+use crate::measure::summary::NOTICE;
 use crate::scene::document::SceneDocument;
 use crate::step::Interrupt;
 use std::collections::{BTreeMap, BTreeSet};
@@ -133,7 +133,9 @@ impl<'a> Composer<'a> {
             steps,
             numbers: values.into_iter().map(number).collect(),
         };
-        report(Partial::Case { of: self.count, case: &answer });
+        let units =
+            self.parameters.iter().map(|parameter| (parameter.name.as_str(), parameter.unit)).collect();
+        report(Partial::Case { of: self.count, units, case: &answer });
         self.cases.push(answer);
     }
 
@@ -211,22 +213,6 @@ impl<'a> Composer<'a> {
         self.cases.len() == self.count
     }
 
-    /// Names of the numbers in this scene.
-    fn quantities(&self) -> BTreeMap<QuantityOfInterest, QuantityAnswer> {
-        let of = |quantity: QuantityOfInterest| {
-            let title = quantity.short_title();
-            let threshold = self.base.measures.stress_thresholds_pa.first();
-            let title = match (quantity, threshold) {
-                (QuantityOfInterest::StressDepthMm, Some(threshold)) => {
-                    format!("{title} above {} kPa", number(1e-3 * threshold))
-                }
-                _ => title.to_owned(),
-            };
-            (quantity, QuantityAnswer { title, unit: quantity.unit() })
-        };
-        QuantityOfInterest::ALL.into_iter().map(of).collect()
-    }
-
     /// Completes the answer with the statistics.
     pub fn finish(self, interrupt: Option<Interrupt>, threads: usize) -> Answer {
         let (spread, correlations) = self.spread();
@@ -236,7 +222,7 @@ impl<'a> Composer<'a> {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
             scene: self.base.name.clone(),
-            quantities: self.quantities(),
+            quantities: QuantityOfInterest::titles(self.base.measures.stress_thresholds_pa.first().copied()),
             error_bars: self.error_bars_in_words(),
             sensitivities: self.sensitivities(),
             spread,

@@ -31,7 +31,7 @@ mod spread;
 pub mod statistics;
 pub mod surrogate;
 
-pub use answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
+pub use answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial};
 pub use base_facts::BaseFacts;
 pub use cache::{Cache, Note, Numbers, trim_shelf};
 pub use case_answer::{CaseAnswer, Number};

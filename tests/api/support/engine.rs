@@ -144,6 +144,7 @@ impl Engine for ScriptedEngine {
     fn preview(
         &self,
         scene: &JsonDocument,
+        _: bool,
         meshes: &MeshShelf,
         is_wanted: &dyn Fn() -> bool,
     ) -> Result<ScenePreview, Problems> {
@@ -163,6 +164,7 @@ impl Engine for ScriptedEngine {
             checked,
             bodies: vec![body],
             plan: PlanReport { nodes: 8, ..PlanReport::default() },
+            geometry: None,
         })
     }
 

@@ -227,17 +227,19 @@ impl Engine for ProcessEngine {
     fn preview(
         &self,
         scene: &JsonDocument,
+        with_geometry: bool,
         meshes: &MeshShelf,
         is_wanted: &dyn Fn() -> bool,
     ) -> Result<ScenePreview, Problems> {
         if self.elements(JobKind::Simulation, scene, meshes) <= OWN_ELEMENTS {
-            return self.simulator.preview(scene, meshes, is_wanted);
+            return self.simulator.preview(scene, with_geometry, meshes, is_wanted);
         }
         let answer = |message| match message {
             FromChild::Previewed(preview) => Some(preview.map(|preview| *preview)),
             _ => None,
         };
-        self.validate(Work::Preview, scene, (meshes, is_wanted), answer).unwrap_or_else(Lost::refuse)
+        self.validate(Work::Preview { with_geometry }, scene, (meshes, is_wanted), answer)
+            .unwrap_or_else(Lost::refuse)
     }
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {

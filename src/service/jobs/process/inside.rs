@@ -70,8 +70,10 @@ fn work(task: &Task, bytes: Vec<u8>, host: &Arc<Host>, control: &RunControl) -> 
         Work::Check { kind } => FromChild::Checked(
             document(bytes).and_then(|document| simulator.check_on(*kind, &document, &meshes)),
         ),
-        Work::Preview => FromChild::Previewed(
-            document(bytes).and_then(|scene| simulator.preview_on(&scene, &meshes)).map(Box::new),
+        Work::Preview { with_geometry } => FromChild::Previewed(
+            document(bytes)
+                .and_then(|scene| simulator.preview_on(&scene, *with_geometry, &meshes))
+                .map(Box::new),
         ),
         Work::Inspect { format } => {
             FromChild::Inspected(simulator.inspect_mesh(whole(&mut bytes.as_slice(), *format)))

@@ -40,7 +40,7 @@ pub(super) enum Work {
     /// Validate the document of a job.
     Check { kind: JobKind },
     /// Validate a scene and preview its plan.
-    Preview,
+    Preview { with_geometry: bool },
     /// Read and check a mesh.
     Inspect { format: Option<MeshFormat> },
     /// Begin a scene of a mesh, or of surfaces one after the other.

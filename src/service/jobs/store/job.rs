@@ -57,6 +57,8 @@ pub struct Job {
     pub warnings: Vec<Problem>,
     /// Diagnosis of a failed job.
     pub failure: Option<Failure>,
+    /// Whether its run gives no result: a check failed, and the summary lists its numbers as withheld, with the reason.
+    pub withheld: bool,
     /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
     /// Addresses related to the job.

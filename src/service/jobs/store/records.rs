@@ -5,6 +5,8 @@ use crate::mesh::read::MeshFormat;
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Priority, Progress};
 use crate::step::Ending;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -91,11 +93,23 @@ pub struct JobEnd {
     pub progress: Option<Progress>,
 }
 
+/// What of a summary says that its numbers are withheld.
+#[derive(Deserialize)]
+struct Withholding {
+    withheld: Option<IgnoredAny>,
+}
+
 impl JobEnd {
     /// What the job keeps beside its document [bytes].
     pub fn kept_bytes(&self) -> u64 {
         let summary = self.summary.as_ref().map_or(0, |text| text.len() as u64);
         summary + self.recording.as_ref().map_or(0, |recording| recording.bytes)
+    }
+
+    /// Whether the numbers of its run are withheld, as its summary says.
+    pub fn is_withheld(&self) -> bool {
+        let read = |text: &String| serde_json::from_str::<Withholding>(text).ok();
+        self.summary.as_ref().and_then(read).is_some_and(|summary| summary.withheld.is_some())
     }
 }
 

@@ -171,5 +171,6 @@ fn migrations() -> Migrator {
         ("jobs", include_str!("migrations/0001_jobs.sql")),
         ("identity", include_str!("migrations/0002_identity.sql")),
         ("owners", include_str!("migrations/0003_owners.sql")),
+        ("withheld", include_str!("migrations/0004_withheld.sql")),
     ])
 }

@@ -235,6 +235,7 @@ pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
         started_at: row.try_get("started_at")?,
         finished_at: row.try_get("finished_at")?,
         failure: failure.map(|f| serde_json::from_str(&f)).transpose()?,
+        withheld: row.try_get("withheld")?,
         links: JobLinks::new(id, row.try_get("has_summary")?, recording.is_some()),
         recording,
         queue_position: None,

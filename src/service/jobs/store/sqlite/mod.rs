@@ -127,5 +127,6 @@ fn migrations() -> Migrator {
         ("alone", include_str!("migrations/0006_alone.sql")),
         ("workers", include_str!("migrations/0007_workers.sql")),
         ("owners", include_str!("migrations/0008_owners.sql")),
+        ("withheld", include_str!("migrations/0009_withheld.sql")),
     ])
 }

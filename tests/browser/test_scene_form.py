@@ -1,0 +1,125 @@
+"""The form of a scene: its bodies in space before anything runs, what is wrong in its own units beside its fields, and studies."""
+
+import json
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+BALL, THIGH = "/bodies/0/mesh/generator", "/bodies/1/mesh/generator"
+
+
+@pytest.fixture()
+def form(page):
+    page.goto("/")
+    page.goto("/#/new")
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    yield page
+    assert page.watch.errors == []
+
+
+def field(page, pointer):
+    return page.locator(f'[data-pointer="{pointer}"]')
+
+
+def put(page, pointer, text):
+    """Types a text into a field, which may be in a folded section."""
+    if not field(page, pointer).is_visible():
+        page.evaluate("document.querySelectorAll('.scene-form details').forEach((one) => (one.open = true))")
+    field(page, pointer).fill(text)
+
+
+def error_at(page, pointer):
+    """What stands at the only field that is marked."""
+    expect(page.get_by_text("not yet")).to_be_visible()
+    expect(field(page, pointer)).to_have_attribute("aria-invalid", "true")
+    expect(page.locator(".field-error:not([hidden]):not(:empty)")).to_have_count(1)
+    return page.locator(".field", has=field(page, pointer)).locator(".field-error").inner_text()
+
+
+def test_the_bodies_are_seen_before_anything_runs(form):
+    picture = form.locator(".scene-picture")
+    expect(picture.locator("canvas")).to_be_visible()
+    expect(picture).to_contain_text("velocity of flashball at 100 m/s")
+    for layer in ("skin", "fat", "muscle", "bone"):
+        expect(picture.locator(".layer-name", has_text=layer)).to_have_count(1)
+    before = picture.screenshot()
+    box = picture.locator("canvas").bounding_box()
+    form.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    form.mouse.down()
+    form.mouse.move(box["x"] + box["width"] / 2 + 120, box["y"] + box["height"] / 2, steps=4)
+    form.mouse.up()
+    form.wait_for_timeout(300)
+    turned = picture.screenshot()
+    assert turned != before, "a drag turns the bodies"
+    # What is typed is what is seen; the old picture is pale until the service has answered.
+    put(form, f"{BALL}/outer_radius_m", "14")
+    expect(form.locator(".space.stale")).to_have_count(1)
+    expect(form.locator(".space.stale")).to_have_count(0)
+    assert picture.screenshot() != turned
+    expect(form.get_by_text("ready to run")).to_be_visible()
+
+
+def test_meshes_are_those_that_the_service_would_run(form):
+    scene = form.evaluate("document.querySelector('.json textarea').value")
+    answer = form.request.post("/v1/jobs/validate?geometry=true", data=scene, headers={"Content-Type": "application/json"}).json()
+    assert [body["body"] for body in answer["geometry"]] == ["flashball", "thigh"]
+    for body, drawn in zip(answer["bodies"], answer["geometry"]):
+        assert len(drawn["cell_types"]) == body["elements"] == len(drawn["part_of"])
+        assert len(drawn["positions_m"]) == 3 * body["nodes"]
+        for k in range(3):
+            along = drawn["positions_m"][k::3]
+            assert min(along) == pytest.approx(body["bounding_box_m"][0][k], abs=1e-6)
+            assert max(along) == pytest.approx(body["bounding_box_m"][1][k], abs=1e-6)
+    plain = form.request.post("/v1/jobs/validate", data=scene, headers={"Content-Type": "application/json"}).json()
+    assert "geometry" not in plain
+    answer = form.request.post("/v1/jobs/validate?geometri=true", data=scene, headers={"Content-Type": "application/json"})
+    assert answer.status == 400
+
+
+@pytest.mark.parametrize("pointer, text, words, si", [
+    (f"{BALL}/inner_radius_m", "20", "15 mm", "0.015"),
+    (f"{BALL}/outer_radius_m", "-15", "> 0 mm", "metres"),
+    (f"{BALL}/outer_radius_m", "wide", "a number is missing", "_m"),
+    (f"{THIGH}/skin_thickness_m", "100", "mm", "0.0"),
+    ("/end_time_s", "0", "0.1 to 10 ms", "1e-4"),
+    ("/bodies/0/parts/0/material/bulk_modulus_pa", "0", "1 to 1000 kPa", "1e3"),
+], ids=str)
+def test_what_is_wrong_is_said_at_its_field_in_its_unit(form, pointer, text, words, si):
+    put(form, pointer, text)
+    said = error_at(form, pointer)
+    assert words in said and si not in said and "/" not in said, said
+    # The list leads to the field by its name; the pointer is for those who read JSON.
+    listed = form.locator(".problems li")
+    expect(listed).to_have_count(1)
+    assert words in listed.inner_text() and pointer not in listed.inner_text()
+    assert form.locator(".pointers code").all_text_contents() == [pointer]
+
+
+def test_a_vector_is_marked_as_a_whole_and_an_overlap_where_the_body_is_placed(form):
+    put(form, "/bodies/0/placement/translation_m/2", "60")
+    said = form.locator(".field-error:not([hidden]):not(:empty)")
+    expect(said).to_contain_text("overlap at the start")
+    assert re.search(r"deepest by \d+\.\d+ mm at \(.*\) mm", said.inner_text()), said.inner_text()
+    for k in range(3):
+        expect(field(form, f"/bodies/0/placement/translation_m/{k}")).to_have_attribute("aria-invalid", "true")
+
+
+def test_studies_begin_at_the_form(form):
+    form.get_by_label("Begin with").select_option("bar_on_wall/scene.json")
+    expect(form.get_by_text("ready to run")).to_be_visible()
+    form.get_by_text("Study the computation instead").click()
+    form.get_by_label("To", exact=True).select_option("the mesh as given")
+    form.get_by_role("button", name="Start this study", exact=True).click()
+    form.wait_for_url(re.compile("#/job/"))
+    expect(form.locator(".error-cost circle").first).to_be_visible()
+    id = form.url.split("/job/")[1]
+    study = form.request.get(f"/v1/jobs/{id}/summary").json()
+    assert {row["setting"]["mesh_level"] for row in study["rows"]} == {-1, 0}
+    form.go_back()
+    form.get_by_text("Study the computation instead").click()
+    form.get_by_role("button", name="Start the study of stability").click()
+    form.wait_for_url(re.compile("#/job/"))
+    expect(form.locator("h1")).to_contain_text("stability")
+    job = form.url.split("/job/")[1]
+    assert json.loads(form.request.post(f"/v1/jobs/{job}/cancel").text())["id"] == job
