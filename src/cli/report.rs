@@ -33,7 +33,7 @@ pub fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Exit, CliError> 
     check_output(&args.output, &REPORT, "--output (-o)")?;
     let is_scene = args.input.extension().is_some_and(|extension| extension == "json");
     let run = if is_scene { run_for_report(args)? } else { read(&args.input)? };
-    let page = html::page(&run).map_err(CliError::Picture)?;
+    let page = html::page(&run, &html::Origin::default()).map_err(CliError::Picture)?;
     write_file(&args.output, |file| file.write_all(page.as_bytes()))?;
     writeln!(out, "{}", args.output.display())?;
     Ok(Exit::Success)

@@ -13,17 +13,28 @@ use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("report.css");
 
+/// Who had a run computed, and when, where that is known: a recording does not say.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Origin<'a> {
+    /// Who submitted it.
+    pub submitted_by: Option<&'a str>,
+    /// When it was submitted, RFC 3339.
+    pub submitted_at: Option<&'a str>,
+    /// When its computation ended, RFC 3339.
+    pub computed_at: Option<&'a str>,
+}
+
 /// The HTML page of a run.
 ///
 /// # Errors
 /// The message of the drawing library.
-pub fn page(run: &RecordedRun) -> Result<String, String> {
+pub fn page(run: &RecordedRun, origin: &Origin<'_>) -> Result<String, String> {
     let summary = &run.summary;
     let title = escaped(summary["scene"].as_str().unwrap_or("a scene"));
     let listing = run.results().map(listing).unwrap_or_default();
     let mut body = String::new();
     header(&mut body, run);
-    provenance(&mut body, run);
+    provenance(&mut body, run, origin);
     if !run.is_miss() {
         section(&mut body, run);
         cards(&mut body, &listing, run.withheld().is_some());
@@ -211,8 +222,22 @@ fn quality_table(out: &mut String, run: &RecordedRun) {
     }
 }
 
-/// Engine, scene and recording, by which a reader finds them again.
-fn provenance(out: &mut String, run: &RecordedRun) {
+/// A moment, RFC 3339 in UTC, to the second.
+fn moment(text: &str) -> String {
+    format!("{} UTC", text.get(..19).unwrap_or(text).replace('T', " "))
+}
+
+/// Who and when; then engine, scene and recording, by which a reader finds them again.
+fn provenance(out: &mut String, run: &RecordedRun, origin: &Origin<'_>) {
+    let stated = |what: &str, value: Option<String>| {
+        format!("<dt>{what}</dt><dd>{}</dd>", value.map_or("not stated".into(), |words| escaped(&words)))
+    };
+    let facts = [
+        stated("Submitted by", origin.submitted_by.map(str::to_owned)),
+        stated("Submitted", origin.submitted_at.map(moment)),
+        stated("Computed", origin.computed_at.map(moment)),
+    ];
+    push(out, format_args!("<dl class=\"origin\">{}</dl>", facts.concat()));
     let known = |name: &str| run.metadata.get(name).map(String::as_str);
     let mut items = Vec::new();
     if let Some(version) = known("engine_version") {
@@ -235,7 +260,18 @@ mod tests {
     #[test]
     fn every_row_of_the_listing_is_in_the_page_and_a_miss_has_none() {
         let mut run = example();
-        let numbers = page(&run).unwrap();
+        let unknown = Origin::default();
+        let numbers = page(&run, &unknown).unwrap();
+        assert!(numbers.contains("<dt>Submitted by</dt><dd>not stated</dd>"), "{numbers}");
+        let known = Origin {
+            submitted_by: Some("anna & co"),
+            computed_at: Some("2026-11-28T15:30:12.123Z"),
+            ..unknown
+        };
+        let known = page(&run, &known).unwrap();
+        assert!(
+            known.contains("<dd>anna &amp; co</dd>") && known.contains("<dd>2026-11-28 15:30:12 UTC</dd>")
+        );
         for row in listing(run.results().unwrap()).iter().flat_map(|group| &group.rows) {
             assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
         }
@@ -250,7 +286,7 @@ mod tests {
         let of = json!({"number": "impulse", "relative": 0.02, "of": "number"});
         run.summary["accuracy"] = json!({"reached": false, "requested": 0.01, "numbers": [of], "mesh_factor": 2.0, "is_estimated": false});
         run.take_numbers().unwrap();
-        let failed = page(&run).unwrap();
+        let failed = page(&run, &unknown).unwrap();
         let said =
             "The run failed: J &lt; 0. Where: element 255 of part block of body gel. What to do: Refine.";
         assert!(
@@ -260,7 +296,7 @@ mod tests {
         assert!(failed.contains(said) && !numbers.contains("The run failed"), "{failed}");
         run.summary["results"]["nothing_touched"] = true.into();
         run.take_numbers().unwrap();
-        let miss = page(&run).unwrap();
+        let miss = page(&run, &unknown).unwrap();
         assert!(miss.contains("Nothing touched") && !miss.contains("997.7"), "{miss}");
     }
 }

@@ -1,7 +1,7 @@
 //! Exports of a recorded run: a report page, tables, a bundle for clinical systems, fields and surfaces for other programs.
 //!
-//! Everything comes from the recording alone ([`RecordedRun`]), so the report of a received file states what its run
-//! stated.
+//! Everything comes from the recording ([`RecordedRun`]), so the report of a received file states what its run stated; only who had it
+//! computed and when comes from the service.
 
 mod averaged_force;
 pub mod csv;

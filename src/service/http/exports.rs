@@ -3,6 +3,7 @@
 use super::app::App;
 use super::extract::{JobPath, Owner};
 use super::problem::{Problem, ProblemBody};
+use crate::report::html::Origin;
 use crate::report::{ReadError, RecordedRun, csv, fhir, html};
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::store::Job;
@@ -51,8 +52,14 @@ pub async fn report(
     Owner(owner): Owner,
     JobPath(id): JobPath,
 ) -> Result<Response, Problem> {
-    let (run, _) = recorded(&app, &owner, id, "report").await?;
-    let page = html::page(&run).map_err(|error| Problem::internal(&error))?;
+    let (run, row) = recorded(&app, &owner, id, "report").await?;
+    let origin = Origin {
+        // Without tokens an owner has no name.
+        submitted_by: Some(owner.as_str()).filter(|name| !name.is_empty()),
+        submitted_at: Some(&row.created_at),
+        computed_at: row.finished_at.as_deref(),
+    };
+    let page = html::page(&run, &origin).map_err(|error| Problem::internal(&error))?;
     let policy = content_security_policy(&page);
     let headers = [
         (header::CONTENT_TYPE, "text/html; charset=utf-8".to_owned()),
