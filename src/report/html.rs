@@ -44,12 +44,14 @@ pub fn page(run: &RecordedRun, origin: &Origin<'_>) -> Result<String, String> {
     list(&mut body, "In plain words", &words);
     list(&mut body, "To read before the numbers are used", &warnings);
     let bodies: Vec<Vec<String>> = simulated(&run.scene).into_iter().map(Vec::from).collect();
+    body += "<div class=\"simulated\">";
     table(
         &mut body,
         "What was simulated",
         &["body and part", "what it is", "source of the material"],
         &bodies,
     );
+    body += "</div>";
     list(&mut body, "What the model omits", &omissions(run));
     criteria_table(&mut body, &run.criteria);
     body += "<section><h2>Over time</h2><div class=\"pictures\">";
@@ -179,8 +181,14 @@ fn group_table(out: &mut String, group: &Group) {
         let title = if row.is_part { format!("<span class=\"part\">{title}</span>") } else { title };
         vec![title, escaped(&row.value()), escaped(&row.remark())]
     };
-    let rows: Vec<Vec<String>> = group.rows.iter().map(row).collect();
-    table(out, &title, &["quantity", "value", "numerical error and remarks"], &rows);
+    let mut rows: Vec<Vec<String>> = group.rows.iter().map(row).collect();
+    let mut head = vec!["quantity", "value", "numerical error and remarks"];
+    // A column without any remark is none.
+    if rows.iter().all(|cells| cells[2].is_empty()) {
+        head.pop();
+        rows.iter_mut().for_each(|cells| cells.truncate(2));
+    }
+    table(out, &title, &head, &rows);
 }
 
 fn criteria_table(out: &mut String, criteria: &[InjuryMeasure]) {
@@ -213,6 +221,7 @@ fn quality_table(out: &mut String, run: &RecordedRun) {
         ]
     };
     let rows: Vec<Vec<String>> = summary["gates"].as_array().into_iter().flatten().map(gate).collect();
+    out.push_str("<div class=\"checks\">\n");
     table(out, "Checks of the computation", &["check", "value", "limit", "result"], &rows);
     let bars = escaped(summary["error_bars"].as_str().unwrap_or_default());
     push(out, format_args!("<p class=\"small\">Error bars: {bars}.</p>"));
@@ -220,6 +229,7 @@ fn quality_table(out: &mut String, run: &RecordedRun) {
         let words = escaped(&capitalised(&accuracy.words()));
         push(out, format_args!("<p class=\"small\">{words}.</p>"));
     }
+    out.push_str("</div>\n");
 }
 
 /// A moment, RFC 3339 in UTC, to the second.
@@ -234,7 +244,7 @@ fn provenance(out: &mut String, run: &RecordedRun, origin: &Origin<'_>) {
     };
     let facts = [
         stated("Submitted by", origin.submitted_by.map(str::to_owned)),
-        stated("Submitted", origin.submitted_at.map(moment)),
+        origin.submitted_at.map_or_else(String::new, |at| stated("on", Some(moment(at)))),
         stated("Computed", origin.computed_at.map(moment)),
     ];
     push(out, format_args!("<dl class=\"origin\">{}</dl>", facts.concat()));

@@ -68,7 +68,7 @@ class Watch:
 
     def hear(self, message):
         # That a scene is refused is an answer; the browser writes every such answer into its console.
-        if message.type == "error" and not re.search(r"status of (400|401|409|422)", message.text):
+        if message.type == "error" and not re.search(r"status of (400|401|422)", message.text):
             self.errors.append(message.text)
 
 

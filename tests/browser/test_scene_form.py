@@ -109,7 +109,7 @@ def test_studies_begin_at_the_form(form):
     form.get_by_label("Begin with").select_option("bar_on_wall/scene.json")
     expect(form.get_by_text("ready to run")).to_be_visible()
     form.get_by_text("Study the computation instead").click()
-    form.get_by_label("To", exact=True).select_option("the mesh as given")
+    form.locator(".study-start select").nth(1).select_option("as given")
     form.get_by_role("button", name="Start this study", exact=True).click()
     form.wait_for_url(re.compile("#/job/"))
     expect(form.locator(".error-cost circle").first).to_be_visible()

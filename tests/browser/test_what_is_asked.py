@@ -6,6 +6,7 @@ import time
 import pytest
 from conftest import PATIENCE_MS, open_page
 from playwright.sync_api import expect
+from test_what_is_said import post
 
 # Until all speeds of a question are computed.
 COMPUTED_MS = 5 * PATIENCE_MS
@@ -216,3 +217,44 @@ def test_an_answer_is_on_the_screen_when_it_is_asked_for(page, size):
         box = seen.bounding_box()
         assert box["y"] >= 0 and box["y"] + box["height"] <= size[1] and box["x"] >= 0 and box["x"] + box["width"] <= size[0]
     page.set_viewport_size({"width": 1440, "height": 1000})
+
+
+CASE = """async (data) => {
+  const { WhatIfAnswer } = await import("/viewer/pages/what_if_answer.js");
+  const answer = new WhatIfAnswer();
+  answer.take({ event: "case", data });
+  return answer.element.textContent;
+}"""
+
+
+def test_cases_have_units_before_the_answer_is_whole(page):
+    page.goto("/")
+    case = {"index": 0, "of": 2, "name": "base", "origin": {"kind": "base"}, "ending": "finished", "numbers": {},
+            "parameters": {"fat thickness": 0.008, "speed": 100}, "units": {"fat thickness": "m", "speed": "m/s"}}
+    said = page.evaluate(CASE, case)
+    assert "fat thickness [mm]" in said and "8.00" in said and "speed [m/s]" in said and "0.008" not in said
+
+
+def test_a_question_about_a_job_is_stopped_and_asked_once(page, questions):
+    presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
+    job = post(page, "/v1/jobs", presets["flashball_thigh/scene_elastic.json"])
+    page.goto(f"/#/what-if/{job['id']}")
+    page.get_by_label("Speed").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    ask = page.get_by_role("button", name="What if?")
+    ask.click()
+    expect(page.get_by_text("Done:")).to_be_visible(timeout=COMPUTED_MS)
+    address = page.evaluate("location.hash")
+    # The same again is the same job.
+    ask.click()
+    expect(page.get_by_text("Done:")).to_be_visible(timeout=COMPUTED_MS)
+    assert questions == ["what-if"] and page.evaluate("location.hash") == address
+    # With each parameter alone it is another question, which takes long enough to be stopped.
+    page.get_by_label("what matters most").check()
+    ask.click()
+    page.get_by_role("button", name="Stop").click()
+    expect(page.get_by_text(re.compile("Stopped"))).to_be_visible(timeout=COMPUTED_MS)
+    assert questions == ["what-if", "what-if", "cancel"] and page.evaluate("location.hash") != address
+    expect(ask).to_be_enabled()
+    assert page.watch.errors == []

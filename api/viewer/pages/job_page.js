@@ -14,10 +14,8 @@ import { concerns, warningLine } from "../summary/warnings.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
 import { pageOfQuestion } from "./asked.js";
-import { WhatIfAnswer } from "./what_if_answer.js";
-import { stateBadge } from "./list_page.js";
 import { ProgressPanel } from "./progress.js";
-import { studyResults } from "./study_results.js";
+import { stateBadge } from "./state_badge.js";
 
 /** The picture, which is much to load: meanwhile numbers are shown and the recording is opened. */
 async function loadPanel() {
@@ -87,6 +85,7 @@ class JobPage {
 
   /** Progress until the job has ended. */
   async #follow() {
+    const { WhatIfAnswer } = await import("./what_if_answer.js");
     const progress = new ProgressPanel(this.job, () => this.#peek());
     this.#body.replaceChildren(progress.element);
     this.#state.replaceChildren(stateBadge(this.job));
@@ -131,8 +130,8 @@ class JobPage {
     const isRun = summary?.gates && summary?.error_bars;
     if (job.failure && !isRun) this.#body.append(failurePanel(job.failure));
     if (isRun) await this.#showRun(summary, opening);
-    else if (summary?.cases) this.#showAnswer(summary);
-    else if (summary) this.#body.append(studyResults(job.name, summary));
+    else if (summary?.cases) await this.#showAnswer(summary);
+    else if (summary) this.#body.append((await import("./study_results.js")).studyResults(job.name, summary));
     if (opening && !isRun) await this.#showRecording(opening, html("div"), null);
   }
 
@@ -164,7 +163,8 @@ class JobPage {
   }
 
   /** The answer to a what-if question. */
-  #showAnswer(summary) {
+  async #showAnswer(summary) {
+    const { WhatIfAnswer } = await import("./what_if_answer.js");
     const answer = new WhatIfAnswer();
     answer.takeAll(summary);
     this.#body.append(html("section", { class: "panel" }, answer.element));

@@ -5,13 +5,7 @@ import { button, html, table } from "../dom.js";
 import { bytes, moment } from "../format.js";
 import { pageOfQuestion } from "./asked.js";
 import { reached } from "./progress.js";
-
-/** The state of a job as a badge: that of a run whose numbers are withheld says so. */
-export function stateBadge({ state, withheld }) {
-  if (withheld && state === "succeeded") return html("span", { class: "badge warn" }, "no result");
-  const kinds = { succeeded: "good", failed: "bad", cancelled: "warn", running: "busy" };
-  return html("span", { class: `badge ${kinds[state] ?? ""}` }, state);
-}
+import { stateBadge } from "./state_badge.js";
 
 /** Rest between two looks at jobs that wait or run [ms]. */
 const REST = 1500;

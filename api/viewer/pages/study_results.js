@@ -118,7 +118,7 @@ function stabilityParts({ cells, physical, physical_finished: finished, wrong })
     axis, value, steppingWords(stepping), html("span", { class: `badge ${VERDICTS[verdict] ?? ""}` }, verdict), reason ?? "", remedy ?? "",
   ]);
   return [
-    html("p", {}, `${cells.length} cells. Of ${physical} physical ones ${finished} finish within their limits; ${wrong} ended without a diagnosis.`),
+    html("p", {}, `${cells.length} cases. Of ${physical} physical ones ${finished} finish within their limits; ${wrong} ended without a diagnosis.`),
     matrix(cells),
     html("details", {}, html("summary", {}, "All cells as a table, with reasons and remedies"), table("Stiff and extreme cases", ["axis", "value", "stepping", "verdict", "reason", "remedy"], rows)),
   ];
@@ -126,7 +126,8 @@ function stabilityParts({ cells, physical, physical_finished: finished, wrong })
 
 /** The cells as a picture: a row for each axis and stepping, a field for each value, coloured by how it ended. */
 function matrix(cells) {
-  const rows = Map.groupBy(cells, ({ axis, stepping }) => `${axis}, ${steppingWords(stepping)}`);
+  const isOne = new Set(cells.map(({ stepping }) => steppingWords(stepping))).size === 1;
+  const rows = Map.groupBy(cells, ({ axis, stepping }) => (isOne ? axis : `${axis}, ${steppingWords(stepping)}`));
   const field = ({ value, verdict, reason }) => html("li", { class: `field-of-matrix ${VERDICTS[verdict] ?? ""}`, title: reason ?? "" }, html("b", {}, value), html("span", {}, verdict));
   return html("div", { class: "matrix", role: "group", "aria-label": "How each case ended" },
     [...rows].map(([name, fields]) => html("div", { class: "row-of-matrix" }, html("span", {}, name), html("ul", {}, fields.map(field)))));

@@ -4,7 +4,8 @@ import { postJson } from "../api.js";
 import { button, checkbox, html, select } from "../dom.js";
 import { problemWords } from "./scene_form.js";
 
-const MESHES = [["-2", "a quarter of the elements in each direction"], ["-1", "half of the elements in each direction"], ["0", "the mesh as given"], ["1", "twice the elements in each direction"], ["2", "four times the elements in each direction"]];
+/** Meshes by their level: numbers of elements in each direction. */
+const MESHES = [["-2", "a quarter"], ["-1", "half as many"], ["0", "as given"], ["1", "twice as many"], ["2", "four times"]];
 
 export class StudyStart {
   #scene;
@@ -23,7 +24,7 @@ export class StudyStart {
       html("h2", {}, "Error against run time"),
       html("p", { class: "quiet" }, "This scene on meshes from coarse to fine: how large the error of each number is, what it costs, and which setting is the cheapest."),
       html("div", { class: "form-grid" },
-        level("From", 0, 3, this.#coarsest, (value) => (this.#coarsest = value)), level("To", 2, 5, this.#finest, (value) => (this.#finest = value))),
+        level("Elements in each direction, from", 0, 3, this.#coarsest, (value) => (this.#coarsest = value)), level("to", 2, 5, this.#finest, (value) => (this.#finest = value))),
       html("div", { class: "tools" },
         button("Start this study", () => this.#start(() => this.#errorStudy())),
         checkbox("meshes in between, too", false, (isWanted) => (this.#hasHalves = isWanted))),

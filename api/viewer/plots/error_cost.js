@@ -1,16 +1,16 @@
 // Error against cost of the settings of a study: both on logarithmic scales, the settings that differ by their mesh alone as a line.
 
-import { svg } from "../dom.js";
+import { html, svg } from "../dom.js";
 import { number, setting } from "../format.js";
 
 /** Width and height of the picture: words stay readable on a narrow screen. */
 const sizeNow = () => (window.innerWidth < 760 ? [400, 330] : [900, 380]);
-const ROOM = { left: 62, right: 24, top: 16, bottom: 50 };
+const ROOM = { left: 72, right: 24, top: 16, bottom: 50 };
 /** Errors below this part of the largest are drawn at it [-]. */
-const LEAST = 1e-5;
+const LEAST = 1e-3;
 const [OWN, OTHER] = ["#0072b2", "#b34a00"];
-/** Height of a name, and width of a letter [px]. */
-const [LINE, LETTER] = [15, 6.6];
+/** Height and width of the number of a point [px]. */
+const [LINE, WIDTH] = [14, 18];
 
 /** Powers of ten from `low` to `high`. */
 function decades(low, high) {
@@ -19,7 +19,7 @@ function decades(low, high) {
 }
 
 /**
- * The picture: `points` [{name, cost [s], error [-], isMesh}], `isMesh` those that differ from the scene by their mesh alone, from coarse to
+ * The picture, and what its points are: `points` [{name, cost [s], error [-], isMesh}], `isMesh` those that differ from the scene by their mesh alone, from coarse to
  * fine; `known` the uncertainty of the limit [-], below which errors say nothing, or null.
  */
 export function errorCost(points, known, label) {
@@ -43,26 +43,26 @@ export function errorCost(points, known, label) {
   const top = known > floor ? y(Math.min(known, errors.at(-1))) : null;
   const unknown = top == null ? [] : [
     svg("rect", { x: ROOM.left, y: top.toFixed(1), width: width - ROOM.left - ROOM.right, height: (height - ROOM.bottom - top).toFixed(1), fill: "#8fa0b0", "fill-opacity": 0.18 }),
-    text(width - ROOM.right - 4, Math.min(height - ROOM.bottom - 6, top + 14), "below the uncertainty of the limit", { "text-anchor": "end", fill: "#51606e" }),
+    text(ROOM.left + 6, height - ROOM.bottom - 8, "below the uncertainty of the limit", { fill: "#51606e" }),
   ];
   const meshes = shown.filter(({ isMesh }) => isMesh).map(({ cost, error }) => `${x(cost).toFixed(1)} ${y(error).toFixed(1)}`);
   const words = points.map(({ name, cost, error }) => `${name}: ${number(100 * error, 2)} % in ${number(cost, 2)} s`).join("; ");
-  return svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", class: "answer-curve error-cost", "aria-label": `Error of ${label} against processor time. ${words}` },
+  const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", class: "answer-curve error-cost", "aria-label": `Error of ${label} against processor time. ${words}` },
     grid, unknown, meshes.length > 1 ? line(`M${meshes.join("L")}`, { stroke: OWN, "stroke-width": 2 }) : [],
     shown.map(({ cost, error, isMesh }) => svg("circle", { cx: x(cost).toFixed(1), cy: y(error).toFixed(1), r: 5, fill: isMesh ? OWN : OTHER, stroke: "#fff", "stroke-width": 1.5 })),
-    namesBeside(shown, x, y, width, text));
+    numbersAt(shown, x, y, text));
+  const item = ({ name, cost, error, isMesh }) => html("li", { class: isMesh ? "of-mesh" : "of-setting" }, `${name}: ${number(100 * error, 2)} % in ${number(cost, 2)} s`);
+  return html("div", {}, picture, html("ol", { class: "error-points" }, points.map(item)));
 }
 
-/** Names at the right of their points, or at the left where there is no room, none over another. */
-function namesBeside(points, x, y, width, text) {
+/** The numbers of the points above them, none over another. */
+function numbersAt(points, x, y, text) {
   const taken = [];
-  return points.map(({ name, cost, error, isMesh }) => {
-    const length = name.length * LETTER;
-    const isLeft = x(cost) + 10 + length > width - 4;
-    const from = isLeft ? x(cost) - 10 - length : x(cost) + 10;
-    const isFree = (at) => taken.every((other) => Math.abs(other.at - at) >= LINE || other.from > from + length || other.from + other.length < from);
-    const at = [0, 1, -1, 2, -2, 3, -3, 4].map((k) => y(error) + 4 + k * LINE).find((place) => place > 10 && isFree(place)) ?? y(error) + 4;
-    taken.push({ at, from, length });
-    return text(isLeft ? x(cost) - 10 : x(cost) + 10, at, name, { "text-anchor": isLeft ? "end" : "start", fill: isMesh ? OWN : "#8a4b00" });
+  return points.map(({ cost, error, isMesh }, i) => {
+    const from = x(cost);
+    const isFree = (at) => taken.every((other) => Math.abs(other.at - at) >= LINE || Math.abs(other.from - from) >= WIDTH);
+    const at = [-1, 1.6, -2, 2.6, -3, 3.6].map((k) => y(error) + k * LINE).find((place) => place > 10 && isFree(place)) ?? y(error) - LINE;
+    taken.push({ at, from });
+    return text(from, at, String(i + 1), { "text-anchor": "middle", "font-weight": 600, fill: isMesh ? OWN : "#8a4b00" });
   });
 }

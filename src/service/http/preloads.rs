@@ -4,22 +4,18 @@
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// The modules that the page of a result begins with, and those that it loads when its numbers are there, larger and less urgent: the
-/// picture, then the plots.
-const ENTRIES: [(&[&str], &str); 2] = [
-    (&["app.js", "pages/job_page.js"], ""),
-    (&["picture/run_panel.js", "plots/plots_of_run.js"], " fetchpriority=\"low\""),
-];
+/// The modules that the page of a result begins with, and those of the picture, which it loads when its numbers are there, larger and less
+/// urgent. The plots come after the picture.
+const ENTRIES: [(&str, &str); 3] =
+    [("app.js", ""), ("pages/job_page.js", ""), ("picture/run_panel.js", " fetchpriority=\"low\"")];
 
 /// The page with the links; `source` gives the text of a module by its path in the folder of the viewer.
 pub fn with_preloads(page: &str, source: impl Fn(&str) -> Option<String>) -> String {
     let map: Value = serde_json::from_str(import_map(page)).unwrap_or_default();
     let (mut links, mut known) = (String::new(), Vec::new());
-    for (entries, priority) in ENTRIES {
+    for (entry, priority) in ENTRIES {
         let first = known.len();
-        for entry in entries {
-            collect(entry, &map["imports"], &source, &mut known);
-        }
+        collect(entry, &map["imports"], &source, &mut known);
         for name in &known[first..] {
             let _ = writeln!(links, "<link rel=\"modulepreload\"{priority} href=\"viewer/{name}\">");
         }

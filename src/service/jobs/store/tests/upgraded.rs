@@ -15,6 +15,9 @@ pub struct Words {
 const FAILURE: &str =
     r#"{"cause": "internal", "message": "m", "remedy": "r", "time_s": null, "step": null, "element": null}"#;
 
+/// What versions that count what a job keeps have counted: a statement after [`filling`].
+pub const COUNTED: &str = "UPDATE jobs SET kept_bytes = length(scene) + COALESCE(length(summary), 0) + COALESCE(recording_bytes, 0)";
+
 /// Jobs in every state, one of them hidden, with events, and a mesh: in columns that all versions have.
 pub fn filling(words: &Words) -> Vec<String> {
     let Words { document, yes, further: (columns, values) } = words;
