@@ -27,7 +27,7 @@ export class StudyStart {
         level("Elements in each direction, from", 0, 3, this.#coarsest, (value) => (this.#coarsest = value)), level("to", 2, 5, this.#finest, (value) => (this.#finest = value))),
       html("div", { class: "tools" },
         button("Start this study", () => this.#start(() => this.#errorStudy())),
-        checkbox("meshes in between, too", false, (isWanted) => (this.#hasHalves = isWanted))),
+        checkbox("also sizes in between", false, (isWanted) => (this.#hasHalves = isWanted))),
       html("h2", {}, "Stability"),
       html("p", { class: "quiet" }, "Stiff, slender, fast and extreme impacts of the program's own, whatever the scene: which finish, and which end with a diagnosis."),
       html("div", { class: "tools" },
