@@ -14,7 +14,13 @@ def job(page):
     return post(page, "/v1/jobs", presets["flashball_thigh/scene_elastic.json"])["id"]
 
 
-PAGES = {"#/": "table", "#/new": ".verdict .badge", "#/job/{job}": ".plots .u-over", "#/compare/{job}/{job}": ".plots .u-over", "#/what-if/{job}": "input", "#/ask": "select", "docs/": "h2"}
+@pytest.fixture(scope="module")
+def study(page):
+    presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
+    return post(page, "/v1/studies", {"kind": "error", "scene": presets["bar_on_wall/scene.json"], "coarsest": -1, "finest": 0})["id"]
+
+
+PAGES = {"#/": "table", "#/new": ".scene-picture canvas", "#/job/{job}": ".plots .u-over", "#/compare/{job}/{job}": ".plots .u-over", "#/what-if/{job}": "input", "#/ask": "select", "#/job/{study}": ".error-cost", "docs/": "h2"}
 
 
 BEYOND_THE_SCREEN = """() => [...document.querySelectorAll("main :not(svg *)")].filter((one) => one.checkVisibility() && one.getBoundingClientRect().width)
@@ -23,10 +29,10 @@ BEYOND_THE_SCREEN = """() => [...document.querySelectorAll("main :not(svg *)")].
 
 @pytest.mark.parametrize("path", PAGES)
 @pytest.mark.parametrize("size", [(1440, 900), (820, 1180), (390, 844)], ids=str)
-def test_no_violations(page, job, path, size):
+def test_no_violations(page, job, study, path, size):
     page.set_viewport_size({"width": size[0], "height": size[1]})
     page.goto("/")
-    page.goto("/" + path.format(job=job))
+    page.goto("/" + path.format(job=job, study=study))
     expect(page.locator("main").locator(PAGES[path]).first).to_be_visible()
     page.evaluate("document.querySelectorAll('main details').forEach((one) => (one.open = true))")
     found = Axe().run(page).response["violations"]
