@@ -15,7 +15,7 @@ export function concerns(summary) {
   const isGiven = !summary.withheld && !isMiss(summary) && !stoppedAt(summary);
   const numbers = isGiven ? headline(summary).filter(({ quantity }) => quantity && quantity.error !== "nothing touched" && !isResolved(quantity)) : [];
   if (numbers.length) {
-    const count = `${numbers.length === 1 ? "one" : numbers.length} of the four numbers`;
+    const count = numbers.length === 4 ? "all four numbers" : `${["one", "two", "three"][numbers.length - 1]} of the four numbers`;
     const isUnknown = numbers.every(({ quantity }) => quantity.error === "not estimated");
     const words = isUnknown ? `The uncertainty of ${count} was not estimated.` : `The mesh is too coarse for ${count}: an order of magnitude, no more.`;
     // What the program says of the mesh is why.
