@@ -262,7 +262,7 @@ def test_an_error_study_is_a_picture_and_tables(page, jobs):
     for name in study["references"]:
         known = [row for row in study["rows"] if row["ending"] == "finished" and name in row["errors"]]
         if known:
-            page.get_by_label("Number").select_option(titles[name])
+            page.locator(".study select").select_option(titles[name])
             expect(page.locator(".error-cost circle")).to_have_count(len(known))
             assert "mesh 2 × coarser" in page.locator(".error-cost").get_attribute("aria-label")
     assert not re.search(r"_n\b|_j\b|mesh [-+]1", page.locator(".study").inner_text()), "words, not names of the wire"
