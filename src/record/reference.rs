@@ -57,7 +57,7 @@ fn put_cells(cells: &Cells, first: u32, message: &mut ReferenceMesh) {
         return;
     }
     let (types, nodes) = cells.in_vtk();
-    message.cell_types = Some(packed::u8s("cell_types", types.into_iter()));
+    message.cell_types = Some(packed::u8s("cell_types", types));
     message.cell_nodes = Some(packed::u32s("cell_nodes", nodes.into_iter().map(|node| [node - first])));
 }
 

@@ -186,7 +186,9 @@ fn group_table(out: &mut String, group: &Group) {
     // A column without any remark is none.
     if rows.iter().all(|cells| cells[2].is_empty()) {
         head.pop();
-        rows.iter_mut().for_each(|cells| cells.truncate(2));
+        for cells in &mut rows {
+            cells.truncate(2);
+        }
     }
     table(out, &title, &head, &rows);
 }

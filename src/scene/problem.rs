@@ -106,7 +106,8 @@ impl Problem {
         let mut words: String = rest.next().into_iter().flat_map(char::to_uppercase).chain(rest).collect();
         let mut add = |before: &str, text: &str| {
             if !text.is_empty() {
-                words += &format!("{before}{text}");
+                words += before;
+                words += text;
             }
         };
         add("; ", &self.remedy);
