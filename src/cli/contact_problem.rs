@@ -59,6 +59,8 @@ struct Row {
     iterations: usize,
     error_plain: f64,
     error_scaled: f64,
+    /// What of the free velocities is not stopped, relative to them [-].
+    error_of_free: f64,
     /// Shortest processor time of the repetitions [s]; null if the system does not provide it.
     cpu_s: Option<f64>,
     converged: bool,
@@ -154,6 +156,7 @@ fn solve_one(named: &NamedContactProblem, start: &[f64], method: Method, args: &
         iterations: report.iterations,
         error_plain: report.error_plain,
         error_scaled: report.error_scaled,
+        error_of_free: report.error_of_free,
         cpu_s: shortest,
         converged: report.converged,
         r,

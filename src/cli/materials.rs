@@ -104,8 +104,10 @@ fn write_set(set: &MaterialSet, out: &mut dyn Write) -> Result<(), CliError> {
     }
     if let Some(range) = validity(set) {
         let ([from, to], [least, most]) = (range.fitted.stretch, range.limit.stretch);
-        let whose = if set.material.valid_to().stretch.is_some() { "" } else { " (those of the law)" };
-        line("stretches", &format!("{from} to {to}{whose}; withheld beyond {least} to {most}"))?;
+        let given = set.material.valid_to();
+        let whose = if given.stretch.is_some() { "" } else { " (usual for the law)" };
+        let beyond = if given.limit_stretch.is_some() { "results withheld" } else { "peaks omitted" };
+        line("stretches", &format!("{from} to {to}{whose}; {beyond} beyond {least} to {most}"))?;
     }
     if let Some([from, to]) = set.material.valid_to().strain_rate_per_s {
         line("strain rates", &if from < to { format!("{from} to {to} /s") } else { format!("{to} /s") })?;

@@ -4,7 +4,9 @@
 #[cfg(test)]
 mod tests;
 
-use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput, PointScalar};
+use crate::mechanics::force::{
+    ElementBlock, ErosionLimits, Formulation, PointBatch, PointInput, PointScalar,
+};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::material::{Deformations, Validity};
 use crate::mesh::cell::CellPoints;
@@ -83,7 +85,7 @@ pub struct PartRange {
     pub energy_beyond_declared: Largest,
     /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
-    /// Whether its elements are eroded: by the stretch of their mean deformation, which its limits are compared with, too.
+    /// Whether its elements are eroded before the stretch of their mean deformation exceeds its limit, which then is compared with that, too.
     erodes: bool,
     /// Index of the body in [`LawRanges`].
     in_body: usize,
@@ -282,9 +284,9 @@ impl LawRanges {
                 let known = ranges.parts.iter().position(is_it);
                 let index = known.unwrap_or_else(|| {
                     let validity = body.validity[part];
-                    let (body, part, erodes) =
-                        (body.name.clone(), name.clone(), block.parameters.erosion.is_some());
-                    let part = PartRange::at_rest(body, part, validity, block.body);
+                    let is_sooner = |at: ErosionLimits| at.stretch <= validity.limit.stretch[1];
+                    let erodes = block.parameters.erosion.is_some_and(is_sooner);
+                    let part = PartRange::at_rest(body.name.clone(), name.clone(), validity, block.body);
                     ranges.parts.push(PartRange { erodes, ..part });
                     ranges.parts.len() - 1
                 });

@@ -150,10 +150,12 @@ impl<'p> ContactStep<'p> {
         }
         // With friction at several contacts that share nodes, sweeps may cycle for ever: Newton's method solves it. If
         // the sweeps came close, and Newton's method fails, the best iterate is accepted.
-        let is_near = report.residual <= LARGEST_RESIDUAL;
+        let is_small = report.residual <= LARGEST_RESIDUAL;
+        // A heavy body on a light one has impulses so large that a small residual says nothing about what they stop.
+        let is_near = is_small && report.residual_of_free <= LARGEST_OF_FREE;
         if (is_few || !is_near) && !phase.sticks() {
             take_off(&self.contacts, &self.reactions, masses, h, v);
-            let most = is_near.then_some(NEWTON_STEPS);
+            let most = is_small.then_some(NEWTON_STEPS);
             return self.solve_as_problem(Method::default(), most, masses, h, v);
         }
         self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
