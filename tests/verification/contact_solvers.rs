@@ -219,3 +219,46 @@ fn what_has_no_room_ends_the_run_with_a_diagnosis() {
         assert_eq!(failure.cause, FailureCause::ContactJammed, "μ = {friction}: {failure}");
     }
 }
+
+/// A heavy steel cube lands on a light sheet of foam on a floor: impulses are thousands of times those of the sheet's own velocities.
+#[test]
+fn a_heavy_body_on_a_light_one_is_not_jammed() {
+    let scene = |friction: f64| {
+        let body = |name: &str, half_extents_m: [f64; 3], height: f64, density: f64, velocity: [f64; 3]| {
+            json!({
+                "name": name, "role": "other", "velocity_m_per_s": velocity,
+                "rigid": {"shape": {"kind": "box", "half_extents_m": half_extents_m}, "center_m": [0, 0, height], "density_kg_per_m3": density}
+            })
+        };
+        json!({
+            "name": "foam", "end_time_s": 1e-2, "gravity_m_per_s2": [0, 0, -9.81],
+            "bodies": [
+                body("foam", [0.05, 0.05, 0.0015], 0.0015, 100.0, [0.0; 3]),
+                body("steel", [0.05; 3], 0.053_000_1, 7850.0, [0.3, 0.0, -1.0])
+            ],
+            "planes": [{"name": "floor", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+            "contact": {"friction": friction},
+            "integrator": {"kind": "explicit", "max_step_s": 1e-4},
+            "record": {"fields": [], "field_times_s": []}
+        })
+    };
+    for friction in [0.0, 0.3, 0.5] {
+        let plan = plan(&scene(friction));
+        let mut centre = Vec3::zeros();
+        let (outcome, _) =
+            run_on(&plan, State::new(&plan), 1, |frame| centre = frame.pose(1).unwrap().centre);
+        assert_eq!(outcome.ending, Ending::Finished, "μ = {friction}");
+        // The cube rests on the sheet, and slides only without friction: friction of 0.3 stops 0.3 m/s with the 1 m/s of the impact.
+        assert_at_most(
+            (centre.z - 0.053).abs(),
+            1e-6,
+            &format!("height of the cube less 53 mm, μ = {friction} [m]"),
+        );
+        let slid = if friction == 0.0 { 3e-3 } else { 0.0 };
+        assert_at_most(
+            (centre.x - slid).abs(),
+            5e-5,
+            &format!("place of the cube less {slid}, μ = {friction} [m]"),
+        );
+    }
+}
