@@ -13,7 +13,7 @@ const HIDDEN: f64 = 1e4;
 pub struct Options {
     /// Largest scaled residual [-] of a converged solution.
     pub tolerance: f64,
-    /// Largest number of sweeps over all contacts.
+    /// Largest number of sweeps over all contacts, or over each group that goes on by itself.
     pub max_sweeps: usize,
     /// Scaled residual [-] at which sweeps that make no progress stop.
     pub acceptable: f64,
@@ -28,7 +28,7 @@ impl Default for Options {
 /// Outcome of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveReport {
-    /// Sweeps over all contacts.
+    /// Sweeps over all contacts, those without friction included, and then over the group that took most.
     pub sweeps: usize,
     /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` per contact, F at
     /// `ρ = 1/D`, and q the free relative velocities of the closing contacts.
