@@ -147,13 +147,14 @@ fn material_follows_paths_as_json_csv_and_svg() {
             "λ = {stretch}: {got} against {expected}"
         );
     }
+    assert_eq!(rows[1]["range"], "usual", "no source gives the range of these parameters");
 
     law["valid_to"] = json!({"stretch": [0.7, 1.6], "limit_stretch": [0.4, 1.8]});
     let limited = run_with(&path, &json!({"material": law}).to_string());
     let rows: Value = serde_json::from_slice(&limited.stdout).unwrap();
     let ranges: Vec<&Value> = rows.as_array().unwrap().iter().map(|row| &row["range"]).collect();
     assert_eq!(ranges, ["extrapolated", "fitted", "fitted", "beyond_limit"]);
-    let reported = "2 of 4 points are beyond the range that the law is fitted to, 1 of them beyond its limit";
+    let reported = "2 of 4 points are beyond the range that the law is fitted to, or that is usual for it, 1 of them beyond its limit";
     assert!(text(&limited.stderr).contains(reported), "{}", text(&limited.stderr));
 
     let csv = run_with(&[&path[..], &["--format", "csv"]].concat(), &question);

@@ -198,7 +198,7 @@ fn warn_beyond<'a>(answers: impl Iterator<Item = &'a MaterialAnswer>) {
     let (extrapolated, beyond) = (count(InRange::Extrapolated), count(InRange::BeyondLimit));
     if extrapolated + beyond > 0 {
         tracing::warn!(
-            "{} of {} points are beyond the range that the law is fitted to, {beyond} of them beyond its limit (`range`)",
+            "{} of {} points are beyond the range that the law is fitted to, or that is usual for it, {beyond} of them beyond its limit (`range`)",
             extrapolated + beyond,
             ranges.len()
         );

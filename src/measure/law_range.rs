@@ -71,7 +71,7 @@ pub struct PartRange {
     pub stretch: [f64; 2],
     /// Least and largest J so far [-].
     pub jacobian: [f64; 2],
-    /// Largest strain rate so far [1/s]; 0 where the range of the law has no rates.
+    /// Largest strain rate so far [1/s]; 0 where no part of the plan has rates of its tests.
     pub strain_rate: f64,
     /// Volume that is deformed faster than in any test of the law.
     pub faster: Outside,
@@ -87,6 +87,8 @@ pub struct PartRange {
     pub has_turned_over: bool,
     /// Whether its elements are eroded before the stretch of their mean deformation exceeds its limit, which then is compared with that, too.
     erodes: bool,
+    /// Whether strain rates are evaluated.
+    has_rates: bool,
     /// Index of the body in [`LawRanges`].
     in_body: usize,
 }
@@ -119,6 +121,7 @@ impl PartRange {
             energy_beyond_declared: Largest::default(),
             has_turned_over: false,
             erodes: false,
+            has_rates: false,
             in_body,
         }
     }
@@ -137,7 +140,8 @@ impl PartRange {
         if of(&points.damage).largest > 0.0 {
             self.accumulate_damage(lanes.clone(), points);
         }
-        if let Some([_, fastest]) = self.validity.strain_rate {
+        if self.has_rates {
+            let fastest = self.validity.strain_rate.map_or(f64::INFINITY, |[_, fastest]| fastest);
             self.accumulate_rate(fastest, lanes.clone(), points);
         }
         // Stretch and excess are monotonic, also in floating-point numbers: where the extremes of all points are within
@@ -294,6 +298,8 @@ impl LawRanges {
                 ranges.part_of[block.first_slot + slot] = index as u32;
             }
         }
+        let has_rates = ranges.have_rates();
+        ranges.parts.iter_mut().for_each(|part| part.has_rates = has_rates);
         ranges
     }
 

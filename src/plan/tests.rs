@@ -268,3 +268,25 @@ fn history_is_omitted_where_nothing_is_remembered() {
         json!({"branches": [{"relative_modulus": 0.5, "relaxation_time_s": 1e-3}]});
     assert_eq!(line_and_rows(&document), (String::new(), Some(8 * (6 * 2 + 2) + 3 * 8 * 2)));
 }
+
+#[test]
+fn the_skin_of_generated_layers_is_their_top_not_where_they_are_cut() {
+    let mut scene = scene();
+    let layers = json!([{"part": "skin", "thickness_m": 0.002, "elements": 1}, {"part": "fat", "thickness_m": 0.01, "elements": 2}]);
+    let part = |name: &str| {
+        let law = json!({"law": "neo_hookean", "c10_pa": 1e4, "bulk_modulus_pa": 2e6});
+        json!({"part": name, "density_kg_per_m3": 1000, "material": law})
+    };
+    scene["bodies"][0]["parts"] = json!([part("skin"), part("fat")]);
+    // One element across has all nodes of its top on the sides, too.
+    for across in [1, 4] {
+        let generator = json!({"kind": "layered_block", "top_center_m": [0.02, 0.02, 0.0], "size_m": [0.04, 0.04],
+                               "layers": layers, "elements": [across, across]});
+        scene["bodies"][0]["mesh"] = json!({"generator": generator});
+        let plan = compiled(&scene);
+        assert_eq!(plan.measures.tissue_skin.len(), across * across);
+        assert!(plan.measures.tissue_skin.iter().flatten().all(|node| plan.X[3 * *node as usize + 2] == 0.0));
+        let ends: Vec<&str> = plan.measures.tissue_ends.iter().map(|end| end.name.as_str()).collect();
+        assert_eq!(ends, ["the back or a side of the model"]);
+    }
+}

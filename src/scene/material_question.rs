@@ -46,8 +46,10 @@ pub struct MaterialAnswer {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum InRange {
-    /// In the range that the parameters are fitted to, or, where none is given, that is usual for the law.
+    /// In the range that the parameters are fitted to.
     Fitted,
+    /// In the range that is usual for the law, where none is given for the parameters.
+    Usual,
     /// Beyond that range, where the law is extrapolated.
     Extrapolated,
     /// Beyond the limit of the law: its stress is that of no intact tissue.
@@ -63,7 +65,8 @@ impl InRange {
         match (exceeds(&validity.fitted), exceeds(&validity.limit)) {
             (_, true) => Self::BeyondLimit,
             (true, false) => Self::Extrapolated,
-            (false, false) => Self::Fitted,
+            (false, false) if validity.given.stretch => Self::Fitted,
+            (false, false) => Self::Usual,
         }
     }
 
@@ -71,6 +74,7 @@ impl InRange {
     pub fn name(self) -> &'static str {
         match self {
             Self::Fitted => "fitted",
+            Self::Usual => "usual",
             Self::Extrapolated => "extrapolated",
             Self::BeyondLimit => "beyond_limit",
         }

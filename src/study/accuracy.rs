@@ -151,7 +151,8 @@ impl<'a> Sequence<'a> {
         };
         self.place = AccuracyProgress { run: self.place.run + 1, mesh_factor, ..self.place };
         let (discards, interrupt) = (self.discards, self.meshes.variants.interrupt);
-        let run = LevelRun { place: self.place, is_last, must, discards, interrupt };
+        let clock = self.best.as_ref().map(|_| &self.clock);
+        let run = LevelRun { place: self.place, is_last, must, discards, interrupt, clock };
         let result = run.run(request, mesh, accuracy, bars)?;
         self.place.before = largest_error(&result);
         Ok((result, must))
@@ -216,6 +217,8 @@ struct LevelRun<'a> {
     must: Must,
     discards: &'a AtomicBool,
     interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+    /// What limits its steps, once there is a result to fall back on.
+    clock: Option<&'a Clock>,
 }
 
 impl LevelRun<'_> {
@@ -229,21 +232,33 @@ impl LevelRun<'_> {
     ) -> Result<RunResult, RunError> {
         let plan = mesh.plan.take().map_or_else(|| compile(&mesh.scene), Ok)?;
         let RunRequest { sinks, also, threads, progress, .. } = request;
+        // Reports lag behind the steps: what counts is whether there are too many at all.
+        let most = self.clock.and_then(|clock| clock.most_steps(&plan.report)).unwrap_or(u64::MAX);
+        let are_too_many = |steps: u64| {
+            self.discards.fetch_or(steps > most, Ordering::Relaxed);
+            steps > most
+        };
         let mut report = |p: Progress| {
+            are_too_many(p.step);
             let shown = if self.is_last { p } else { Progress::beginning(Phase::EstimatingErrors) };
             progress(Progress { accuracy: Some(self.place), ..shown });
         };
-        let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must };
+        let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must, most };
         let mut kept: Vec<_> = sinks.iter_mut().map(|sink| discardable(&mut **sink)).collect();
         let request = RunRequest {
             scene: &mesh.scene,
             sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
             also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
             threads: *threads,
-            interrupt: self.interrupt,
+            interrupt: &|| {
+                let is_over = || self.discards.load(Ordering::Relaxed).then_some(Interrupt::Deadline);
+                (self.interrupt)().or_else(is_over)
+            },
             progress: &mut report,
         };
-        Ok(run_plan(request, plan, bars, Some(accuracy)))
+        let result = run_plan(request, plan, bars, Some(accuracy));
+        are_too_many(result.outcome.steps);
+        Ok(result)
     }
 }
 
@@ -337,6 +352,8 @@ struct Discardable<'a> {
     sink: &'a mut dyn Sink,
     discards: &'a AtomicBool,
     must: Must,
+    /// Most steps that it may take.
+    most: u64,
 }
 
 impl Sink for Discardable<'_> {
@@ -351,7 +368,8 @@ impl Sink for Discardable<'_> {
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
         let has_failed = self.must.finish && matches!(end.outcome.ending, Ending::Failed { .. });
         let is_no_answer = self.must.show && is_withheld(end.summary);
-        if self.discards.load(Ordering::Relaxed) || has_failed || is_no_answer {
+        let is_stopped = self.discards.load(Ordering::Relaxed) || end.outcome.steps > self.most;
+        if is_stopped || has_failed || is_no_answer {
             self.sink.discard();
             return Ok(());
         }

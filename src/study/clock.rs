@@ -7,6 +7,9 @@ use crate::step::Interrupt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+/// Time in units of the limit after which a run ends that takes more steps than estimated [-].
+const LATITUDE: f64 = 1.5;
+
 /// The time that all meshes together may take.
 pub(super) struct Clock {
     wall: Wall,
@@ -43,6 +46,17 @@ impl Clock {
         self.estimated_s.unwrap_or_else(|| self.wall.elapsed_s())
     }
 
+    /// Steps after which a run is discarded, by the estimates of its plan: those that it was estimated to take, or more as long as the time
+    /// remains within 1½ times the limit. `None` where the clock on the wall counts.
+    pub fn most_steps(&self, report: &PlanReport) -> Option<u64> {
+        let elapsed_s = self.estimated_s?;
+        let runs = (LATITUDE * self.wall.limit_s - elapsed_s) / report.expected_run_time_s;
+        let expected = report.expected_steps.max(1);
+        // Saturates: a limit without end has no steps.
+        #[allow(clippy::cast_sign_loss)]
+        Some((runs.max(1.0) * expected as f64) as u64)
+    }
+
     /// Whether so many seconds more are too many.
     pub fn is_over_after(&self, seconds: f64) -> bool {
         self.elapsed_s() + seconds > self.wall.limit_s
@@ -75,5 +89,30 @@ impl Wall {
         }
         discards.store(true, Ordering::Relaxed);
         Some(Interrupt::Deadline)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_takes_no_more_steps_than_one_and_a_half_times_the_limit_allows() {
+        let report = |seconds: f64| PlanReport {
+            expected_run_time_s: seconds,
+            expected_steps: 1000,
+            ..PlanReport::default()
+        };
+        let requested =
+            AccuracyDocument { time_budget_s: 50.0, reproducible: true, ..AccuracyDocument::default() };
+        let mut clock = Clock::new(&requested);
+        // 75 s for runs of 10 s.
+        assert_eq!(clock.most_steps(&report(10.0)), Some(7500));
+        clock.count(&report(10.0), 2500);
+        assert_eq!(clock.most_steps(&report(10.0)), Some(5000));
+        // A run that was begun may take what it was expected to take.
+        assert_eq!(clock.most_steps(&report(70.0)), Some(1000));
+        let by_the_wall = Clock::new(&AccuracyDocument { reproducible: false, ..requested });
+        assert_eq!(by_the_wall.most_steps(&report(10.0)), None);
     }
 }

@@ -10,6 +10,7 @@ import json
 import os
 import re
 import resource
+import signal
 import subprocess
 import tempfile
 import threading
@@ -37,6 +38,9 @@ SCENE = {
     "planes": [{"name": "wall", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
     "solver": {"error_bars": "none"},
 }
+
+# The same, hardly moving: it runs for minutes.
+LONG = {**SCENE, "end_time_s": 10.0, "bodies": [{**SCENE["bodies"][0], "velocity_m_per_s": [0, 0, -1e-4]}]}
 
 
 def percentiles(times: list[float]) -> str:
@@ -114,6 +118,16 @@ class Service:
         self.process.terminate()
         self.process.wait()
 
+    def stop_runs(self) -> None:
+        """Stops the processes of the runs once there is one."""
+        runs: list[str] = []
+        while not runs:
+            time.sleep(0.1)
+            ps = subprocess.run(["ps", "--ppid", str(self.process.pid), "-o", "pid="], stdout=subprocess.PIPE, text=True, check=False)
+            runs = ps.stdout.split()
+        for run in runs:
+            os.kill(int(run), signal.SIGSTOP)
+
     def peak_mb(self) -> float:
         with open(f"/proc/{self.process.pid}/status", encoding="utf-8") as status:
             return int(re.search(r"VmHWM:\s+(\d+) kB", status.read()).group(1)) / 1e3
@@ -128,10 +142,13 @@ def main() -> None:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=".") as folder:
         with Service(arguments.program, os.path.join(folder, "idle"), 1) as service:
-            # The only worker has a long job: the others wait, and only their submission writes.
-            submit(service.address, 1, [], {**SCENE, "end_time_s": 10.0})
+            # The only worker has a long job, whose process stands still: the others wait, and only their submission takes time.
+            submit(service.address, 1, [], LONG)
+            service.stop_runs()
             latencies = post(service.address, arguments.clients, arguments.jobs)
-            print(f"202 at {arguments.clients} clients, one long run beside them: {percentiles(latencies)}")
+            if ended(service.address):
+                raise SystemExit("a run was not held")
+            print(f"202 at {arguments.clients} clients, nothing else running: {percentiles(latencies)}")
         print(f"fsync of 4 kB on the same disk: {percentiles(fsyncs(folder))}")
         before = processor_s()
         with Service(arguments.program, os.path.join(folder, "busy"), arguments.workers) as service:

@@ -3,7 +3,7 @@
 use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
 use super::written::{number, seconds};
-use crate::mechanics::material::Given;
+use crate::mechanics::material::{Given, Validity};
 use serde::Serialize;
 
 /// Fraction of a part's volume outside the fitted range above which it is reported [-].
@@ -85,7 +85,8 @@ impl LawRange {
     }
 }
 
-/// A part whose strain rates are compared with those of the tests that its parameters are from.
+/// A part whose strain rates are compared with those of the tests that its parameters are from, or whose parameters have a source that
+/// does not give their rates.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawRate {
     /// Name of the body, as in the scene.
@@ -94,24 +95,28 @@ pub struct LawRate {
     pub part: String,
     /// Largest strain rate at any look time, the largest principal value of the deviatoric rate of deformation [1/s].
     pub strain_rate_per_s: f64,
-    /// Slowest and fastest test [1/s].
-    pub tested_strain_rate_per_s: [f64; 2],
+    /// Slowest and fastest test [1/s]; `None` where the source does not give them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tested_strain_rate_per_s: Option<[f64; 2]>,
     /// Largest fraction of the part's volume that was deformed faster than in any test [-].
     pub fraction_faster: f64,
 }
 
-/// All parts whose law has strain rates of its tests, in the order of the plan; none before anything has moved.
+/// All parts whose parameters are said to be fitted to some range of deformation or rate, in the order of the plan; none before anything
+/// has moved, and none where no part has rates.
 pub(super) fn law_rates(ranges: &LawRanges) -> Vec<LawRate> {
-    let of = |part: &PartRange| {
-        Some(LawRate {
-            body: part.body.clone(),
-            part: part.part.clone(),
-            strain_rate_per_s: part.strain_rate,
-            tested_strain_rate_per_s: part.validity.strain_rate?,
-            fraction_faster: part.fraction(&part.faster),
-        })
+    let is_fitted = |part: &&PartRange| {
+        let Validity { given, strain_rate, .. } = part.validity;
+        part.strain_rate > 0.0 && (given.stretch || given.jacobian || strain_rate.is_some())
     };
-    ranges.parts.iter().filter(|part| part.strain_rate > 0.0).filter_map(of).collect()
+    let of = |part: &PartRange| LawRate {
+        body: part.body.clone(),
+        part: part.part.clone(),
+        strain_rate_per_s: part.strain_rate,
+        tested_strain_rate_per_s: part.validity.strain_rate,
+        fraction_faster: part.fraction(&part.faster),
+    };
+    ranges.parts.iter().filter(is_fitted).map(of).collect()
 }
 
 /// The sentence on all parts whose laws were notably used beyond their ranges; `None` where there is none.
@@ -139,16 +144,21 @@ pub(super) fn rates_in_words(rates: &[LawRate]) -> Option<String> {
 impl LawRate {
     /// "muscle (thigh) at up to 5100 /s, in 35 % of its volume faster than in any test (378 /s)"; `None` within the range of the tests.
     fn in_words(&self) -> Option<String> {
-        let [from, to] = self.tested_strain_rate_per_s.map(number);
-        let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
         let (whose, rate) = (format!("{} ({})", self.part, self.body), number(self.strain_rate_per_s));
+        let Some([slowest, fastest]) = self.tested_strain_rate_per_s else {
+            return Some(format!(
+                "{whose} at up to {rate} /s, and its source does not give those of its tests"
+            ));
+        };
+        let [from, to] = [slowest, fastest].map(number);
+        let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
         if self.fraction_faster > NOTABLE_FRACTION {
             let percent = number(100.0 * self.fraction_faster);
             return Some(format!(
                 "{whose} at up to {rate} /s, in {percent} % of its volume faster than in any test ({tests})"
             ));
         }
-        (self.strain_rate_per_s < self.tested_strain_rate_per_s[0])
+        (self.strain_rate_per_s < slowest)
             .then(|| format!("{whose} at up to {rate} /s, slower than in any test ({tests})"))
     }
 }
@@ -212,11 +222,11 @@ mod tests {
     #[test]
     fn strain_rates_are_reported_where_they_leave_those_of_the_tests() {
         let rate =
-            |strain_rate_per_s: f64, tested_strain_rate_per_s: [f64; 2], fraction_faster: f64| LawRate {
+            |strain_rate_per_s: f64, tested: impl Into<Option<[f64; 2]>>, fraction_faster: f64| LawRate {
                 body: "thigh".into(),
                 part: "muscle".into(),
                 strain_rate_per_s,
-                tested_strain_rate_per_s,
+                tested_strain_rate_per_s: tested.into(),
                 fraction_faster,
             };
         let faster = rate(5100.0, [378.0; 2], 0.35).in_words().unwrap();
@@ -227,6 +237,11 @@ mod tests {
         let slower = rate(20.0, [116.0, 378.0], 0.0).in_words().unwrap();
         assert!(slower.contains("slower than in any test (116.0 to 378.0 /s)"), "{slower}");
         assert_eq!(rate(200.0, [116.0, 378.0], 0.0).in_words(), None);
+        let unknown = rate(5100.0, None, 0.0).in_words().unwrap();
+        assert_eq!(
+            unknown,
+            "muscle (thigh) at up to 5100 /s, and its source does not give those of its tests"
+        );
         let both =
             rates_in_words(&[rate(20.0, [116.0, 378.0], 0.0), rate(5100.0, [378.0; 2], 0.35)]).unwrap();
         assert!(both.contains(&format!(": {slower}; {faster}.")), "{both}");

@@ -34,6 +34,12 @@ pub struct Numerics {
     pub rigid_impact_dissipation_j: f64,
     /// Energy dissipated by friction, all pairs [J].
     pub friction_dissipation_j: f64,
+    /// Energy dissipated by bulk and shear viscosity and by softening, all bodies [J]; that of relaxation is listed branch by branch.
+    #[serde(default)]
+    pub viscous_dissipation_j: f64,
+    /// Strain energy removed with eroded elements, all bodies [J].
+    #[serde(default)]
+    pub eroded_energy_j: f64,
     /// Peak energy of the stabilisation of one-point elements over peak strain energy, maximum over the bodies [-]:
     /// deformation that the mesh does not resolve.
     pub hourglass_energy_fraction: f64,
@@ -73,6 +79,10 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         numerical_contact_dissipation_fraction: over(numerical, energy.turnover_j),
         rigid_impact_dissipation_j: energy.impact_j() + 0.0,
         friction_dissipation_j: energy.pairs.values().map(|p| p.friction_j).sum::<f64>() + 0.0,
+        viscous_dissipation_j: energy.bodies.iter().map(|b| b.viscous_j).sum::<f64>()
+            - energy.branches.iter().map(|branch| branch.dissipated_j).sum::<f64>()
+            + 0.0,
+        eroded_energy_j: energy.bodies.iter().map(|b| b.eroded_j).sum::<f64>() + 0.0,
         hourglass_energy_fraction: measures.hourglass.largest_fraction(),
         energy_fraction_beyond_law: measures.laws.fraction_beyond(),
         energy_fraction_beyond_declared_limits: measures.laws.fraction_beyond_declared(),
@@ -101,7 +111,13 @@ pub fn numerics_group(n: &Numerics, relaxation: &[RelaxationOfBody]) -> Group<'s
         rows.push(Row::words("lost in rigid–rigid impacts", lost).note("they do not rebound"));
     }
     rows.push(Row::words("friction dissipation", joules(n.friction_dissipation_j)));
+    if n.viscous_dissipation_j > 0.0 {
+        rows.push(Row::words("dissipated by viscosity and softening", joules(n.viscous_dissipation_j)));
+    }
     rows.extend(relaxation.iter().map(|branch| Row::words(branch.title(), branch.in_words())));
+    if n.eroded_energy_j > 0.0 {
+        rows.push(Row::words("strain energy of eroded elements", joules(n.eroded_energy_j)));
+    }
     if n.hourglass_energy_fraction > 0.0 {
         rows.push(Row::words("strain energy in the stabilisation", percent(n.hourglass_energy_fraction)));
     }

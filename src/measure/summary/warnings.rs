@@ -209,43 +209,51 @@ fn contact_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan, outcom
         let touched = measures.pairs.values().filter(|pair| pair.force.contact_span.is_some());
         touched.filter(|pair| !pair.is_of_itself()).any(|pair| pair.between.iter().any(|name| name == body))
     };
-    for pair in measures.strikes() {
-        let is_missed = pair.force.contact_span.is_none() && !has_struck(&pair.between[1 - pair.reported_on]);
-        let missed = (is_finished && is_missed).then(|| {
-            format!(
-                "Nothing touched in {}: check the direction of the velocity, the gap and the end time.",
-                pair.name
-            )
-        });
-        all.add(Gravity::Remark, missed);
-        let going_on = || {
-            format!(
-                "The impact is not over at the end of the run ({} still touch): its numbers are not final.",
-                pair.between.join(" and ")
-            )
-        };
-        all.add(Gravity::NotFinal, pair.force.is_in_contact().then(going_on));
+    let is_missed = |pair: &&PairMeasures| {
+        is_finished && pair.force.contact_span.is_none() && !has_struck(&pair.between[1 - pair.reported_on])
+    };
+    let missed = first_of(measures.strikes().filter(is_missed).map(|pair| pair.name.clone())).map(|pairs| {
+        format!("Nothing touched in {pairs}: check the direction of the velocity, the gap and the end time.")
+    });
+    all.add(Gravity::Remark, missed);
+    let touching = measures.strikes().filter(|pair| pair.force.is_in_contact());
+    let going_on = first_of(touching.map(|pair| pair.between.join(" and "))).map(|pairs| {
+        format!(
+            "The impact is not over at the end of the run ({pairs} still touch): its numbers are not final."
+        )
+    });
+    all.add(Gravity::NotFinal, going_on);
+}
+
+/// The first three names, and how many more there are; `None` without any.
+fn first_of(names: impl Iterator<Item = String>) -> Option<String> {
+    const FEW: usize = 3;
+    let names: Vec<String> = names.collect();
+    let listed = names.iter().take(FEW).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match names.len() {
+        0 => None,
+        count if count <= FEW => Some(listed),
+        count => Some(format!("{listed} and {} more", count - FEW)),
     }
 }
 
 /// Warns of contact patches that are not resolved, and of waves reflected from artificial ends of the model.
 fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
+    let across = |pair: &PairMeasures| pair.force.peak().patch.nodes_across;
+    let is_coarse = |pair: &&PairMeasures| {
+        pair.force.contact_span.is_some() && !pair.is_of_points && across(pair) < NODES_ACROSS
+    };
+    let coarse = || measures.pairs.values().filter(is_coarse);
+    let fewest = coarse().map(across).min().unwrap_or_default();
+    let coarse = first_of(coarse().map(|pair| named(pair).to_string())).map(|pairs| {
+        let nodes = if fewest == 1 { "one node lies".to_owned() } else { format!("{fewest} nodes lie") };
+        format!(
+            "The mesh is too coarse for the contact patch of {pairs} and its pressure: only {nodes} across it at the peak force (fewer than \
+             {NODES_ACROSS})."
+        )
+    });
+    all.add(Gravity::NotResolved, coarse);
     for pair in measures.pairs.values() {
-        let patch = pair.force.peak().patch;
-        let is_coarse =
-            pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS;
-        let coarse = is_coarse.then(|| {
-            let nodes = match patch.nodes_across {
-                1 => "one node lies".to_owned(),
-                count => format!("{count} nodes lie"),
-            };
-            format!(
-                "The mesh is too coarse for the contact patch of {} and its pressure: only {nodes} across it at the peak force (fewer than \
-                 {NODES_ACROSS}).",
-                named(pair)
-            )
-        });
-        all.add(Gravity::NotResolved, coarse);
         let returned = wave_return(measures, pair).filter(|time| *time < measures.time).map(|time| {
             format!(
                 "The ends of the model may disturb the result from {} on: a wave from the contact of {} may have returned from them. Make \

@@ -193,7 +193,7 @@ class Summary:
 
     @property
     def law_rates(self) -> list[dict[str, Any]]:
-        """Strain rates of parts whose law gives those of its tests."""
+        """Strain rates of parts, and those of their tests where the source gives them."""
         rates: list[dict[str, Any]] = self.body.get("law_rates", [])
         return rates
 
