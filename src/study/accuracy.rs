@@ -171,7 +171,8 @@ impl<'a> Sequence<'a> {
         let (level, coarser) = (mesh.level, self.done.len());
         let again = is_withheld(&result.summary) && self.was_withheld;
         self.was_withheld = is_withheld(&result.summary);
-        let lacks = must.lacks(&result);
+        let is_stopped = self.discards.load(Ordering::Relaxed);
+        let lacks = must.lacks(&result).filter(|_| !is_stopped);
         let has_stopped = is_good_enough(&result, level, coarser, again);
         if self.clock.is_estimated() && ahead.next.is_none() && !has_stopped {
             let own_s = self.expected_s.unwrap_or(seconds);
@@ -180,8 +181,7 @@ impl<'a> Sequence<'a> {
         let Ahead { next, growth } = ahead;
         let is_over = is_over(&self.clock, &mut result, coarser, growth * seconds);
         // Of a mesh that is coarser than the scene's own, a discarded run says nothing about the finer ones.
-        let is_discarded = self.discards.load(Ordering::Relaxed)
-            || (lacks.is_some() && (level >= 0 || is_over || has_stopped));
+        let is_discarded = is_stopped || (lacks.is_some() && (level >= 0 || is_over || has_stopped));
         if is_discarded && let Some(mut best) = self.best.take() {
             best.summary.warnings.push(discarded(self.meshes.factor(level), lacks));
             return Step::End(Box::new(best));
