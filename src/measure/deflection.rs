@@ -2,11 +2,13 @@
 
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::plan::Plan;
+use crate::scene::document::Role;
 use crate::step::Frame;
 use std::collections::BTreeSet;
 
 /// Largest displacement of a node of the tissue's skin from its initial position in the scene; for an unsupported
-/// tissue, from the rigid motion of its skin, which is no deflection.
+/// tissue, from the rigid motion of its skin, which is no deflection. Where elements are eroded, what they lay bare counts with the skin that is
+/// left.
 #[derive(Clone, Debug, Default)]
 pub struct Deflection {
     /// Sorted nodes of the tissue's surface.
@@ -44,15 +46,28 @@ impl Deflection {
         Self { nodes, is_held, ..Self::default() }
     }
 
+    /// Drops nodes without intact elements, and adds those of the tissue that eroded elements lay bare.
+    fn follow_erosion(&mut self, frame: &Frame) {
+        let plan = frame.plan;
+        let intact = plan.bodies.iter().flat_map(|body| body.intact(frame.erosion));
+        let held: BTreeSet<u32> = intact.flat_map(|cell| cell.nodes).copied().collect();
+        let bared = frame.erosion.elements().iter().flat_map(|&element| {
+            let body = &plan.bodies[plan.body_of_element(element)];
+            let cell = body.cells.nodes((element - body.elements.start) as usize);
+            if body.role == Role::Tissue { cell } else { &[] }
+        });
+        self.nodes.extend(bared);
+        self.nodes.retain(|node| held.contains(node));
+        self.nodes.sort_unstable();
+        self.nodes.dedup();
+    }
+
     /// Accumulates the displacements of one step.
     pub fn accumulate(&mut self, frame: &Frame) {
-        // Nodes without intact elements are dropped.
         let gone = frame.erosion.elements().len();
         if gone != self.gone {
             self.gone = gone;
-            let intact = frame.plan.bodies.iter().flat_map(|body| body.intact(frame.erosion));
-            let held: BTreeSet<u32> = intact.flat_map(|cell| cell.nodes).copied().collect();
-            self.nodes.retain(|node| held.contains(node));
+            self.follow_erosion(frame);
         }
         let mut now = 0.0_f64;
         let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();

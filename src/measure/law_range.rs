@@ -85,8 +85,9 @@ pub struct PartRange {
     pub energy_beyond_declared: Largest,
     /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
-    /// Whether its elements are eroded before the stretch of their mean deformation exceeds its limit, which then is compared with that, too.
-    erodes: bool,
+    /// Stretch at which its elements are eroded, of their mean deformation, if that is no larger than the limit of the law: then results are
+    /// withheld by the mean, too.
+    erodes_at: Option<f64>,
     /// Whether strain rates are evaluated.
     has_rates: bool,
     /// Index of the body in [`LawRanges`].
@@ -120,7 +121,7 @@ impl PartRange {
             energy_beyond: Largest::default(),
             energy_beyond_declared: Largest::default(),
             has_turned_over: false,
-            erodes: false,
+            erodes_at: None,
             has_rates: false,
             in_body,
         }
@@ -192,7 +193,11 @@ impl PartRange {
     fn accumulate_deformation(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
         let (Validity { fitted, limit, .. }, declared) = (self.validity, self.validity.declared_limit());
         for lane in lanes {
-            let mean = self.erodes.then(|| stretch(points.mean_strain[lane]));
+            let mean = self.erodes_at.map(|limit| (stretch(points.mean_strain[lane]), limit));
+            // What the next step erodes is not the tissue's any more.
+            if mean.is_some_and(|(mean, limit)| mean > limit) {
+                continue;
+            }
             for q in 0..points.count {
                 let strains = [points.least_principal_strain[q][lane], points.principal_strain[q][lane]];
                 let of_point =
@@ -200,18 +205,18 @@ impl PartRange {
                 self.extend(&of_point);
                 let volume = points.volume[q][lane];
                 let energy = volume * points.psi[q][lane];
-                let [least, largest] = of_point.stretch;
-                let limited = [least, mean.unwrap_or(largest)];
-                let exceeds = |range: Deformations| range.excess(limited, of_point.jacobian) > 1.0;
-                if fitted.excess(of_point.stretch, of_point.jacobian) > 1.0 {
+                let exceeds =
+                    |range: Deformations, stretch: [f64; 2]| range.excess(stretch, of_point.jacobian) > 1.0;
+                if exceeds(fitted, of_point.stretch) {
                     self.left.volume.now += volume;
                 }
-                if exceeds(limit) {
+                if exceeds(limit, of_point.stretch) {
                     self.beyond.volume.now += volume;
                     self.energy_beyond.now += energy;
                     body.beyond.now += energy;
                 }
-                if exceeds(declared) {
+                let [least, largest] = of_point.stretch;
+                if exceeds(declared, [least, mean.map_or(largest, |(mean, _)| mean)]) {
                     self.energy_beyond_declared.now += energy;
                     body.beyond_declared.now += energy;
                 }
@@ -230,6 +235,11 @@ impl PartRange {
     fn extend(&mut self, Deformations { stretch, jacobian }: &Deformations) {
         self.stretch = [self.stretch[0].min(stretch[0]), self.stretch[1].max(stretch[1])];
         self.jacobian = [self.jacobian[0].min(jacobian[0]), self.jacobian[1].max(jacobian[1])];
+    }
+
+    /// Whether a limit that was declared for its law was exceeded at a point.
+    pub fn exceeds_declared(&self) -> bool {
+        self.validity.declared_limit().excess(self.stretch, self.jacobian) > 1.0
     }
 
     /// Largest fraction of the part's volume that was outside.
@@ -288,10 +298,11 @@ impl LawRanges {
                 let known = ranges.parts.iter().position(is_it);
                 let index = known.unwrap_or_else(|| {
                     let validity = body.validity[part];
-                    let is_sooner = |at: ErosionLimits| at.stretch <= validity.limit.stretch[1];
-                    let erodes = block.parameters.erosion.is_some_and(is_sooner);
+                    let is_sooner = |at: &f64| *at <= validity.limit.stretch[1];
+                    let stretch = |at: ErosionLimits| at.stretch;
+                    let erodes_at = block.parameters.erosion.map(stretch).filter(is_sooner);
                     let part = PartRange::at_rest(body.name.clone(), name.clone(), validity, block.body);
-                    ranges.parts.push(PartRange { erodes, ..part });
+                    ranges.parts.push(PartRange { erodes_at, ..part });
                     ranges.parts.len() - 1
                 });
                 ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();
@@ -406,6 +417,17 @@ impl LawRanges {
             let by_energy = a_declared.total_cmp(&b_declared).then(a_all.total_cmp(&b_all));
             a.has_turned_over.cmp(&b.has_turned_over).then(by_energy)
         })
+    }
+
+    /// The part with most strain energy beyond a limit that is usual for its law, where none is declared.
+    pub fn worst_undeclared(&self) -> Option<&PartRange> {
+        let beyond = self.parts.iter().filter(|part| part.beyond.since.is_some() && !part.exceeds_declared());
+        beyond.max_by(|a, b| a.energy_beyond.largest.total_cmp(&b.energy_beyond.largest))
+    }
+
+    /// Largest strain energy of a part beyond its limits, as a fraction of the peak of its body [-].
+    pub fn fraction_of(&self, part: &PartRange) -> f64 {
+        part.energy_beyond.largest / self.bodies[part.in_body].all.largest.max(f64::MIN_POSITIVE)
     }
 
     /// Largest fraction of a body's peak strain energy that was beyond the limits of the laws [-]; 1 if elements have

@@ -31,7 +31,11 @@ pub fn exposed_faces(
     };
     // Held faces may have nodes of several sets; each cut is flat.
     let held = marked(&mut body.fixed.iter().flat_map(|fixed| set_of(&fixed.set)));
-    let cuts = cuts_of(body).iter().map(|cut| marked(&mut set_of(cut).iter()));
+    // Layers that are held at their top are hit elsewhere.
+    let top = set_of("z_max");
+    let is_top_held = !top.is_empty() && top.iter().all(|node| held[*node as usize]);
+    let cuts = if is_top_held { &[][..] } else { cuts_of(body) };
+    let cuts = cuts.iter().map(|cut| marked(&mut set_of(cut).iter()));
     let hidden: Vec<Vec<bool>> = std::iter::once(held).chain(cuts).collect();
     let is_in = |face: &[u32; 4], set: &[bool]| face.iter().all(|node| set[*node as usize]);
     faces.iter().filter(|face| !hidden.iter().any(|set| is_in(face, set))).copied().collect()

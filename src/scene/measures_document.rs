@@ -28,7 +28,7 @@ pub struct MeasuresDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_filter: Option<ForceFilter>,
     /// Node set of the tissue's surface from which depth is measured; by default the whole boundary that is not fixed,
-    /// without the cut sections of a generated limb.
+    /// without the cut sections of a generated limb, and of generated layers their top.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin_set: Option<String>,
     /// Person and place of impact, required by published injury criteria.

@@ -12,7 +12,7 @@ fn ranges() -> LawRanges {
             limit: Deformations { stretch, jacobian: [0.1, 10.0] },
             strain_rate: Some([0.0, 50.0]),
         };
-        PartRange::at_rest("body".into(), "part".into(), validity, 0)
+        PartRange { has_rates: true, ..PartRange::at_rest("body".into(), "part".into(), validity, 0) }
     };
     LawRanges {
         parts: vec![part([0.1, 4.0], false), part([0.4, 2.0], true)],
@@ -92,7 +92,8 @@ fn a_batch_that_is_not_full_is_evaluated_as_far_as_its_elements() {
     assert!(ranges.parts[1].stretch[1] < 1.2, "another part");
 }
 
-/// Erosion deletes an element when the stretch of its mean deformation exceeds a limit, and a limit of its law is exceeded no earlier.
+/// Erosion deletes an element when the stretch of its mean deformation exceeds a limit, and results are withheld no earlier; volumes are those of
+/// points.
 #[test]
 #[allow(clippy::float_cmp)] // these sums are exact
 fn limits_of_what_erodes_are_those_of_the_mean_deformation_of_an_element() {
@@ -102,12 +103,19 @@ fn limits_of_what_erodes_are_those_of_the_mean_deformation_of_an_element() {
         points.principal_strain[q][3] = if q % 2 == 0 { 0.0 } else { 1.92 };
         points.volume[q][3] = 1.0;
     }
-    for (erodes, mean_strain, beyond) in [(false, 0.9, 4.0), (true, 0.9, 0.0), (true, 1.6, 8.0)] {
+    for q in 0..points.count {
+        points.psi[q][3] = 1.0;
+    }
+    for (erodes_at, mean_strain, beyond, withheld) in
+        [(None, 0.9, 4.0, 4.0), (Some(1.9), 0.9, 4.0, 0.0), (Some(1.9), 1.6, 0.0, 0.0)]
+    {
         let mut ranges = ranges();
-        ranges.parts[1].erodes = erodes;
+        ranges.parts[1].erodes_at = erodes_at;
+        ranges.parts[1].validity.declared.stretch = true;
         points.mean_strain[3] = mean_strain;
         ranges.accumulate(0..BATCH, &points);
-        assert_eq!(ranges.parts[1].beyond.volume.now, beyond, "{erodes}, {mean_strain}");
-        assert_eq!(ranges.parts[1].left.volume.now, 4.0, "the fitted range is that of the points");
+        assert_eq!(ranges.parts[1].beyond.volume.now, beyond, "{erodes_at:?}, {mean_strain}");
+        assert_eq!(ranges.parts[1].energy_beyond_declared.now, withheld, "{erodes_at:?}, {mean_strain}");
+        assert_eq!(ranges.parts[1].left.volume.now, beyond, "the next step erodes what is not counted");
     }
 }

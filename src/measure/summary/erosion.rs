@@ -40,7 +40,7 @@ impl ErosionOfPart {
     pub fn in_words(&self) -> String {
         let elements = if self.elements == 1 { "element was" } else { "elements were" };
         format!(
-            "{} {elements} eroded in {} ({}), {} mm³ of it, from {} on: it ruptures there.",
+            "{} {elements} eroded in {} ({}), {} mm³ of it, from {} on: it ruptures there, in a volume that depends on the size of its elements.",
             self.elements,
             self.part,
             self.body,

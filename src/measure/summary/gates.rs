@@ -130,7 +130,7 @@ pub(super) fn withholding(
         return Some(Withholding { reason, remedy: failure.cause.remedy() });
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
-    let beyond = || beyond_limit(&measures.laws).map(|excess| fraction_in_words(excess, numerics));
+    let beyond = || measures.laws.worst().map(|part| beyond_limit(&measures.laws, part));
     Some(match (failed.name, measures.penetration.excess(), beyond()) {
         (LAW_GATE, _, Some(reason)) => Withholding { reason, remedy: BEYOND_LAW },
         (PENETRATION_GATE | OVERLAP_GATE, Some(reason), _) => Withholding { reason, remedy: TOO_DEEP },
@@ -145,16 +145,6 @@ pub(super) fn withholding(
             },
         },
     })
-}
-
-/// Appends the fraction of the strain energy, unless elements have inverted, which leaves it undefined.
-pub(super) fn fraction_in_words(excess: String, numerics: &Numerics) -> String {
-    let fraction = numerics.energy_fraction_beyond_law;
-    if fraction < 1.0 {
-        format!("{excess}; {:.1} % of the strain energy was there", 100.0 * fraction)
-    } else {
-        excess
-    }
 }
 
 /// Total work of the position projection, summed over the bodies [J].

@@ -92,7 +92,11 @@ pub(super) fn injury_measures(
         return Vec::new();
     }
     let person = plan.measures.person.as_ref();
-    let mut all = vec![penetration(&onslaught, person), blunt(&onslaught, person)];
+    let mut of_skin = penetration(&onslaught, person);
+    if of_skin.applicable && !measures.eroded.parts.is_empty() {
+        of_skin.statement += ". The tissue of this run ruptures all the same: its material is another than that of these experiments";
+    }
+    let mut all = vec![of_skin, blunt(&onslaught, person)];
     match results {
         Shown::Results(Results { tissue: Some(tissue), .. }) => {
             let response = &tissue.viscous_response_m2_per_s;

@@ -3,7 +3,7 @@
 use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
 use super::written::{number, seconds};
-use crate::mechanics::material::{Given, Validity};
+use crate::mechanics::material::Given;
 use serde::Serialize;
 
 /// Fraction of a part's volume outside the fitted range above which it is reported [-].
@@ -85,8 +85,7 @@ impl LawRange {
     }
 }
 
-/// A part whose strain rates are compared with those of the tests that its parameters are from, or whose parameters have a source that
-/// does not give their rates.
+/// Strain rates of a part, beside those of the tests that its parameters are from, where they are given.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawRate {
     /// Name of the body, as in the scene.
@@ -95,20 +94,15 @@ pub struct LawRate {
     pub part: String,
     /// Largest strain rate at any look time, the largest principal value of the deviatoric rate of deformation [1/s].
     pub strain_rate_per_s: f64,
-    /// Slowest and fastest test [1/s]; `None` where the source does not give them.
+    /// Slowest and fastest test [1/s]; `None` where they are not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tested_strain_rate_per_s: Option<[f64; 2]>,
     /// Largest fraction of the part's volume that was deformed faster than in any test [-].
     pub fraction_faster: f64,
 }
 
-/// All parts whose parameters are said to be fitted to some range of deformation or rate, in the order of the plan; none before anything
-/// has moved, and none where no part has rates.
+/// All parts that have moved, in the order of the plan; none where no part has rates of its tests.
 pub(super) fn law_rates(ranges: &LawRanges) -> Vec<LawRate> {
-    let is_fitted = |part: &&PartRange| {
-        let Validity { given, strain_rate, .. } = part.validity;
-        part.strain_rate > 0.0 && (given.stretch || given.jacobian || strain_rate.is_some())
-    };
     let of = |part: &PartRange| LawRate {
         body: part.body.clone(),
         part: part.part.clone(),
@@ -116,7 +110,7 @@ pub(super) fn law_rates(ranges: &LawRanges) -> Vec<LawRate> {
         tested_strain_rate_per_s: part.validity.strain_rate,
         fraction_faster: part.fraction(&part.faster),
     };
-    ranges.parts.iter().filter(is_fitted).map(of).collect()
+    ranges.parts.iter().filter(|part| part.strain_rate > 0.0).map(of).collect()
 }
 
 /// The sentence on all parts whose laws were notably used beyond their ranges; `None` where there is none.
@@ -146,9 +140,7 @@ impl LawRate {
     fn in_words(&self) -> Option<String> {
         let (whose, rate) = (format!("{} ({})", self.part, self.body), number(self.strain_rate_per_s));
         let Some([slowest, fastest]) = self.tested_strain_rate_per_s else {
-            return Some(format!(
-                "{whose} at up to {rate} /s, and its source does not give those of its tests"
-            ));
+            return Some(format!("{whose} at up to {rate} /s, without rates of tests to compare with"));
         };
         let [from, to] = [slowest, fastest].map(number);
         let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
@@ -163,10 +155,9 @@ impl LawRate {
     }
 }
 
-/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 12 mm³ (0.1 % of its volume), first seen at 40 µs",
-/// for the part with most strain energy there.
-pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
-    let part = ranges.worst()?;
+/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the usual limit of its law, in 12 mm³ (0.1 % of its volume), first seen at 40 µs; 3 %
+/// of the strain energy was there"; without the energy where elements have inverted, which leaves it undefined.
+pub(super) fn beyond_limit(ranges: &LawRanges, part: &PartRange) -> String {
     let limit = part.validity.limit;
     let ([thin, long], [small, large]) = (part.stretch, part.jacobian);
     let mut what = Vec::new();
@@ -180,16 +171,18 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
             what.push(format!("{name} {} (limit {})", number(value), number(limit)));
         }
     }
-    Some(format!(
-        "{} ({}) was {}, beyond the {} limit of its law, in {} mm³ ({} % of its volume), first seen at {}",
+    let energy = format!("; {:.1} % of the strain energy was there", 100.0 * ranges.fraction_of(part));
+    format!(
+        "{} ({}) was {}, beyond the {} limit of its law, in {} mm³ ({} % of its volume), first seen at {}{}",
         part.part,
         part.body,
         what.join(", "),
-        if part.energy_beyond_declared.largest > 0.0 { "declared" } else { "usual" },
+        if part.exceeds_declared() { "declared" } else { "usual" },
         number(1e9 * part.beyond.volume()),
         number(100.0 * part.fraction(&part.beyond)),
-        seconds(part.beyond.since.unwrap_or_default())
-    ))
+        seconds(part.beyond.since.unwrap_or_default()),
+        if part.has_turned_over { "" } else { &energy }
+    )
 }
 
 /// The warning of stress where no wave can have arrived; `None` where there is none.
@@ -238,10 +231,7 @@ mod tests {
         assert!(slower.contains("slower than in any test (116.0 to 378.0 /s)"), "{slower}");
         assert_eq!(rate(200.0, [116.0, 378.0], 0.0).in_words(), None);
         let unknown = rate(5100.0, None, 0.0).in_words().unwrap();
-        assert_eq!(
-            unknown,
-            "muscle (thigh) at up to 5100 /s, and its source does not give those of its tests"
-        );
+        assert_eq!(unknown, "muscle (thigh) at up to 5100 /s, without rates of tests to compare with");
         let both =
             rates_in_words(&[rate(20.0, [116.0, 378.0], 0.0), rate(5100.0, [378.0; 2], 0.35)]).unwrap();
         assert!(both.contains(&format!(": {slower}; {faster}.")), "{both}");

@@ -1,11 +1,12 @@
 //! Warnings: the caveats that accompany the numbers, most severe first.
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
+use super::super::law_range::PartRange;
 use super::super::measures::Measures;
 use super::super::pair::PairMeasures;
 use super::super::penetration::{Depth, TOO_DEEP};
 use super::erosion::{ErosionOfPart, erosion};
-use super::gates::{LAW_LIMIT, fraction_in_words, projection_work};
+use super::gates::{LAW_LIMIT, projection_work};
 use super::laws::{beyond_limit, law_rates, left_laws, numerical_stress, ranges_in_words, rates_in_words};
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
@@ -45,12 +46,17 @@ fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<Stri
     if numerics.energy_fraction_beyond_declared_limits > LAW_LIMIT {
         return None;
     }
-    let excess = beyond_limit(&measures.laws)?;
-    let is_much = numerics.energy_fraction_beyond_law > LAW_LIMIT;
+    let laws = &measures.laws;
+    let worst = laws.worst()?;
+    let is_much = |part: &&PartRange| part.has_turned_over || laws.fraction_of(part) > LAW_LIMIT;
+    let undeclared = laws.worst_undeclared().filter(is_much);
+    let other = undeclared.filter(|part| !std::ptr::eq(*part, worst));
+    let found: Vec<String> =
+        [Some(worst), other].into_iter().flatten().map(|part| beyond_limit(laws, part)).collect();
     Some(format!(
         "The largest stress, strain and energy density at a point are omitted, since a material was deformed beyond its limit: {}.{}",
-        fraction_in_words(excess, numerics),
-        if is_much { NOT_OF_TISSUE } else { "" }
+        found.join("; "),
+        if undeclared.is_some() { NOT_OF_TISSUE } else { "" }
     ))
 }
 

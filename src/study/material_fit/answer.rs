@@ -126,13 +126,12 @@ fn rounded(end: f64) -> f64 {
     format!("{end:.8e}").parse().unwrap_or(end)
 }
 
-/// The constants with the range of the tests as that to which the law was fitted.
+/// The constants with the range of the tests as that to which the law was fitted. Other ranges and limits are those of the constants before.
 pub(super) fn with_range(constants: Constants, range: Option<[f64; 2]>) -> Constants {
     let with = |range: [f64; 2]| {
         let mut document = serde_json::to_value(&constants).ok()?;
         let material = document.get_mut("material")?.as_object_mut()?;
-        let valid_to = material.entry("valid_to").or_insert_with(|| json!({}));
-        valid_to.as_object_mut()?.insert("stretch".into(), json!(range));
+        material.insert("valid_to".into(), json!({"stretch": range}));
         serde_json::from_value(document).ok()
     };
     range.and_then(with).unwrap_or(constants)
