@@ -48,6 +48,8 @@ impl BlobStore for FolderBlobs {
                 Err(error) => return Err(BlobError::of(name)(error)),
             }
         }
+        // Without the folder itself it is not known what is lost.
+        self.root.metadata().map_err(BlobError::of(self.root.display().to_string()))?;
         Ok(None)
     }
 

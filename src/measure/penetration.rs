@@ -27,7 +27,7 @@ pub const DEPTH_LIMIT: f64 = 0.1;
 pub const OVERLAP_LIMIT: f64 = 0.01;
 /// Remedy for a penetration or overlap beyond its limit.
 pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run earlier; in an implicit run shorten the \
-                            steps (`integrator.step_s`). Where soft bodies crush each other to folds no mesh keeps them apart.";
+                            steps. Where soft bodies crush each other to folds no mesh keeps them apart.";
 /// Lattice points along each axis of a rigid body.
 const LATTICE: i32 = 12;
 
@@ -160,7 +160,7 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
     let mut found = Found::default();
     let ([a_low, a_high], [b_low, b_high]) = (a.bounds(), b.bounds());
     let common = [a_low.sup(&b_low), a_high.inf(&b_high)];
-    if (0..3).any(|i| common[0][i] > common[1][i]) {
+    if (0..3).any(|i| common[0][i] > common[1][i]) || [a, b].into_iter().any(|side| side.is_below(&common)) {
         return found;
     }
     let [a, b] = [(a, b), (b, a)].map(|(side, other)| Near::new(side, other, &common));
@@ -334,6 +334,13 @@ impl<'a> Side<'a> {
             }
             Self::Plane(..) => [f64::NEG_INFINITY, f64::INFINITY].map(Vec3::repeat),
         }
+    }
+
+    /// Whether this is a plane, and a box lies wholly above it.
+    fn is_below(&self, [low, high]: &[Vec3; 2]) -> bool {
+        let Self::Plane(at, normal) = self else { return false };
+        let lowest = Vec3::from_fn(|i, _| if normal[i] > 0.0 { low[i] } else { high[i] });
+        normal.dot(&(lowest - at)) > 0.0
     }
 
     fn for_each_surface_point(&self, [low, high]: &[Vec3; 2], mut take: impl FnMut(&Vec3)) {

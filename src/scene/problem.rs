@@ -391,15 +391,21 @@ const OTHER_WORDS: [(&str, &str); 12] = [
 /// "did you mean …?" when a similar name exists, otherwise the list of known names.
 pub fn suggest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 12;
-    let known: Vec<&str> = known.into_iter().collect();
-    let other =
-        OTHER_WORDS.iter().find(|(word, name)| wrong.eq_ignore_ascii_case(word) && known.contains(name));
-    match other.map(|(_, name)| *name).or_else(|| nearest_name(wrong, known.iter().copied())) {
-        Some(name) => format!("did you mean {name:?}?"),
+    let known: Vec<&str> = known.into_iter().filter(|name| !name.is_empty()).collect();
+    match did_you_mean(wrong, &known) {
+        Some(question) => question,
         None if known.is_empty() => "none exists".into(),
         None if known.len() > MOST => format!("known names: {}, …", known[..MOST].join(", ")),
         None => format!("known names: {}", known.join(", ")),
     }
+}
+
+/// "did you mean …?" when a similar name exists.
+pub fn did_you_mean(wrong: &str, known: &[&str]) -> Option<String> {
+    let other =
+        OTHER_WORDS.iter().find(|(word, name)| wrong.eq_ignore_ascii_case(word) && known.contains(name));
+    let near = other.map(|(_, name)| *name).or_else(|| nearest_name(wrong, known.iter().copied()))?;
+    Some(format!("did you mean {near:?}?"))
 }
 
 /// Levenshtein distance: insertions, deletions and substitutions of characters.

@@ -6,7 +6,7 @@
 
 use super::choice::{Choice, choices, only, resolve, variants};
 use super::misfit::misfits;
-use super::problem::{Pointer, Problem, ProblemList, Severity, suggest};
+use super::problem::{Pointer, Problem, ProblemList, Severity, did_you_mean};
 use super::validate::Findings;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
@@ -178,7 +178,9 @@ impl Walk<'_> {
             Problem::error("unknown_field", &at.key(name), format!("{name:?} is not a field here"))
                 .value(value.clone())
                 .limit(format!("one of {}", known.join(", ")))
-                .remedy(suggest(name, known))
+                .remedy(
+                    did_you_mean(name, &known).unwrap_or_else(|| "remove it, or choose one of these".into()),
+                )
         });
         if self.checked.is_cut_short {
             return;
@@ -233,9 +235,12 @@ fn no_variant(found: &Value, at: &Pointer, schema: &Value, choices: &[Choice]) -
         _ => Problem::error("wrong_type", &place, "this is none of the variants"),
     };
     let hint = match written {
-        Some(Value::String(word)) => suggest(word, options.iter().map(String::as_str)),
-        _ => description(schema).unwrap_or_else(|| "choose one of them".into()),
+        Some(Value::String(word)) => {
+            did_you_mean(word, &options.iter().map(String::as_str).collect::<Vec<_>>())
+        }
+        _ => description(schema),
     };
+    let hint = hint.unwrap_or_else(|| "choose one of them".into());
     problem
         .value(written.cloned().unwrap_or_default())
         .limit(format!("one of {}", options.join(", ")))

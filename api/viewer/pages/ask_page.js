@@ -120,7 +120,7 @@ class AskPage {
     this.#ask.disabled = open.length > 0;
     this.#stop.hidden = !open.some(({ id }) => id);
     this.#further.hidden = isBefore || this.#curves.length !== 1 || !first.curve;
-    this.#state.textContent = (open.length ? open : this.#curves.slice(-1)).map(({ state }) => state).join(" ");
+    this.#state.textContent = [...new Set((open.length ? open : this.#curves).map(({ state }) => state))].join(" ");
     this.#draw(asked);
   }
 

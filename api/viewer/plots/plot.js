@@ -173,7 +173,7 @@ export class Plot {
     for (let i = 0; i < x.values.length; i += every) {
       rows.push([number(x.values[i]), ...curves.map((c) => number(c.values[i]))]);
     }
-    const caption = every > 1 ? `${title}: every ${every}th value; the CSV has all` : title;
+    const caption = every > 1 ? `${title}: one value in ${every}; the CSV has all` : title;
     const columns = [`${x.label} [${x.unit}]`, ...curves.map((c) => (y.unit ? `${c.label} [${y.unit}]` : c.label))];
     this.#rows.replaceChildren(this.#rows.firstChild, table(caption, columns, rows));
   }

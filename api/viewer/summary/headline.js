@@ -1,7 +1,6 @@
 // What a summary says first: the hardest impact and the four numbers.
 
 import { number, setting, timeUnit } from "../format.js";
-import { sureness } from "./quantity.js";
 
 /** The numbers of a summary, plain or withheld. */
 export function resultsOf(summary) {
@@ -60,7 +59,7 @@ export function headline(summary) {
   const { tissue } = results;
   return [
     { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
-    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, note: impact && patchNote(impact) },
+    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2 },
     depth(results),
     { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(tissue, impact) },
   ];
@@ -72,12 +71,6 @@ function forceNote({ pair, force_average: average, peak_force_time_s: time }, { 
   const when = time && time.value > 0 ? `${number(time.value * factor, 3)} ${name} after the start` : null;
   const isOneOfSeveral = impacts.filter((impact) => impact.on_tissue).length > 1;
   return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when].filter(Boolean).join(", ");
-}
-
-function patchNote({ patch_long_axis_mm: long, patch_short_axis_mm: short }) {
-  if (!long || !short) return null;
-  const about = [long, short].every((axis) => sureness(axis) === "sure") ? "" : "about ";
-  return `spread over ${about}${number(long.value, 2)} × ${number(short.value, 2)} mm at the largest force`;
 }
 
 function depth(results) {

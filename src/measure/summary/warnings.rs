@@ -148,8 +148,8 @@ fn sampling_warning(measures: &Measures) -> Option<String> {
     let samples = measures.stress.as_ref()?.samples;
     (samples < FEW_SAMPLES).then(|| {
         format!(
-            "Stress, strain and depth were evaluated at {samples} instants only, so that peaks in between are missed: a smaller \
-             `record.field_interval_s` evaluates them more often."
+            "Stress, strain and depth were evaluated at {samples} instants only, so that peaks in between are missed: record \
+             fields more often."
         )
     })
 }

@@ -1,11 +1,11 @@
 //! Validation of documents, in slots that owners share.
 
 use super::app::App;
-use super::problem::Problem;
+use super::problem::{Problem, VALIDATION_WAIT_S};
 use crate::scene::Problems;
 use crate::service::fair_queue::Lane;
 use crate::service::jobs::JobKind;
-use crate::service::jobs::engine::{JsonDocument, NOT_JSON};
+use crate::service::jobs::engine::{JsonDocument, NOT_JSON, NOT_VALIDATED};
 use crate::service::jobs::held_text::HeldText;
 use crate::service::meshes::{MeshShelf, is_id};
 use std::sync::Arc;
@@ -46,6 +46,10 @@ pub(super) async fn validated<T: Send + 'static>(
     let checked = if names_meshes { app.queue.unless_silent(checked).await? } else { checked.await };
     checked?.map_err(|errors| match errors.0.as_slice() {
         [one] if one.code == NOT_JSON => Problem::not_json(one.message.clone()),
+        [one] if one.code == NOT_VALIDATED => Problem::busy(
+            format!("The {} was not checked: {}.", kind.document(), one.message),
+            VALIDATION_WAIT_S,
+        ),
         _ => Problem::invalid_scene(kind.document(), errors),
     })
 }

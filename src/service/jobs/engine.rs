@@ -39,6 +39,8 @@ const MEMORY_PER_BYTE: u64 = 32;
 const LONGEST_PARSED: usize = 64 << 10;
 /// Code of the problem of a text that is not JSON, or takes too much memory.
 pub const NOT_JSON: &str = "syntax";
+/// Code of the problem of a document whose validation was killed, which says nothing about it.
+pub const NOT_VALIDATED: &str = "not_validated";
 
 /// A received document: its text, which is stored, and its content, parsed once if it is short.
 #[derive(Debug)]

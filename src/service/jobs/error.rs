@@ -196,7 +196,12 @@ impl JobsError {
     /// Whether a retry may succeed.
     pub fn is_passing(&self) -> bool {
         matches!(self, Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent)
-            || matches!(self.io_kind(), Some(ErrorKind::NetworkDown | ErrorKind::ReadOnlyFilesystem))
+            || matches!(
+                self.io_kind(),
+                Some(ErrorKind::NetworkDown | ErrorKind::ReadOnlyFilesystem)
+                    // The data folder was moved, or is another's.
+                    | Some(ErrorKind::NotFound | ErrorKind::PermissionDenied)
+            )
     }
 
     /// An object store that cannot be used, with a remedy.

@@ -132,13 +132,9 @@ impl Queue {
     /// # Errors
     /// `DiskShort`, `BlobStoreSilent`, or why the disk accepts no writes.
     pub fn check_storage(&self) -> Result<(), JobsError> {
-        self.check_room().and_then(|()| self.try_write())
-    }
-
-    /// Checks that a job can begin: the disk has room, and the object store answered when it was last asked.
-    fn check_room(&self) -> Result<(), JobsError> {
         self.check_space()?;
-        self.check_pulse()
+        self.check_pulse()?;
+        self.try_write()
     }
 
     /// Checks that the object store answered when it was last asked.
@@ -189,16 +185,16 @@ impl Queue {
         if free < least { Err(JobsError::DiskShort { free, least }) } else { Ok(()) }
     }
 
-    /// Whether the disk has less free space than jobs begin with.
-    pub(super) fn is_disk_short(&self) -> bool {
-        self.folder.free_space().is_ok_and(|free| free < self.config.least_free)
+    /// Whether the disk has less free space than jobs begin with, or accepts no files.
+    pub(super) fn is_disk_unusable(&self) -> bool {
+        self.check_space().is_err() || self.try_write().is_err()
     }
 
     /// Waits until a job can begin (a disk that accepts no writes lets no job be claimed); false if the service shuts down before.
     async fn wait_for_room(self: &Arc<Self>) -> bool {
         let mut closing = self.closing.subscribe();
         let mut is_reported = false;
-        while let Err(error) = self.with_files(Self::check_room).await {
+        while let Err(error) = self.with_files(Self::check_storage).await {
             if !std::mem::replace(&mut is_reported, true) {
                 tracing::error!(%error, "jobs wait for the storage");
             }
@@ -294,9 +290,9 @@ impl Queue {
     /// Stores a new job, which is durable on return.
     ///
     /// # Errors
-    /// `QueueFull`, or if the store fails.
+    /// `QueueFull`, `DiskShort`, or if the store fails, or the disk accepts no recordings.
     pub async fn submit(self: &Arc<Self>, new: &NewJob) -> Result<Submitted, JobsError> {
-        self.with_files(Self::check_space).await?;
+        self.with_files(|queue| queue.check_space().and_then(|()| queue.try_write())).await?;
         let storing = self.store.submit(new, self.config.quotas());
         let submitted = storing.instrument(tracing::debug_span!("store")).await?;
         if let Submitted::Created(job) = &submitted {
@@ -362,7 +358,7 @@ impl Queue {
     /// # Errors
     /// If the store fails, or the storage lets no job begin.
     pub(super) async fn take(self: &Arc<Self>) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
-        self.with_files(Self::check_room).await?;
+        self.with_files(Self::check_storage).await?;
         let Some(job) = self.claim().await? else { return Ok(None) };
         let control = self.take_control(&job).await;
         self.ring(Some(job.seq));

@@ -128,7 +128,7 @@ impl Worker {
                 self.requeue(job, Requeued::Shutdown)
             }
             // The job is not to blame, and waits for room.
-            _ if failed_as(&result, FailureCause::RecordingFailed) && self.queue.is_disk_short() => {
+            _ if failed_as(&result, FailureCause::RecordingFailed) && self.queue.is_disk_unusable() => {
                 self.requeue(job, Requeued::DiskFull)
             }
             // There is room again: others may have taken it, or the recording is too large.

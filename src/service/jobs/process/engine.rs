@@ -13,8 +13,8 @@ use crate::scene::{Problem, Problems, problem::Pointer};
 use crate::service::config::RunConfig;
 use crate::service::jobs::control::{RunControl, StopReason};
 use crate::service::jobs::engine::{
-    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NamedUpload, OpenMesh, RunOrder, RunReport,
-    ScenePreview,
+    CheckedScene, Engine, JsonDocument, MeshFile, Meshes, NOT_VALIDATED, NamedUpload, OpenMesh, RunOrder,
+    RunReport, ScenePreview,
 };
 use crate::service::jobs::failures::{beyond_deadline, killed, out_of_memory, panic_elsewhere};
 use crate::service::jobs::simulator::Simulator;
@@ -320,7 +320,8 @@ impl Lost {
         if self.is_wanted {
             tracing::error!(how = self.death.how(), "a validation was lost");
         }
-        let problem = Problem::error("not_validated", &Pointer::root(), self.words());
+        let code = if self.was_killed() { NOT_VALIDATED } else { "too_expensive" };
+        let problem = Problem::error(code, &Pointer::root(), self.words());
         Err(problem.remedy("take fewer or larger elements; if that does not help, report it").alone())
     }
 }

@@ -49,7 +49,8 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
         if groups.len() > 1
             && let Ok(work) = parts::solve((problem, W), &groups, r, options, solve_connected)
         {
-            return report(problem, r, options, (work.solver, work.iterations, work.failed_contacts));
+            let of_all = report(problem, r, options, (work.solver, work.iterations, work.failed_contacts));
+            return SolveReport { converged: of_all.converged && work.all_solved, ..of_all };
         }
     }
     solve_connected(problem, r, options)
