@@ -349,3 +349,23 @@ fn lines_of_the_log_are_objects_with_the_ids_of_request_and_job() {
         assert_eq!(line(message)["job"], job, "{message}");
     }
 }
+
+#[test]
+fn while_the_data_folder_is_away_jobs_wait_and_recordings_are_not_called_lost() {
+    let data = Arc::new(tempfile::tempdir().unwrap());
+    let server = Server::on(Arc::clone(&data), |_| {});
+    let client = server.client();
+    let (job, _) = finished(&client, &quick());
+    let statuses = || {
+        let recording = client.get(&format!("{job}/recording")).status;
+        [recording, client.post_json("/v1/jobs", &quick()).status, client.get("/metrics").status]
+    };
+    assert_eq!(statuses(), [200, 202, 200]);
+    let elsewhere = data.path().with_extension("elsewhere");
+    std::fs::rename(data.path(), &elsewhere).unwrap();
+    assert_eq!(statuses(), [503; 3]);
+    std::fs::rename(&elsewhere, data.path()).unwrap();
+    assert_eq!(statuses(), [200, 202, 200]);
+    let (_, end) = finished(&client, &quick());
+    assert_eq!(end["state"], "succeeded", "{end}");
+}
