@@ -121,7 +121,6 @@ pub(super) fn withholding(
     gates: &[Gate],
     ending: Option<&Ending>,
     measures: &Measures,
-    numerics: &Numerics,
 ) -> Option<Withholding> {
     if let Some(failure) = ending.and_then(Ending::failure)
         && matches!(failure.cause, FailureCause::EnergyGate | FailureCause::NotFinite)

@@ -214,26 +214,26 @@ mod tests {
 
     #[test]
     fn strain_rates_are_reported_where_they_leave_those_of_the_tests() {
-        let rate =
-            |strain_rate_per_s: f64, tested: impl Into<Option<[f64; 2]>>, fraction_faster: f64| LawRate {
-                body: "thigh".into(),
-                part: "muscle".into(),
-                strain_rate_per_s,
-                tested_strain_rate_per_s: tested.into(),
-                fraction_faster,
-            };
-        let faster = rate(5100.0, [378.0; 2], 0.35).in_words().unwrap();
+        let rate = |strain_rate_per_s: f64, tested: Option<[f64; 2]>, fraction_faster: f64| LawRate {
+            body: "thigh".into(),
+            part: "muscle".into(),
+            strain_rate_per_s,
+            tested_strain_rate_per_s: tested,
+            fraction_faster,
+        };
+        let faster = rate(5100.0, Some([378.0; 2]), 0.35).in_words().unwrap();
         assert_eq!(
             faster,
             "muscle (thigh) at up to 5100 /s, in 35.00 % of its volume faster than in any test (378.0 /s)"
         );
-        let slower = rate(20.0, [116.0, 378.0], 0.0).in_words().unwrap();
+        let slower = rate(20.0, Some([116.0, 378.0]), 0.0).in_words().unwrap();
         assert!(slower.contains("slower than in any test (116.0 to 378.0 /s)"), "{slower}");
-        assert_eq!(rate(200.0, [116.0, 378.0], 0.0).in_words(), None);
+        assert_eq!(rate(200.0, Some([116.0, 378.0]), 0.0).in_words(), None);
         let unknown = rate(5100.0, None, 0.0).in_words().unwrap();
         assert_eq!(unknown, "muscle (thigh) at up to 5100 /s, without rates of tests to compare with");
         let both =
-            rates_in_words(&[rate(20.0, [116.0, 378.0], 0.0), rate(5100.0, [378.0; 2], 0.35)]).unwrap();
+            rates_in_words(&[rate(20.0, Some([116.0, 378.0]), 0.0), rate(5100.0, Some([378.0; 2]), 0.35)])
+                .unwrap();
         assert!(both.contains(&format!(": {slower}; {faster}.")), "{both}");
     }
 

@@ -126,7 +126,7 @@ impl Summary {
         let ending = outcome.map(|outcome| &outcome.ending);
         let numerics = numerics(measures, outcome);
         let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
-        let mut withheld = withholding(&gates, ending, measures, &numerics);
+        let mut withheld = withholding(&gates, ending, measures);
         let verdict = if withheld.is_some() { GateResult::Failed } else { GateResult::Passed };
         let mut values = results(measures, plan, ending, Mint(verdict));
         if withheld.is_none() && !values.is_finite() {
