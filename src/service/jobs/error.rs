@@ -198,9 +198,13 @@ impl JobsError {
         matches!(self, Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent)
             || matches!(
                 self.io_kind(),
-                Some(ErrorKind::NetworkDown | ErrorKind::ReadOnlyFilesystem)
-                    // The data folder was moved, or is another's.
-                    | Some(ErrorKind::NotFound | ErrorKind::PermissionDenied)
+                // The last two where the data folder was moved, or is another's.
+                Some(
+                    ErrorKind::NetworkDown
+                        | ErrorKind::ReadOnlyFilesystem
+                        | ErrorKind::NotFound
+                        | ErrorKind::PermissionDenied
+                )
             )
     }
 
