@@ -251,7 +251,7 @@ fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
     };
     let coarse = || measures.pairs.values().filter(is_coarse);
     let fewest = coarse().map(across).min().unwrap_or_default();
-    let coarse = first_of(coarse().map(|pair| named(pair))).map(|pairs| {
+    let coarse = first_of(coarse().map(named)).map(|pairs| {
         let nodes = if fewest == 1 { "one node lies".to_owned() } else { format!("{fewest} nodes lie") };
         format!(
             "The mesh is too coarse for the contact patch of {pairs} and its pressure: only {nodes} across it at the peak force (fewer than \

@@ -185,9 +185,9 @@ impl Queue {
         if free < least { Err(JobsError::DiskShort { free, least }) } else { Ok(()) }
     }
 
-    /// Whether the disk has less free space than jobs begin with, or accepts no files.
-    pub(super) fn is_disk_unusable(&self) -> bool {
-        self.check_space().is_err() || self.try_write().is_err()
+    /// Whether the disk has less free space than jobs begin with.
+    pub(super) fn is_disk_short(&self) -> bool {
+        self.folder.free_space().is_ok_and(|free| free < self.config.least_free)
     }
 
     /// Waits until a job can begin (a disk that accepts no writes lets no job be claimed); false if the service shuts down before.

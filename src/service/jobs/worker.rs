@@ -127,8 +127,8 @@ impl Worker {
             Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
                 self.requeue(job, Requeued::Shutdown)
             }
-            // The job is not to blame, and waits for room.
-            _ if failed_as(&result, FailureCause::RecordingFailed) && self.queue.is_disk_unusable() => {
+            // The job is not to blame, and waits for room, or for a disk that accepts files.
+            _ if failure_of(&result).is_some_and(|failure| self.is_of_disk(failure)) => {
                 self.requeue(job, Requeued::DiskFull)
             }
             // There is room again: others may have taken it, or the recording is too large.
@@ -149,6 +149,12 @@ impl Worker {
             tracing::error!(job = %job.id, %error, "could not write how the job ended");
         }
         self.queue.metrics.run_ended(control.elapsed());
+    }
+
+    /// Whether a run failed since the disk has too little space for any job, or accepts no files, even where it has space.
+    fn is_of_disk(&self, failure: &Failure) -> bool {
+        let accepts_none = || !lacked_room(failure) && self.queue.try_write().is_err();
+        failure.cause == FailureCause::RecordingFailed && (self.queue.is_disk_short() || accepts_none())
     }
 
     /// Whether a run lost its process and might keep it without others beside it, or with more memory.
