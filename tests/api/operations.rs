@@ -369,3 +369,23 @@ fn while_the_data_folder_is_away_jobs_wait_and_recordings_are_not_called_lost() 
     let (_, end) = finished(&client, &quick());
     assert_eq!(end["state"], "succeeded", "{end}");
 }
+
+#[test]
+fn a_run_whose_recording_cannot_be_named_waits_for_the_data_folder() {
+    let data = Arc::new(tempfile::tempdir().unwrap());
+    let server = Server::on(Arc::clone(&data), |_| {});
+    let client = server.client();
+    let elsewhere = data.path().with_extension("elsewhere");
+    let job = submit(
+        &client,
+        &json!({ "name": "left alone", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere }),
+    );
+    eventually("the data folder is away", || elsewhere.exists());
+    // Longer than a run is refused by a folder that is there.
+    std::thread::sleep(Duration::from_secs(3));
+    assert_eq!(client.get(&job).json()["state"], "running");
+    std::fs::rename(&elsewhere, data.path()).unwrap();
+    let end = wait_for(&client, &job, "succeeded");
+    assert_eq!(end["attempts"], 1, "{end}");
+    assert_eq!(client.get(&format!("{job}/recording")).body.len(), 1000);
+}

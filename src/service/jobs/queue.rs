@@ -166,11 +166,6 @@ impl Queue {
         }
     }
 
-    /// Whether the blobs are on other machines.
-    pub(super) fn has_distant_blobs(&self) -> bool {
-        self.pulse.is_some()
-    }
-
     /// Whether the blobs are on other machines, which do not answer now. Blocks on them.
     pub(super) fn is_cut_off(&self) -> bool {
         self.pulse.as_ref().is_some_and(|pulse| !pulse.ask())

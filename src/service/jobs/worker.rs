@@ -22,9 +22,13 @@ use tokio::runtime::Handle;
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
 /// Approximate number of progress reports in every e-fold of a run's duration.
 const PROGRESS_PER_EFOLD: u32 = 100;
-/// Attempts to write the end of a job, with growing pauses: space may be freed on a full disk in the meantime.
-const FINISH_ATTEMPTS: u32 = 5;
-/// Attempts to keep a recording in an object store that answers.
+/// Attempts to change the row of a job in a store that accepts others.
+const WRITE_ATTEMPTS: u32 = 5;
+/// Pause before the second of them; each later one is twice as long.
+const WRITE_PAUSE: Duration = Duration::from_millis(400);
+/// The longest of these pauses.
+const LONGEST_WRITE_PAUSE: Duration = Duration::from_secs(5);
+/// Attempts to keep a recording in a storage that accepts others.
 const KEEP_ATTEMPTS: u32 = 2;
 /// Pause between two of them.
 const KEEP_PAUSE: Duration = Duration::from_secs(1);
@@ -250,19 +254,23 @@ impl Worker {
                 return self.requeue(job, Requeued::Shutdown);
             }
             Err(_) if control.reason() == Some(StopReason::Cancel) => end.ending = Ending::Cancelled,
-            // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
                 tracing::error!(job = %job.id, %error, "the recording could not be kept");
+                let failure = recording_failed(&error);
+                if self.is_of_disk(&failure) {
+                    return self.requeue(job, Requeued::DiskFull);
+                }
+                // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
                 if end.ending.failure().is_none() {
-                    end.ending = recording_failed(&error).into();
+                    end.ending = failure.into();
                 }
             }
         }
         self.write_end(job, &end)
     }
 
-    /// Stores the recording of a run. An object store that does not answer is waited for until the job has to stop: the run has ended, and
-    /// is not to blame.
+    /// Stores the recording of a run. A disk that accepts no files, or an object store that does not answer, is waited for until the job
+    /// has to stop: the run has ended, and is not to blame.
     fn keep_recording(
         &self,
         job: &ClaimedJob,
@@ -275,12 +283,12 @@ impl Worker {
             let kept = self.queue.keep_recording(job.id, job.attempt, complete);
             let Err(error) = &kept else { return kept };
             self.queue.metrics.failed(error);
-            if !self.queue.has_distant_blobs() || control.reason().is_some() {
+            if control.reason().is_some() {
                 return kept;
             }
-            tracing::warn!(job = %job.id, %error, "its recording waits for the object store");
-            // It may have come back a moment ago; a store that answers and refuses this recording again and again does not want it.
-            if !self.queue.is_cut_off() {
+            tracing::warn!(job = %job.id, %error, "its recording waits for the storage");
+            // It may have come back a moment ago; a storage that accepts others, but not this one again and again, does not want it.
+            if !self.queue.is_cut_off() && self.queue.try_write().is_ok() {
                 refusals += 1;
                 if refusals == KEEP_ATTEMPTS {
                     return kept;
@@ -290,26 +298,14 @@ impl Worker {
         }
     }
 
-    /// Records how a job ended, with retries for a while if the store fails.
+    /// Records how a job ended.
     fn write_end(&self, job: &ClaimedJob, end: &JobEnd) -> Result<(), JobsError> {
-        for attempt in 1.. {
-            match self.runtime.block_on(self.queue.store.finish(job.seq, job.attempt, end)) {
-                Ok(true) => {
-                    tracing::info!(job = %job.id, state = JobState::of(&end.ending).as_str(), cause = ?end.ending.failure().map(|f| f.cause), "ended");
-                    self.queue.metrics.job_ended(JobState::of(&end.ending));
-                    self.queue.forget_earlier_recordings(job);
-                    break;
-                }
-                Ok(false) => {
-                    tracing::warn!(job = %job.id, attempt = job.attempt, "an attempt that is over has ended");
-                    break;
-                }
-                Err(error) if attempt == FINISH_ATTEMPTS => return Err(error),
-                Err(error) => {
-                    tracing::warn!(job = %job.id, %error, attempt, "the store did not take the end of a job");
-                    std::thread::sleep(Duration::from_millis(200) * 2_u32.pow(attempt));
-                }
-            }
+        if self.insist(job, async || self.queue.store.finish(job.seq, job.attempt, end).await)? {
+            tracing::info!(job = %job.id, state = JobState::of(&end.ending).as_str(), cause = ?end.ending.failure().map(|f| f.cause), "ended");
+            self.queue.metrics.job_ended(JobState::of(&end.ending));
+            self.queue.forget_earlier_recordings(job);
+        } else {
+            tracing::warn!(job = %job.id, attempt = job.attempt, "an attempt that is over has ended");
         }
         // Deleted while ending: no one else will erase it.
         if self.is_hidden(job) {
@@ -319,11 +315,37 @@ impl Worker {
     }
 
     fn requeue(&self, job: &ClaimedJob, why: Requeued) -> Result<(), JobsError> {
-        self.queue.folder.remove(job.id)?;
-        if self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, why))? {
+        if let Err(error) = self.queue.folder.remove(job.id) {
+            // The next attempt removes them.
+            tracing::warn!(job = %job.id, %error, "files of the attempt stay");
+        }
+        if self.insist(job, async || self.queue.store.requeue(job.seq, job.attempt, why).await)? {
             tracing::info!(job = %job.id, ?why, "returned to the queue");
         }
         Ok(())
+    }
+
+    /// Changes the row of a job. A store that accepts no writes is waited for until the service shuts down: no other job could begin
+    /// meanwhile. One that accepts others, but not this change again and again, does not want it.
+    fn insist<T>(
+        &self,
+        job: &ClaimedJob,
+        change: impl AsyncFn() -> Result<T, JobsError>,
+    ) -> Result<T, JobsError> {
+        let (mut refusals, mut pause) = (0, WRITE_PAUSE);
+        loop {
+            let error = match self.runtime.block_on(change()) {
+                Ok(done) => return Ok(done),
+                Err(error) => error,
+            };
+            tracing::warn!(job = %job.id, %error, "the store did not take a change of the job");
+            refusals += u32::from(self.runtime.block_on(self.queue.store.try_write()).is_ok());
+            if refusals == WRITE_ATTEMPTS || self.queue.is_closing() {
+                return Err(error);
+            }
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(LONGEST_WRITE_PAUSE);
+        }
     }
 
     fn erase(&self, job: &ClaimedJob) {

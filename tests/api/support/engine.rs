@@ -18,7 +18,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -51,6 +51,9 @@ struct Script {
     /// The recording grows by a byte with every step.
     #[serde(default)]
     grows: bool,
+    /// Where the data folder is moved when the run has ended.
+    #[serde(default)]
+    leaves_to: Option<PathBuf>,
 }
 
 /// The bytes of a recording of the scripted engine.
@@ -203,6 +206,10 @@ impl Engine for ScriptedEngine {
             (order.progress)(progress);
         }
         std::fs::rename(&partial, order.recording).unwrap();
+        if let Some(elsewhere) = &script.leaves_to {
+            let data = order.recording.ancestors().nth(2).unwrap();
+            std::fs::rename(data, elsewhere).unwrap();
+        }
         let summary = Some(json!({ "peak_force_n": 42.0, "steps": progress.step }).to_string());
         Ok(RunReport { ending, summary, progress })
     }
