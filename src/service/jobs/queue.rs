@@ -19,7 +19,7 @@ use crate::service::metrics::{Metrics, Reading};
 use crate::service::shelves::{recording_name, recording_names};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::{Notify, broadcast, watch};
 use tokio::task::JoinSet;
 use tracing::Instrument as _;
@@ -28,6 +28,9 @@ use tracing::Instrument as _;
 const ROOM_INTERVAL: Duration = Duration::from_secs(2);
 /// Time between two looks at an attempt that is stopping.
 const STOPPING_INTERVAL: Duration = Duration::from_millis(50);
+
+/// How long it counts that the disk accepted a file.
+const WRITTEN_HOLDS: Duration = Duration::from_secs(1);
 
 /// Storage of the service.
 #[derive(Debug)]
@@ -76,6 +79,8 @@ pub struct Queue {
     pulse: Option<Arc<Pulse>>,
     /// Attempts that run here: one of a job.
     running: Mutex<BTreeMap<JobId, Held>>,
+    /// When the disk last accepted a file.
+    written: Mutex<Option<Instant>>,
     /// Memory that each of them may take, and each that waits for an earlier one to stop, by number of job and attempt [bytes].
     memory: tokio::sync::Mutex<BTreeMap<(i64, u32), u64>>,
     snapshots: Snapshots,
@@ -109,6 +114,7 @@ impl Queue {
             mesh_files: tokio::sync::RwLock::default(),
             pulse,
             running: Mutex::default(),
+            written: Mutex::default(),
             memory: tokio::sync::Mutex::default(),
             snapshots,
             tasks: Mutex::default(),
@@ -127,14 +133,28 @@ impl Queue {
         Ok(draft.append(&vec![0; 64 << 10])?)
     }
 
+    /// Checks that the disk has room for a job, and accepted a file a moment ago.
+    ///
+    /// # Errors
+    /// `DiskShort`, or why the disk accepts no writes.
+    fn check_disk(&self) -> Result<(), JobsError> {
+        self.check_space()?;
+        let last = || self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        if last().is_some_and(|at| at.elapsed() < WRITTEN_HOLDS) {
+            return Ok(());
+        }
+        self.try_write()?;
+        *last() = Some(Instant::now());
+        Ok(())
+    }
+
     /// Checks that the disk has room for a job, and accepts writes, and that the object store answered when it was last asked.
     ///
     /// # Errors
     /// `DiskShort`, `BlobStoreSilent`, or why the disk accepts no writes.
     pub fn check_storage(&self) -> Result<(), JobsError> {
-        self.check_space()?;
         self.check_pulse()?;
-        self.try_write()
+        self.check_disk()
     }
 
     /// Checks that the object store answered when it was last asked.
@@ -287,7 +307,7 @@ impl Queue {
     /// # Errors
     /// `QueueFull`, `DiskShort`, or if the store fails, or the disk accepts no recordings.
     pub async fn submit(self: &Arc<Self>, new: &NewJob) -> Result<Submitted, JobsError> {
-        self.with_files(|queue| queue.check_space().and_then(|()| queue.try_write())).await?;
+        self.with_files(Self::check_disk).await?;
         let storing = self.store.submit(new, self.config.quotas());
         let submitted = storing.instrument(tracing::debug_span!("store")).await?;
         if let Submitted::Created(job) = &submitted {

@@ -87,12 +87,9 @@ impl SqlStore {
 
 /// Checks the quotas with a job that was inserted, and gives its position among the waiting jobs of its owner.
 async fn within_quotas(transaction: &mut Write<'_>, new: &NewJob, quotas: Quotas) -> Result<u64, JobsError> {
-    let (all,): (i64,) =
-        sqlx::query_as("SELECT COALESCE(MAX(n), 0) FROM state_counts WHERE state = 'queued'")
-            .fetch_one(&mut **transaction)
-            .await?;
-    let (of_owner, position): (i64, i64) = sqlx::query_as(
-        "SELECT CAST(COALESCE(SUM(n), 0) AS BIGINT), CAST(COALESCE(SUM(CASE WHEN priority >= $2 THEN n END), 0) AS BIGINT)
+    let (all, of_owner, position): (i64, i64, i64) = sqlx::query_as(
+        "SELECT (SELECT COALESCE(MAX(n), 0) FROM state_counts WHERE state = 'queued'), CAST(COALESCE(SUM(n), 0) AS BIGINT),
+             CAST(COALESCE(SUM(CASE WHEN priority >= $2 THEN n END), 0) AS BIGINT)
          FROM waiting_counts WHERE owner = $1",
     )
     .bind(&new.owner)
