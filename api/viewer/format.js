@@ -91,3 +91,12 @@ export function niceAbove(value) {
   const decade = 10 ** Math.floor(Math.log10(value));
   return decade * [1, 2, 5, 10].find((factor) => factor * decade >= value * (1 - 1e-12));
 }
+
+/** Rows of names and numbers as comma-separated text; null is an empty cell. */
+export function commaSeparated(rows) {
+  // An apostrophe keeps spreadsheets from reading a name as a formula.
+  const plain = (text) => (/^[=+\-@\t\r]/.test(text) ? `'${text}` : text);
+  const quoted = (text) => (/[",\n]/.test(text) ? `"${plain(text).replaceAll('"', '""')}"` : plain(text));
+  const cell = (value) => (typeof value === "string" ? quoted(value) : value ?? "");
+  return `${rows.map((row) => row.map(cell).join(",")).join("\n")}\n`;
+}

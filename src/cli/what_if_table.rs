@@ -86,6 +86,15 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
             case.name
         )?;
     }
+    for case in &answer.cases {
+        let has_grown =
+            |q: &&QuantityOfInterest| case.reaches.is_empty() || **q != QuantityOfInterest::StressDepthMm;
+        let titles: Vec<&str> = case.lower_bounds.iter().filter(has_grown).map(|q| q.short_title()).collect();
+        if !titles.is_empty() {
+            let titles = titles.join(", ");
+            writeln!(out, "{}: contact had not ended, lower bounds: {titles}", case.name)?;
+        }
+    }
     // Statistics and limits.
     write_sensitivities(answer, out)?;
     write_sample(answer, out)?;

@@ -53,7 +53,9 @@ def crossing_of(page, points):
                 const [a, b] = [points[i - 1], points[i]];
                 return a[k] + ((v - a[0]) / (b[0] - a[0])) * (b[k] - a[k]);
             };
-            return crossingOf({ value: linear(1), error: linear(2) }, 0, [points[0][0], points.at(-1)[0]]);
+            const [value, error] = [linear(1), linear(2)];
+            const curve = { value, lower: (v) => value(v) - error(v), upper: (v) => value(v) + error(v) };
+            return crossingOf(curve, 0, [points[0][0], points.at(-1)[0]]);
         }""",
         points,
     )

@@ -5,7 +5,7 @@ import { button, html } from "../dom.js";
 import { setting } from "../format.js";
 import { lineStyle } from "../plots/plot.js";
 import { answerCurve } from "../plots/answer_curve.js";
-import { topOf } from "../scene/question.js";
+import { answerTable } from "../plots/answer_table.js";
 import { BOUNDS, addressOf, questionIn } from "./ask_address.js";
 import { AskForm, numberInput } from "./ask_form.js";
 import { remember, stop } from "./asked.js";
@@ -96,7 +96,7 @@ class AskPage {
 
   async #add(asked, name, job) {
     const { signal } = this.#leaving;
-    const curve = new AskedCurve(asked, name, topOf(asked.number, asked.region, asked.fat));
+    const curve = new AskedCurve(asked, name);
     this.#curves.push(curve);
     this.#show();
     await curve.ask(this.#tissue, job, signal, () => this.#show());
@@ -119,7 +119,7 @@ class AskPage {
     const open = this.#curves.filter(({ isOpen }) => isOpen);
     this.#ask.disabled = open.length > 0;
     this.#stop.hidden = !open.some(({ id }) => id);
-    this.#further.hidden = isBefore || this.#curves.length !== 1 || !first.curve;
+    this.#further.hidden = isBefore || this.#curves.length !== 1 || first.isOpen || !first.points.length;
     this.#state.textContent = [...new Set((open.length ? open : this.#curves).map(({ state }) => state))].join(" ");
     this.#draw(asked);
   }
@@ -136,9 +136,13 @@ class AskPage {
 
   #draw({ number, threshold, speeds }) {
     const level = number.layer ? 0 : null;
+    const answer = { series: this.#curves, axis: { label: number.axis(setting(threshold)), unit: number.unit } };
+    const hasBounds = this.#curves.some(({ points }) => points.some(({ least }) => least));
+    const isOpen = this.#picture.querySelector("details")?.open ?? false;
     this.#picture.replaceChildren(
-      answerCurve({ series: this.#curves, range: speeds, axis: { label: number.axis(setting(threshold)), unit: number.unit }, level, levelName: `top of the ${number.layer}` }),
-      html("p", { class: "quiet" }, "● computed, with its numerical error · dashed: proposed between them, with a band of both errors", level == null ? "" : " · ○ where it crosses"),
+      answerCurve({ ...answer, range: speeds, level, levelName: `top of the ${number.layer}` }),
+      html("p", { class: "quiet" }, "● computed, with its numerical error", hasBounds && " · ○ with ↑ computed, at least so much", " · dashed: proposed between them, with a band of both errors", level != null && " · larger ○ where it crosses"),
+      answerTable(answer, isOpen),
     );
     this.#answers.replaceChildren(...this.#curves.map((curve, i) => {
       const item = html("li", {}, html("span", { class: "swatch", "aria-hidden": "true" }, "■"), " ", html("b", {}, curve.name), ": ", sentenceOn(curve), " ", curve.id ? html("a", { href: `#/job/${curve.id}` }, "all numbers") : "");

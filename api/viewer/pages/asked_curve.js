@@ -2,30 +2,47 @@
 
 import { followEvents, getJson } from "../api.js";
 import { fitted } from "../scene/fit.js";
-import { questionOf } from "../scene/question.js";
+import { isDepth, possibleOf, questionOf, topOf } from "../scene/question.js";
 import { jobOf } from "./asked.js";
 
+/** Why a number of a case is a lower bound, in words. */
+function cutBy({ reaches = [] }, number) {
+  const ends = reaches.map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
+  return ends.length && isDepth(number) ? `the stress reaches ${ends.join(" and ")}, where the model ends` : "it was still growing when the computed time ended";
+}
+
+/** The longest run of neighbouring points whose values are known. */
+function longestKnown(points) {
+  const runs = points.reduce((all, point) => (point.least ? [...all, []] : [...all.slice(0, -1), [...all.at(-1), point]]), [[]]);
+  return runs.reduce((best, run) => (run.length > best.length ? run : best));
+}
+
 export class AskedCurve {
-  /** {speed, value, error}, in the order of speeds; values are measured from `top`. */
+  /**
+   * {speed, value, error, lower, upper, least}, in the order of speeds; values are measured from the top of the layer. `lower` and `upper` are the
+   * ends of the value with its error, within what is possible. `least` says in words why the value is a lower bound; null where it is none.
+   */
   points = [];
   /** Reasons of the cases that have no number, with their speeds. */
   failures = [];
-  /** {value(speed), error(speed), floor, range} once all is computed, from the lowest to the highest computed speed; null with too few points. */
+  /**
+   * {value(speed), lower(speed), upper(speed), range} once all is computed, over the longest range of speeds whose values are known; null with
+   * too few points.
+   */
   curve = null;
   isOpen = true;
-  /** Ends of the model that the stress reaches at some speed: depths are at least so large. */
-  reaches = new Set();
   isStopped = false;
+  #possible;
   #top;
   #count = 0;
   #effort = "";
   #problem = null;
 
-  /** `top` is subtracted from what is computed, in its unit. */
-  constructor(asked, name, top) {
+  constructor(asked, name) {
     this.asked = asked;
     this.name = name;
-    this.#top = top;
+    this.#top = topOf(asked.number, asked.region, asked.fat);
+    this.#possible = possibleOf(asked);
   }
 
   /**
@@ -63,34 +80,44 @@ export class AskedCurve {
     if (state === "failed") this.#problem = `The computation failed: ${failure?.message ?? "for no known reason"}`;
   }
 
-  #take({ parameters: { speed }, numbers, ending, reason, reaches = [] }) {
-    const quantity = numbers?.[this.asked.number.key];
+  #take(one) {
+    const { parameters: { speed }, numbers, ending, reason, lower_bounds: bounds = [] } = one;
+    const { number } = this.asked;
+    const quantity = numbers?.[number.key];
     if (ending !== "finished" || quantity?.value == null) {
       this.failures.push({ speed, reason: reason ?? ending });
       return;
     }
-    this.points.push({ speed, value: quantity.value - this.#top, error: quantity.error ?? null });
+    const [value, error] = [quantity.value - this.#top, quantity.error ?? null];
+    const [lower, upper] = this.#band(speed, value, error ?? 0);
+    this.points.push({ speed, value, error, lower, upper, least: bounds.includes(number.key) ? cutBy(one, number) : null });
     this.points.sort((a, b) => a.speed - b.speed);
-    reaches.forEach((end) => this.reaches.add(end.replace(/^the held nodes “(.*)”$/, "the $1")));
+  }
+
+  /** Both ends of a value with its error, within what is possible; a value beyond that is its own end. */
+  #band(speed, value, error) {
+    const [least, most] = this.#possible(speed);
+    return [Math.max(value - error, Math.min(least, value)), Math.min(value + error, Math.max(most, value))];
   }
 
   #finish({ cases, effort, notice }) {
     [this.points, this.failures] = [[], []];
     cases.forEach((one) => this.#take(one));
     this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${notice}`;
-    const curve = fitted(this.points);
-    // Nothing is less deep than the surface, and no force below 0.
-    const range = [this.points[0]?.speed, this.points.at(-1)?.speed];
-    if (curve) this.curve = { value: curve.value, error: (speed) => this.#errorAt(speed) + curve.error(speed), floor: -this.#top, range };
+    const known = longestKnown(this.points);
+    const curve = fitted(known);
+    if (!curve) return;
+    const band = (speed) => this.#band(speed, curve.value(speed), errorAt(known, speed) + curve.error(speed));
+    this.curve = { value: curve.value, lower: (speed) => band(speed)[0], upper: (speed) => band(speed)[1], range: [known[0].speed, known.at(-1).speed] };
   }
+}
 
-  /** The numerical error between the computed points, linear; the nearest beyond them. */
-  #errorAt(speed) {
-    const known = this.points.filter(({ error }) => error != null);
-    const after = known.findIndex((point) => point.speed >= speed);
-    if (!known.length) return 0;
-    if (after <= 0) return (after === 0 ? known[0] : known.at(-1)).error;
-    const [a, b] = [known[after - 1], known[after]];
-    return a.error + ((speed - a.speed) / (b.speed - a.speed)) * (b.error - a.error);
-  }
+/** The numerical error between computed points, linear; the nearest beyond them. */
+function errorAt(points, speed) {
+  const known = points.filter(({ error }) => error != null);
+  const after = known.findIndex((point) => point.speed >= speed);
+  if (!known.length) return 0;
+  if (after <= 0) return (after === 0 ? known[0] : known.at(-1)).error;
+  const [a, b] = [known[after - 1], known[after]];
+  return a.error + ((speed - a.speed) / (b.speed - a.speed)) * (b.error - a.error);
 }

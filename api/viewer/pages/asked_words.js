@@ -2,7 +2,6 @@
 
 import { bracketed, number, setting } from "../format.js";
 import { crossingOf } from "../plots/answer_curve.js";
-import { isDepth } from "../scene/question.js";
 
 /** Numbers that differ by less than this part are the same [-]. */
 const SAME = 1e-6;
@@ -13,40 +12,78 @@ function beyond(to, start) {
   return to <= start ? ", beyond the uncertainty" : `, beyond the uncertainty from ${number(to, 3)} m/s on`;
 }
 
-/** A computed point in words: its number in brackets when the error is as large, or not known. */
-function pointWords({ value, error, speed }, unit) {
-  const shown = error == null ? `(${number(value)})` : `${bracketed(value, error)} ± ${number(error, 2)}`;
-  return `${shown} ${unit} at ${setting(speed)} m/s`;
+/** A computed point in words: its number in brackets when the error is as large, or not known; both ends where the error leads beyond what is possible. */
+function pointWords({ value, error, lower, upper, least, speed }, unit) {
+  const at = `at ${setting(speed)} m/s`;
+  if (least) return `at least ${number(value)} ${unit} ${at}`;
+  if (error == null) return `(${number(value)}) ${unit} ${at}`;
+  const isCut = upper - lower < 2 * error * (1 - SAME);
+  const uncertain = isCut ? ` ${unit}, between ${number(lower, 2)} and ${number(upper, 2)} ${unit},` : ` ± ${number(error, 2)} ${unit}`;
+  return `${bracketed(value, error)}${uncertain} ${at}`;
 }
 
 /** How large the number is at the ends of the range; that it is the same at all speeds, where it is. */
 function sizeIn({ asked: { number: what }, points }) {
   const [first, last] = [points[0], points.at(-1)];
-  const isSame = points.every(({ value }) => Math.abs(value - first.value) <= SAME * Math.abs(first.value));
+  const isSame = points.every(({ value, least }) => Math.abs(value - first.value) <= SAME * Math.abs(first.value) && Boolean(least) === Boolean(first.least));
   return isSame ? `${pointWords(first, what.unit)}, and the same at all speeds up to ${setting(last.speed)} m/s.` : `${pointWords(first, what.unit)}, ${pointWords(last, what.unit)}.`;
 }
 
 /** From which speed on the stress is in the layer. */
-function crossingIn({ asked: { number: { layer }, threshold }, curve }) {
-  const [low, high] = curve.range;
+function crossingIn({ asked: { number: { layer }, threshold }, curve, points }) {
   const does = (verb) => `the ${layer} ${verb} ${setting(threshold)} kPa`;
+  const hasBounds = points.some(({ least }) => least);
+  const found = curve && crossingOf(curve, 0, curve.range);
+  if (found?.falls || fallsIn(points)) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
+  if (!curve || (found.at == null && hasBounds)) return crossingBetween(points, does);
+  const [low, high] = curve.range;
   const all = `at all computed speeds, ${setting(low)} to ${setting(high)} m/s`;
-  const { at, from, to, isAbove, falls } = crossingOf(curve, 0, curve.range);
-  if (falls) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
+  const { at, from, to, isAbove } = found;
   if (at == null && isAbove) return `${does("exceeds")} ${all}${beyond(to, low)}. Ask about lower ones.`;
   if (at == null) return `${does("stays below")} ${all}${from == null ? "" : `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on`}.`;
   const least = from <= low ? `less than ${setting(low)}` : number(from, 3);
-  const most = to == null ? `more than ${setting(high)}` : number(to, 3);
-  return `${does("exceeds")} from ${number(at, 3)} m/s on (between ${least} and ${most} m/s with the uncertainty).`;
+  const most = to ?? surelyFrom(points);
+  return `${does("exceeds")} from ${number(at, 3)} m/s on (between ${least} and ${most == null ? `more than ${setting(high)}` : number(most, 3)} m/s with the uncertainty).`;
+}
+
+/** Whether a lower bound above the level is followed by a value below it. */
+function fallsIn(points) {
+  const above = points.findIndex(({ value, least }) => least && value > 0);
+  return above >= 0 && points.slice(above).some(({ value, least }) => !least && value <= 0);
+}
+
+/** The speed from which on all points are above the level by more than their errors; null where the last is not. */
+function surelyFrom(points) {
+  return points[points.findLastIndex(({ lower }) => !(lower > 0)) + 1]?.speed ?? null;
+}
+
+/** From which speed on the stress is in the layer, as far as the points alone say: a lower bound below the level says nothing. */
+function crossingBetween(points, does) {
+  const [low, high] = [points[0].speed, points.at(-1).speed];
+  const all = `at all computed speeds, ${setting(low)} to ${setting(high)} m/s`;
+  const above = points.findIndex(({ value }) => value > 0);
+  const known = points.findLastIndex(({ value, least }, i) => (above < 0 || i < above) && !least && value <= 0);
+  if (above === 0) return `${does("exceeds")} ${all}${beyond(surelyFrom(points), low)}. Ask about lower ones.`;
+  if (above < 0) return known === points.length - 1 ? `${does("stays below")} ${all}.` : `${does("may exceed")}: of some speeds only lower bounds are known.`;
+  const from = known < 0 ? `less than ${setting(points[above].speed)} m/s` : `between ${setting(points[known].speed)} and ${setting(points[above].speed)} m/s`;
+  return `${does("exceeds")} from a speed ${from} on${beyond(surelyFrom(points), points[above].speed)}.`;
+}
+
+/** At which speeds the numbers are lower bounds, and why. */
+function boundsIn(points) {
+  const reasons = [...new Set(points.map(({ least }) => least).filter(Boolean))];
+  return reasons.map((reason) => {
+    const speeds = points.filter(({ least }) => least === reason).map(({ speed }) => setting(speed));
+    return ` At ${speeds.join(", ")} m/s the number is a lower bound: ${reason}.`;
+  }).join("");
 }
 
 /** The answer of a curve in a sentence, and what limits it. */
 export function sentenceOn(one) {
-  const { asked: { number: what }, curve, failures, isOpen, isStopped, points, reaches } = one;
+  const { asked: { number: what }, curve, failures, isOpen, isStopped, points } = one;
   if (isOpen) return "computing …";
   const missing = failures.length ? ` At ${failures.map(({ speed }) => setting(speed)).join(", ")} m/s the computation gives no result (${failures[0].reason}).` : "";
-  if (!curve) return `${isStopped ? "stopped before there was a curve" : "no answer"}.${missing}`;
-  const deeper = reaches.size && isDepth(what) ? ` At some of these speeds the stress reaches ${[...reaches].join(" and ")}: it would go deeper.` : "";
+  if (!points.length || (!curve && isStopped)) return `${isStopped ? "stopped before there was a curve" : "no answer"}.${missing}`;
   const unknown = points.some(({ error }) => error == null) ? " The numerical error is not known at all speeds." : "";
-  return `${what.layer ? crossingIn(one) : sizeIn(one)}${deeper}${unknown}${missing}`;
+  return `${what.layer ? crossingIn(one) : sizeIn(one)}${boundsIn(points)}${unknown}${missing}`;
 }

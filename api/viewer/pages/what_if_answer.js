@@ -1,7 +1,7 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { bracketed, number, surenessOf } from "../format.js";
+import { bracketed, commaSeparated, number, surenessOf } from "../format.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
 
@@ -125,35 +125,32 @@ export class WhatIfAnswer {
   }
 
   /** A number of a case on one line; why there is none in place of the first. */
-  #cell({ ending, reason, reaches, numbers }, key, column) {
+  #cell({ ending, reason, lower_bounds: bounds, numbers }, key, column) {
     if (ending !== "finished") return column === 0 ? html("span", { class: "badge warn", title: reason }, ending.replaceAll("_", " ")) : "";
-    const isLeast = key === "stress_depth_mm" && reaches?.length;
-    return isLeast ? html("span", { title: `reaches ${reaches.join(", ")}` }, `≥\u00a0${words(numbers[key])}`) : words(numbers[key]);
+    return bounds?.includes(key) ? `≥\u00a0${words(numbers[key])}` : words(numbers[key]);
   }
 
   /** What the cells do not say, each thing once. */
   #notes(cases) {
     const quantities = cases.flatMap(({ numbers }) => this.#numbers.map(([key]) => numbers?.[key]).filter(Boolean));
     const ends = new Set(cases.flatMap(({ reaches }) => reaches ?? []));
+    const isCut = cases.some(({ lower_bounds: bounds }) => this.#numbers.some(([key]) => bounds?.includes(key)));
     const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
     return [
       quantities.some(({ value, error }) => surenessOf(value, error) === "unresolved") && "In brackets: the error is as large as the number.",
       quantities.some(({ error }) => error == null) && `Without ±: the error is not known${this.#isWhole ? "" : " yet"}.`,
-      ends.size && `≥: the stress reaches ${[...ends].join(" and ")}; it would go deeper.`,
+      isCut && `≥: at least so much; ${ends.size ? `the stress reaches ${[...ends].join(" and ")}, or ` : ""}the run ended while it was growing.`,
       ...reasons,
       this.errorBars && `Errors: ${this.errorBars}.`,
     ].filter(Boolean);
   }
 
   #saveCsv(cases, names) {
-    // An apostrophe keeps spreadsheets from reading a name as a formula.
-    const plain = (text) => (/^[=+\-@\t\r]/.test(text) ? `'${text}` : text);
-    const quoted = (text) => `"${plain(String(text)).replaceAll('"', '""')}"`;
-    const head = ["case", "ending", ...names, ...this.#numbers.flatMap(([key]) => [key, `${key}_error`])];
+    const head = ["case", "ending", ...names, ...this.#numbers.flatMap(([key]) => [key, `${key}_error`]), "lower_bounds"];
     const rows = cases.map((one) => [
-      quoted(one.name), one.ending, ...names.map((name) => one.parameters[name]),
-      ...this.#numbers.flatMap(([key]) => [one.numbers[key]?.value ?? "", one.numbers[key]?.error ?? ""]),
+      one.name, one.ending, ...names.map((name) => one.parameters[name]),
+      ...this.#numbers.flatMap(([key]) => [one.numbers[key]?.value, one.numbers[key]?.error]), (one.lower_bounds ?? []).join(" "),
     ]);
-    saveFile("what-if.csv", `${[head.map(quoted), ...rows].map((row) => row.join(",")).join("\n")}\n`, "text/csv");
+    saveFile("what-if.csv", commaSeparated([head, ...rows]), "text/csv");
   }
 }

@@ -6,7 +6,7 @@ import { lineStyle } from "./plot.js";
 
 /** Width and height of the picture: words stay readable on a narrow screen. */
 const sizeNow = () => (window.innerWidth < 760 ? [400, 310] : [760, 360]);
-const ROOM = { left: 56, right: 16, top: 14, bottom: 52 };
+const ROOM = { left: 56, right: 16, top: 20, bottom: 52 };
 const STEPS = 120;
 
 /** The speed between two neighbouring samples of a function at which it is at a level, linear between them. */
@@ -33,27 +33,22 @@ function lastAbove(samples, level) {
 }
 
 /**
- * Where a curve {value(speed), error(speed)} crosses a level: {at, from, to, isAbove, falls}. `at` is where it rises through the level for the
+ * Where a curve {value(speed), lower(speed), upper(speed)} crosses a level: {at, from, to, isAbove, falls}. `at` is where it rises through the level for the
  * first time, null where it does not. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
  * the lower end stays above. `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no
  * one speed is an answer.
  */
 export function crossingOf(curve, level, range) {
-  const values = sampled((v) => curve.value(v), range);
+  const values = sampled(curve.value, range);
   const falls = values.some(([, value], i) => i > 0 && value <= level && values[i - 1][1] > level);
   const rises = values.findIndex(([, value], i) => i > 0 && value > level && values[i - 1][1] <= level);
   return {
     at: rises < 0 ? null : between(values[rises - 1], values[rises], level),
-    from: firstAbove(sampled((v) => curve.value(v) + curve.error(v), range), level),
-    to: lastAbove(sampled((v) => curve.value(v) - curve.error(v), range), level),
+    from: firstAbove(sampled(curve.upper, range), level),
+    to: lastAbove(sampled(curve.lower, range), level),
     isAbove: values.every(([, value]) => value > level),
     falls,
   };
-}
-
-/** Lower end of the band of a curve: no less than there can be. */
-function lowerOf(curve, speed) {
-  return Math.max(curve.value(speed) - curve.error(speed), curve.floor);
 }
 
 /** Round numbers from `low` to `high`, about `count` of them. */
@@ -64,14 +59,14 @@ function ticks(low, high, count) {
 }
 
 /**
- * The picture below its title. `series` [{name, points: [{speed, value, error}], curve: {value, error, floor, range} | null}], `range` of speeds, `axis` {label, unit},
- * `level` a value that is marked or null, with `levelName`.
+ * The picture below its title. `series` [{name, points: [{speed, value, lower, upper, least}], curve: {value, lower, upper, range} | null}], `range` of
+ * speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`.
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
   const [width, height] = sizeNow();
   const ends = series.flatMap(({ points, curve }) => [
-    ...points.flatMap(({ value, error }) => [Math.max(value - (error ?? 0), curve?.floor ?? -Infinity), value + (error ?? 0)]),
-    ...(curve ? curve.range.flatMap((v) => [lowerOf(curve, v), curve.value(v) + curve.error(v)]) : []),
+    ...points.flatMap(({ value, lower, upper, least }) => [lower, least ? value : upper]),
+    ...(curve ? curve.range.flatMap((v) => [curve.lower(v), curve.upper(v)]) : []),
   ]);
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
   const [low, high] = [Math.min(...values), Math.max(...values)];
@@ -91,7 +86,7 @@ export function answerCurve({ series, range, axis, level, levelName }) {
     text([width - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
   ];
   const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text }));
-  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
+  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${p.least ? "at least " : ""}${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
   const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
   return html("div", {}, html("p", { class: "curve-title" }, `${axis.label} [${axis.unit}]`), picture);
 }
@@ -102,11 +97,10 @@ function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
     const { range } = curve;
     const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
     const along = (f) => sampled(f, range).map(([v, value]) => place(v, value));
-    const upper = along((v) => curve.value(v) + curve.error(v));
-    const lower = along((v) => lowerOf(curve, v)).reverse();
+    const ends = [...along(curve.upper), ...along(curve.lower).reverse()];
     parts.push(
-      svg("path", { d: `M${[...upper, ...lower].join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
-      svg("path", { d: `M${along((v) => curve.value(v)).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
+      svg("path", { d: `M${ends.join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
+      svg("path", { d: `M${along(curve.value).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
     );
     const found = level == null ? { at: null } : crossingOf(curve, level, range);
     if (found.at != null && !found.falls) {
@@ -116,9 +110,19 @@ function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
       );
     }
   }
-  for (const { speed, value, error } of points) {
-    if (error > 0) parts.push(line([x(speed), y(Math.max(value - error, curve?.floor ?? -Infinity))], [x(speed), y(value + error)], { stroke: colour, "stroke-width": 1.6 }));
-    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" }));
+  for (const { speed, value, lower, upper, least } of points) {
+    const end = least ? value : upper;
+    if (end > lower) parts.push(line([x(speed), y(lower)], [x(speed), y(end)], { stroke: colour, "stroke-width": 1.6 }));
+    if (least) parts.push(svg("path", { d: arrowUp(x(speed), y(value)), fill: "none", stroke: colour, "stroke-width": 2 }));
+    const look = least ? { fill: "#fff", stroke: colour, "stroke-width": 2, class: "computed bound" } : { fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" };
+    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, ...look }));
   }
   return parts;
+}
+
+/** An arrow from a place up: what is there is a lower bound. */
+function arrowUp(x, y) {
+  const [left, right] = [x - 4, x + 4].map((at) => at.toFixed(1));
+  const [from, to, back] = [y - 5, y - 20, y - 14].map((at) => at.toFixed(1));
+  return `M${x.toFixed(1)} ${from}V${to}M${left} ${back}L${x.toFixed(1)} ${to}L${right} ${back}`;
 }

@@ -2,7 +2,7 @@
 
 import uPlot from "../vendor/uplot/uPlot.esm.js";
 import { button, html, saveFile, table } from "../dom.js";
-import { number } from "../format.js";
+import { commaSeparated, number } from "../format.js";
 
 /** Colours after Okabe and Ito, which the colour-blind can distinguish; and dashes, for those without any colour. */
 const COLOURS = ["#0072b2", "#d55e00", "#00805f", "#b0508c", "#8a6d00", "#333333", "#56b4e9"];
@@ -155,13 +155,9 @@ export class Plot {
   /** The values as comma-separated text, with units in the names of the columns. */
   csv() {
     const { x, y, curves } = this.#options;
-    // An apostrophe keeps spreadsheets from reading a name as a formula.
-    const plain = (text) => (/^[=+\-@\t\r]/.test(text) ? `'${text}` : text);
-    const quoted = (text) => (/[",\n]/.test(text) ? `"${plain(text).replaceAll('"', '""')}"` : plain(text));
-    const named = (label, unit) => quoted(unit ? `${label} [${unit}]` : label);
-    const lines = [[named(x.label, x.unit), ...curves.map((c) => named(c.label, y.unit))].join(",")];
-    x.values.forEach((at, i) => lines.push([at, ...curves.map((c) => c.values[i] ?? "")].join(",")));
-    return `${lines.join("\n")}\n`;
+    const named = (label, unit) => (unit ? `${label} [${unit}]` : label);
+    const head = [named(x.label, x.unit), ...curves.map((c) => named(c.label, y.unit))];
+    return commaSeparated([head, ...x.values.map((at, i) => [at, ...curves.map((c) => c.values[i])])]);
   }
 
   /** Fills the table, while it is open. */

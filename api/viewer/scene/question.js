@@ -1,7 +1,7 @@
 // A question as people ask it, as a what-if question of the service: one number against speed, for one person.
 
 import { setting } from "../format.js";
-import { percentile, limbOf } from "./regions.js";
+import { deepestOf, limbOf, percentile } from "./regions.js";
 
 /** Cases over the range of speeds, its ends among them: four inner ones, from which the error of the curve through them is estimated. */
 const CASES = 6;
@@ -30,6 +30,17 @@ export function fatOf(region, percent) {
 export function topOf({ layer }, region, fat) {
   if (layer === "fat") return region.skin_m * 1e3;
   return layer === "muscle" ? (region.skin_m + fat) * 1e3 : 0;
+}
+
+/**
+ * What the number of a question can be at a speed, [least, most], measured as it is: depths from the skin to the bone, below the top of their
+ * layer; no force below 0; no energy below 0, and none beyond that of the flying projectile.
+ */
+export function possibleOf({ number, region, fat, projectile }) {
+  const top = topOf(number, region, fat);
+  if (isDepth(number)) return () => [-top, deepestOf(region, fat) * 1e3 - top];
+  if (number.key === "energy_given_j") return (speed) => [0, 0.5e-3 * projectile.mass_g * speed ** 2];
+  return () => [0, Infinity];
 }
 
 /** When all runs end [s]: stress goes deeper with time, so that only equal times can be compared. */

@@ -28,6 +28,11 @@ export const REGIONS = [
   },
 ];
 
+/** Largest depth of the tissue of a region below its skin [m], with this much fat: at the bone, where it is farthest from the skin. */
+export function deepestOf({ skin_m: skin, core, bone }, fat) {
+  return skin + fat + Math.max(...core) - bone;
+}
+
 /** Thickness of an element of fat [m], about. */
 const ELEMENT = 0.004;
 

@@ -35,6 +35,9 @@ pub struct Numbers {
     /// Ends of the tissue reached by the significant stress: the model truncates its depth and volume there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
+    /// Quantities that are lower bounds.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub lower_bounds: BTreeSet<QuantityOfInterest>,
     /// Largest von Mises stress below each requested depth [Pa].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub von_mises_below_pa: Vec<f64>,

@@ -4,7 +4,7 @@ use super::cases::Origin;
 use crate::measure::QuantityOfInterest;
 use serde::Serialize;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Ending of a run that finished and has numbers.
 pub(super) const FINISHED: &str = "finished";
@@ -33,6 +33,9 @@ pub struct CaseAnswer {
     /// Ends of the tissue reached by the significant stress, whose depth and volume are then lower bounds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
+    /// Numbers that are lower bounds: there the tissue ends, or they were still growing when the run ended with contact lasting.
+    #[serde(skip_serializing_if = "BTreeSet::is_empty")]
+    pub lower_bounds: BTreeSet<QuantityOfInterest>,
     /// Number of steps of the run.
     pub steps: u64,
     /// Results by their names with units; empty if the run did not finish, or nothing touched.

@@ -109,7 +109,8 @@ impl<'a> Composer<'a> {
             self.take_errors_below(&answered.numbers);
             self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
         }
-        let Numbers { ending, reason, reaches, steps, values, errors, unresolved, .. } = answered.numbers;
+        let Numbers { ending, reason, reaches, lower_bounds, steps, values, errors, unresolved, .. } =
+            answered.numbers;
         // Numbers with their own errors, otherwise with the relative errors of the base.
         let number = |(quantity, value): (QuantityOfInterest, f64)| {
             let (error, unresolved) = match errors.get(&quantity) {
@@ -130,6 +131,7 @@ impl<'a> Composer<'a> {
             ending,
             reason,
             reaches,
+            lower_bounds,
             steps,
             numbers: values.into_iter().map(number).collect(),
         };

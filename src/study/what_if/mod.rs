@@ -20,6 +20,7 @@ mod composer;
 pub mod distribution;
 pub mod document;
 pub mod limit;
+mod lower_bounds;
 mod misfit;
 mod named;
 mod over_surface;

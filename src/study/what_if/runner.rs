@@ -7,6 +7,7 @@ use super::cache::{Cache, Numbers, key};
 use super::case_answer::{FINISHED, NOTHING_TOUCHED};
 use super::cases::Case;
 use super::document::WhatIfDocument;
+use super::lower_bounds::lower_bounds;
 use crate::measure::QuantityOfInterest;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::summary::{ErrorEstimate, Shown};
@@ -175,6 +176,7 @@ fn invalid(reason: String) -> Numbers {
         errors: BTreeMap::new(),
         unresolved: BTreeSet::new(),
         reaches: Vec::new(),
+        lower_bounds: BTreeSet::new(),
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
     }
@@ -218,6 +220,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
             .collect(),
         unresolved: all().filter(|(_, number)| number.error.is_unresolved()).map(|(q, _)| q).collect(),
         reaches: significant.map_or_else(Vec::new, |stress| stress.reaches.clone()),
+        lower_bounds: if is_good { lower_bounds(values) } else { BTreeSet::new() },
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
     }

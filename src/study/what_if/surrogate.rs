@@ -167,6 +167,7 @@ mod tests {
     use super::super::case_answer::Number;
     use super::super::cases::Origin;
     use super::*;
+    use std::collections::BTreeSet;
 
     /// Cases at points of two parameters, with one number each.
     fn cases(points: &[[f64; 2]], number: impl Fn([f64; 2]) -> f64) -> Vec<CaseAnswer> {
@@ -183,6 +184,7 @@ mod tests {
             ending: "finished".into(),
             reason: None,
             reaches: Vec::new(),
+            lower_bounds: BTreeSet::new(),
             steps: 1,
             numbers: BTreeMap::from([(
                 QuantityOfInterest::PeakForceN,

@@ -1,0 +1,41 @@
+// The points and the curves of an answer as a table and as comma-separated text, with the ends of their bands.
+
+import { button, html, saveFile, table } from "../dom.js";
+import { commaSeparated, number, setting } from "../format.js";
+
+/** Proposed speeds of a curve in the text, its ends among them. */
+const PROPOSED = 61;
+
+/** Where the number of a computed point is from, in words. */
+const originOf = (least) => (least ? `computed, a lower bound: ${least}` : "computed");
+
+/** The rows of a series: [name, speed, number, from, to, origin], the computed ones first; nothing is known above a lower bound. */
+function rowsOf({ name, points, curve }) {
+  const computed = points.map((point) => [name, point.speed, point.value, point.lower, point.least ? null : point.upper, originOf(point.least)]);
+  if (!curve) return computed;
+  const [low, high] = curve.range;
+  const speeds = Array.from({ length: PROPOSED }, (_, i) => low + (i * (high - low)) / (PROPOSED - 1));
+  return [...computed, ...speeds.map((speed) => [name, speed, curve.value(speed), curve.lower(speed), curve.upper(speed), "proposed"])];
+}
+
+/** The whole answer as comma-separated text. */
+export function answerCsv({ series, axis }) {
+  const head = ["curve", "speed [m/s]", `${axis.label} [${axis.unit}]`, `from [${axis.unit}]`, `to [${axis.unit}]`, "origin"];
+  return commaSeparated([head, ...series.flatMap(rowsOf)]);
+}
+
+/** The computed points as a table that can be opened, and a button for the text. */
+export function answerTable(answer, isOpen) {
+  const { series, axis } = answer;
+  const row = (name, { speed, value, lower, upper, least }) =>
+    [name, setting(speed), `${least ? "≥\u00a0" : ""}${number(value)}`, number(lower, 3), least ? "–" : number(upper, 3), originOf(least)];
+  const rows = series.flatMap(({ name, points }) => points.map((point) => row(name, point)));
+  const caption = `${axis.label}, with its numerical error within what is possible`;
+  const columns = ["curve", "speed [m/s]", `number [${axis.unit}]`, `from [${axis.unit}]`, `to [${axis.unit}]`, ""];
+  return html(
+    "div",
+    {},
+    button("CSV", () => saveFile("answer.csv", answerCsv(answer), "text/csv"), { "aria-label": "Answer as CSV" }),
+    html("details", { class: "numbers", open: isOpen }, html("summary", {}, "Table"), table(caption, columns, rows)),
+  );
+}

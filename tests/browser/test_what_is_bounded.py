@@ -1,0 +1,130 @@
+"""Answers whose numbers are lower bounds, or whose errors lead beyond what is possible: of a service that is a double here."""
+
+import csv
+import io
+import json
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+SPEEDS = [60, 72, 84, 96, 108, 120]
+# Of a person in the middle, with 9.2 mm of fat: the farthest place from the skin, at the bone [mm].
+DEEPEST = 1.9 + 9.2 + 65 - 14
+
+
+def case(speed, numbers, bounds=(), reaches=()):
+    return {"index": 0, "name": f"{speed} m/s", "origin": {"kind": "case"}, "parameters": {"speed": speed}, "edits": {}, "ending": "finished",
+            "steps": 1, "numbers": numbers, "lower_bounds": list(bounds), "reaches": list(reaches)}
+
+
+@pytest.fixture
+def answered(page):
+    """Asks a question, which is answered by cases."""
+    routes = []
+
+    def stub(address, answer, **options):
+        routes.append(address)
+        page.route(address, lambda route: route.fulfill(json=answer, **options))
+
+    def answer(cases, number):
+        stub("**/v1/what-if", {"id": "double"}, status=202)
+        stub("**/v1/jobs/double", {"id": "double", "name": "what if", "state": "succeeded", "links": {"summary": "/v1/jobs/double/summary"}})
+        summary = {"cases": cases, "effort": {"computed": len(cases), "from_cache": 0}, "notice": "A double."}
+        stub("**/v1/jobs/double/summary", summary)
+        routes.append("**/v1/jobs/double/events")
+        page.route(routes[-1], lambda route: route.fulfill(status=204))
+        page.goto("/")
+        page.evaluate("sessionStorage.clear()")
+        page.goto(f"/#/ask?hit=flashball_44&where=thigh&who=50&from=60&to=120&kpa=100&number={number}")
+        page.get_by_role("button", name="Answer").click()
+        expect(page.locator(".answer-curve .computed")).to_have_count(len(cases))
+
+    yield answer
+    for address in routes:
+        page.unroute(address)
+
+
+def text_of(page):
+    """The comma-separated text of the answer: rows by their columns."""
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Answer as CSV").click()
+    return list(csv.DictReader(io.StringIO(download.value.path().read_text())))
+
+
+def test_a_band_stays_in_the_body(page, answered):
+    answered([case(v, {"stress_depth_mm": {"value": 20 + i, "error": 60}}) for i, v in enumerate(SPEEDS)], "depth")
+    said = page.locator(".answers").inner_text()
+    assert re.search(r"\(20.00\) mm, between 0 and 62 mm, at 60 m/s", said), said
+    ends = [(float(row["from [mm]"]), float(row["to [mm]"])) for row in text_of(page)]
+    assert len(ends) > 2 * len(SPEEDS)
+    assert {low for low, _ in ends} == {0} and all(high == pytest.approx(DEEPEST, abs=0.05) for _, high in ends)
+    # The labels of the axis have room for the band, and for no more.
+    ticks = [int(text.replace("−", "-")) for text in page.locator(".answer-curve text[text-anchor='end']").all_text_contents() if re.fullmatch(r"−?\d+", text)]
+    assert min(ticks) >= 0 and max(ticks) <= 70
+    page.locator(".ask-answer summary").click()
+    row = page.locator(".ask-answer tbody tr").first
+    assert re.search(r"60\s+20\.00\s+0\s+62\.\d\s+computed$", row.inner_text()), row.inner_text()
+
+
+@pytest.mark.parametrize("number, key, value", [("force", "peak_force_n", 900), ("energy", "energy_given_j", 10)])
+def test_no_force_and_no_energy_is_below_nothing_and_no_energy_beyond_that_of_the_projectile(page, answered, number, key, value):
+    answered([case(v, {key: {"value": value, "error": 50 * value}}) for v in SPEEDS], number)
+    for row in text_of(page):
+        low, high = [float(cell) for name, cell in row.items() if re.match("from|to", name)]
+        assert low == 0
+        if number == "energy":
+            assert high == pytest.approx(0.5 * 0.028 * float(row["speed [m/s]"]) ** 2)
+
+
+def bounded(least_from):
+    """Depths that rise through the top of the muscle; from a speed on they reach the bone."""
+    def one(i, v):
+        if v >= least_from:
+            return case(v, {"stress_depth_mm": {"value": 58.2, "error": 1}}, ["stress_depth_mm"], ["the held nodes “bone”"])
+        return case(v, {"stress_depth_mm": {"value": 6 + 3 * i, "error": 1}})
+
+    return [one(i, v) for i, v in enumerate(SPEEDS)]
+
+
+def test_lower_bounds_are_drawn_as_such_and_no_curve_goes_through_them(page, answered):
+    answered(bounded(96), "muscle")
+    picture = page.locator(".answer-curve")
+    expect(picture.locator(".bound")).to_have_count(3)
+    assert {circle.get_attribute("fill") for circle in picture.locator(".bound").all()} == {"#fff"}
+    assert "at least 47.1 mm at 96 m/s" in picture.get_attribute("aria-label")
+    expect(page.get_by_text("computed, at least so much")).to_be_visible()
+    rows = text_of(page)
+    assert max(float(row["speed [m/s]"]) for row in rows if row["origin"] == "proposed") == 84
+    bounds = [row for row in rows if "lower bound" in row["origin"]]
+    assert [row["to [mm]"] for row in bounds] == ["", "", ""] and "reaches the bone" in bounds[0]["origin"]
+    # The curve crosses where its own points do, and the bound ends its uncertainty.
+    said = page.locator(".answers").inner_text()
+    assert re.search(r"exceeds 100 kPa from (79|80)\.\d m/s on \(between 7\d\.\d and 96\.0 m/s with the uncertainty\)", said), said
+    assert "At 96, 108, 120 m/s the number is a lower bound: the stress reaches the bone, where the model ends." in said
+
+
+def test_without_a_curve_the_points_say_between_which_speeds(page, answered):
+    answered(bounded(84), "muscle")
+    said = page.locator(".answers").inner_text()
+    assert "exceeds 100 kPa from a speed between 72 and 84 m/s on, beyond the uncertainty" in said, said
+    expect(page.locator(".answer-curve .proposed")).to_have_count(0)
+    # A second person can be asked about all the same.
+    expect(page.get_by_role("button", name="And with more fat?")).to_be_visible()
+
+
+def test_a_depth_that_ends_at_the_bone_at_all_speeds_says_so(page, answered):
+    answered(bounded(0), "depth")
+    said = page.locator(".answers").inner_text()
+    assert "at least 58.20 mm at 60 m/s, and the same at all speeds up to 120 m/s." in said and "reaches the bone" in said, said
+    answered(bounded(0), "muscle")
+    said = page.locator(".answers").inner_text()
+    assert "exceeds 100 kPa at all computed speeds, 60 to 120 m/s, beyond the uncertainty" in said, said
+
+
+def test_a_force_that_still_grew_at_the_end_is_at_least_so_large(page, answered):
+    answered([case(v, {"peak_force_n": {"value": 10 * v, "error": 5}}, ["peak_force_n"] if v > 100 else []) for v in SPEEDS], "force")
+    said = page.locator(".answers").inner_text()
+    assert "± 5.0 N at 60 m/s, at least 1200 N at 120 m/s." in said, said
+    assert "At 108, 120 m/s the number is a lower bound: it was still growing when the computed time ended." in said
+    assert page.watch.errors == []
