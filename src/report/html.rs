@@ -126,7 +126,10 @@ fn section(out: &mut String, run: &RecordedRun) {
     let tissue = run.results().and_then(|results| results.tissue.as_ref());
     let stresses = tissue.iter().flat_map(|tissue| &tissue.significant_stress);
     let thresholds: Vec<f64> = stresses.map(|stress| stress.threshold_pa).collect();
-    let picture = run.instant.as_ref().and_then(|instant| section_picture(instant, &run.scene, &thresholds));
+    let picture = run
+        .instant
+        .as_ref()
+        .and_then(|instant| section_picture(instant, run.worst().what, &run.scene, &thresholds));
     if let Some((svg, caption)) = picture {
         push(
             out,
@@ -193,22 +196,19 @@ fn group_table(out: &mut String, group: &Group) {
     table(out, &title, &head, &rows);
 }
 
+/// The criteria; what each says has its value.
 fn criteria_table(out: &mut String, criteria: &[InjuryMeasure]) {
     let row = |criterion: &InjuryMeasure| {
         vec![
-            escaped(&criterion.title),
-            criterion.in_words(),
-            escaped(&criterion.statement),
-            escaped(&format!("{}. {}", criterion.meaning, criterion.source)),
+            escaped(&capitalised(&criterion.title)),
+            escaped(&capitalised(&criterion.statement)),
+            escaped(&format!("{}. {}", capitalised(&criterion.meaning), criterion.source)),
         ]
     };
     let rows: Vec<Vec<String>> = criteria.iter().map(row).collect();
-    table(
-        out,
-        "Injury criteria",
-        &["criterion", "value", "what it says here", "what it is compared with"],
-        &rows,
-    );
+    out.push_str("<div class=\"criteria\">\n");
+    table(out, "Injury criteria", &["criterion", "what it says here", "what it is compared with"], &rows);
+    out.push_str("</div>\n");
 }
 
 fn quality_table(out: &mut String, run: &RecordedRun) {
@@ -288,6 +288,14 @@ mod tests {
             assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
         }
         assert!(numbers.contains("(970.2) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
+        // What a criterion says is told once.
+        let criteria = numbers.split_once("Injury criteria").unwrap().1.split_once("</table>").unwrap().0;
+        let values: Vec<String> =
+            run.criteria.iter().filter_map(|of| Some(format!("{:.2} {}", of.value?, of.unit))).collect();
+        assert!(!values.is_empty());
+        for value in values {
+            assert_eq!(criteria.matches(&value).count(), 1, "{value}: {criteria}");
+        }
         let of_computation = numerics_group(run.numerics.as_ref().unwrap(), &run.relaxation);
         assert!(of_computation.rows.len() > 4 && numbers.contains("smallest Jacobian J</td><td>0.7353"));
         for row in &of_computation.rows {

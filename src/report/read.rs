@@ -66,6 +66,15 @@ pub enum ReadError {
     },
 }
 
+/// An instant that stands for a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Worst {
+    /// Its time [s].
+    pub time_s: f64,
+    /// What happens then: "the peak force".
+    pub what: &'static str,
+}
+
 /// A function of time: (t [s], value).
 pub type Series = Vec<(f64, f64)>;
 
@@ -109,7 +118,7 @@ pub struct RecordedRun {
     pub absorbed: Series,
     /// Total energy in the ledger [J].
     pub total: Series,
-    /// The bodies at the field time nearest to the largest force; `None` if no fields were recorded.
+    /// The bodies at the field time nearest to the worst instant; `None` if no fields were recorded.
     pub instant: Option<Instant>,
     /// SHA-256 of the recording, in hexadecimal digits.
     pub digest: String,
@@ -161,7 +170,7 @@ impl RecordedRun {
             return Err(ReadError::NoSummary { path: name.to_owned() });
         }
         run.take_numbers().map_err(|source| ReadError::Numbers { path: name.to_owned(), source })?;
-        run.instant = instant(&mut input, name, run.worst_time())?;
+        run.instant = instant(&mut input, name, run.worst().time_s)?;
         run.digest = digest(&mut input, name)?;
         Ok(run)
     }
@@ -197,11 +206,22 @@ impl RecordedRun {
         self.values.as_ref().is_some_and(|values| values.nothing_touched)
     }
 
-    /// Time of the largest force of the headline contact [s]; the end where there is none.
-    fn worst_time(&self) -> f64 {
+    /// The instant that the picture of the report shows: of the largest stress in the tissue, exceeded in a volume or else at a point;
+    /// without it of the peak force of the headline contact, else the end.
+    pub(super) fn worst(&self) -> Worst {
+        let tissue = self.values.as_ref().and_then(|values| values.tissue.as_ref());
+        let in_volume = tissue.and_then(|tissue| tissue.exceeded_in_volume.as_ref());
+        let in_volume = in_volume.filter(|of| of.von_mises_pa.quantity.value > 0.0);
+        let at_point = tissue.and_then(|tissue| tissue.peaks.peak_von_mises_pa.as_ref());
+        let at_point = at_point.filter(|peak| peak.quantity.value > 0.0);
         let impact = self.values.as_ref().and_then(Results::headline_impact);
-        let time = impact.map(|impact| impact.peak_force_time_s.value);
-        time.or_else(|| self.summary["time_s"].as_f64()).unwrap_or_default()
+        let known = in_volume
+            .map(|of| (of.von_mises_pa.time_s, "the largest stress in the tissue"))
+            .or_else(|| at_point.map(|peak| (peak.time_s, "the largest stress at a point of the tissue")))
+            .or_else(|| impact.map(|impact| (impact.peak_force_time_s.value, "the peak force")));
+        let end = || self.summary["time_s"].as_f64().unwrap_or_default();
+        let (time_s, what) = known.unwrap_or_else(|| (end(), "the end of the run"));
+        Worst { time_s, what }
     }
 
     fn take(&mut self, record: Record, topics: &mut BTreeMap<u16, String>) {

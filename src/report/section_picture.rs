@@ -12,8 +12,13 @@ use std::fmt::Write as _;
 const LEGEND: f64 = 752.0;
 const DEEPEST: f64 = 200.0;
 
-/// The picture as SVG with its caption; `None` without tissue, projectile or recorded stress.
-pub fn section_picture(instant: &Instant, scene: &Value, thresholds_pa: &[f64]) -> Option<(String, String)> {
+/// The picture as SVG with its caption, which says `what` happens at the instant; `None` without tissue, projectile or recorded stress.
+pub fn section_picture(
+    instant: &Instant,
+    what: &str,
+    scene: &Value,
+    thresholds_pa: &[f64],
+) -> Option<(String, String)> {
     let is_tissue = |body: &&Body| body.role == "tissue" && !body.stress.is_empty();
     let tissues: Vec<&Body> = instant.bodies.iter().filter(is_tissue).collect();
     let frame = Frame::of(instant, &tissues, scene)?;
@@ -38,7 +43,7 @@ pub fn section_picture(instant: &Instant, scene: &Value, thresholds_pa: &[f64]) 
     picture.ruler();
     picture.legend(&scale);
     let caption = format!(
-        "Section through the impact {} µs after the start; colours: von Mises stress, lines: thresholds",
+        "Section through the impact at {what}, {} µs after the start; colours: von Mises stress, lines: thresholds",
         number(1e6 * instant.time_s)
     );
     Some((picture.finished(), caption))
@@ -298,7 +303,8 @@ mod tests {
         let bodies = vec![slab(0.0, "muscle"), slab(0.01, "skin")];
         let instant = Instant { bodies, rigid: vec![ball], ..Instant::default() };
         let scene = json!({"bodies": [{"role": "projectile", "velocity_m_per_s": [0, 0, -8]}]});
-        let (svg, _) = section_picture(&instant, &scene, &[1e4]).unwrap();
+        let (svg, caption) = section_picture(&instant, "the peak force", &scene, &[1e4]).unwrap();
+        assert!(caption.starts_with("Section through the impact at the peak force, 0 µs"), "{caption}");
         let height = |name: &str| {
             let (before, _) = svg.split_once(&format!(">{name}</text>")).unwrap();
             before.rsplit_once("y=\"").unwrap().1.trim_end_matches('"').parse::<f64>().unwrap()

@@ -26,6 +26,27 @@ fn numbers_are_read_as_they_were_written() {
 }
 
 #[test]
+fn the_worst_instant_is_of_the_largest_stress_that_is_known() {
+    let mut run = example();
+    let known = run.summary["results"]["tissue"].clone();
+    let worst = |run: &mut RecordedRun| {
+        run.take_numbers().unwrap();
+        (run.worst().time_s, run.worst().what)
+    };
+    let in_volume = known["exceeded_in_volume"]["von_mises_pa"]["time_s"].as_f64().unwrap();
+    assert_eq!(worst(&mut run), (in_volume, "the largest stress in the tissue"));
+    run.summary["results"]["tissue"].as_object_mut().unwrap().remove("exceeded_in_volume");
+    let at_point = known["peak_von_mises_pa"]["time_s"].as_f64().unwrap();
+    assert_eq!(worst(&mut run), (at_point, "the largest stress at a point of the tissue"));
+    // No stress was above 0, as in a run that stopped at its start.
+    run.summary["results"]["tissue"]["peak_von_mises_pa"]["value"] = json!(0.0);
+    let peak = run.summary["results"]["impacts"][0]["peak_force_time_s"]["value"].as_f64().unwrap();
+    assert_eq!(worst(&mut run), (peak, "the peak force"));
+    run.summary["results"]["headline"] = json!({});
+    assert_eq!(worst(&mut run), (run.summary["time_s"].as_f64().unwrap(), "the end of the run"));
+}
+
+#[test]
 fn withheld_numbers_are_no_results_and_those_of_another_version_an_error() {
     let mut run = example();
     let values = run.summary["results"].take();

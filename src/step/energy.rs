@@ -95,6 +95,11 @@ pub struct Energy {
     pub angular_momentum_kg_m2_per_s: [f64; 3],
 }
 
+/// What a turnover is, in words: the energy of the impact, unless more than that was dissipated, as where weight or driven nodes do work.
+pub(super) fn turnover_in_words(scale_j: f64, turnover_j: f64) -> &'static str {
+    if turnover_j > scale_j { "all energy that was lost" } else { "the energy of the impact" }
+}
+
 impl Energy {
     /// A zero ledger with capacity for the bodies and pairs of a plan.
     pub fn with_capacity(plan: &Plan) -> Self {
@@ -103,6 +108,10 @@ impl Energy {
         let bodies = Vec::with_capacity(plan.bodies.len());
         let branches = Vec::with_capacity(Branches::of(plan).list().len());
         Self { bodies, branches, pairs, ..Self::default() }
+    }
+    /// What the turnover is, in words, where a loss is a share of it.
+    pub fn turnover_in_words(&self) -> &'static str {
+        turnover_in_words(self.scale_j, self.turnover_j)
     }
     /// Copies `other` into the existing buffers.
     pub fn copy_from(&mut self, other: &Self) {

@@ -1,6 +1,6 @@
 //! The time loop of a run.
 
-use super::energy::Energy;
+use super::energy::{Energy, turnover_in_words};
 use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, LOOKS, Outcome, Recorder, RecorderError};
 use super::integrator::{preloader, stepper};
@@ -379,20 +379,21 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.values().map(|p| p.numerical_j).sum();
     let scale = state.ledger.turnover(plan);
+    let whole = turnover_in_words(state.ledger.scale(plan), scale);
     if !plan.is_static() && lost > NOTABLE_LOSS * scale && scale > 0.0 {
         let remedy = match plan.integrator {
             Integrator::Explicit(_) => "a finer mesh at the contact reduces it",
             Integrator::Implicit(_) => "shorter steps and a finer mesh at the contact reduce it",
         };
         outcome.warnings.push(format!(
-            "The computation of contact lost {:.1} % of the energy of the impact: {remedy}.",
+            "The computation of contact lost {:.1} % of {whole}: {remedy}.",
             100.0 * lost / scale
         ));
     }
     let missed = state.ledger.algorithmic.iter().sum::<f64>() + if plan.is_static() { lost } else { 0.0 };
     if !plan.is_static() && missed > NOTABLE_LOSS * scale && scale > 0.0 {
         outcome.warnings.push(format!(
-            "The time integration lost {:.1} % of the energy of the impact, which counts as dissipated by the bodies: shorter steps, \
+            "The time integration lost {:.1} % of {whole}, which counts as dissipated by the bodies: shorter steps, \
              `integrator.theta` closer to 0.5 or `integrator.energy_momentum` reduce it.",
             100.0 * missed / scale
         ));

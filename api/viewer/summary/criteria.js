@@ -1,8 +1,7 @@
 // The published injury criteria: what each says, and whether it applies.
 
 import { html, table } from "../dom.js";
-import { number, setting } from "../format.js";
-import { numberWithError } from "./quantity.js";
+import { setting } from "../format.js";
 import { stoppedAt } from "./trust.js";
 
 /** What a verdict of the scene alone is not, where the run gives no result. */
@@ -14,18 +13,16 @@ export function injuryCriteria(summary) {
   if (!measures.length) return null;
   const isStopped = stoppedAt(summary) != null;
   const [applicable, others] = [true, false].map((applies) => measures.filter((measure) => measure.applicable === applies));
+  // What a criterion says has its value with its error, and what that is compared with.
   const rows = applicable.map((measure) => [
-    measure.title,
-    measure.value == null ? "–" : html("span", {}, valueOf(measure), unitOf(measure)),
-    statementOf(measure, isStopped),
-    html("span", {}, measure.meaning, ": ", reference(measure), html("br"), html("small", {}, measure.source)),
+    measure.title, statementOf(measure, isStopped), html("span", {}, measure.meaning, html("br"), html("small", {}, measure.source)),
   ]);
   const item = (measure) => html("li", {}, html("b", {}, measure.title), ` ${measure.statement} (${measure.meaning}: ${reference(measure)}; ${measure.source})`);
   return html(
     "section",
     { class: "panel criteria" },
     html("h2", {}, "Injury criteria"),
-    rows.length ? table("Published criteria that apply to this impact", ["criterion", "value", "what it says here", "compared with"], rows) : html("p", {}, "No published criterion applies to this impact."),
+    rows.length ? table("Published criteria that apply to this impact", ["criterion", "what it says here", "compared with"], rows) : html("p", {}, "No published criterion applies to this impact."),
     others.length ? html("details", {}, html("summary", {}, `${others.length} that ${others.length > 1 ? "do" : "does"} not apply, and why`), html("ul", {}, others.map(item))) : null,
     html("p", { class: "notice-line" }, notice),
   );
@@ -37,15 +34,7 @@ function statementOf({ statement, error, value }, isStopped) {
   return isStopped && isOfTheScene && !statement.includes(OF_THE_SCENE) ? `${statement} (${OF_THE_SCENE})` : statement;
 }
 
-const unitOf = ({ unit }) => (unit && unit !== "-" ? ` ${unit}` : "");
-
-/** A value with its numerical error; one that comes of the scene alone has none. */
-function valueOf({ value, error }) {
-  if (error == null) return number(value, 3);
-  return numberWithError({ value, error });
-}
-
-function reference(measure) {
-  const [low, high] = measure.reference.map(setting);
-  return `${low === high ? low : `${low} to ${high}`}${unitOf(measure)}`;
+function reference({ reference: ends, unit }) {
+  const [low, high] = ends.map(setting);
+  return `${low === high ? low : `${low} to ${high}`}${unit && unit !== "-" ? ` ${unit}` : ""}`;
 }

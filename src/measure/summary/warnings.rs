@@ -117,7 +117,7 @@ pub(super) fn warnings(
     // Artefacts, penetration and projection.
     all.add(Gravity::Excluded, measures.stress.as_ref().and_then(numerical_stress));
     all.add(Gravity::Remark, penetration_warning(&measures.penetration.deepest));
-    all.add(Gravity::Remark, rigid_impact_warning(numerics));
+    all.add(Gravity::Remark, rigid_impact_warning(&measures.energy));
     all.add(Gravity::Remark, projection_warning(&measures.energy));
     body_warnings(&mut all, measures, plan);
     all.add(Gravity::Remark, sampling_warning(measures).filter(|_| outcome.is_some()));
@@ -135,8 +135,9 @@ fn force_warnings(all: &mut Warnings, measures: &Measures, numerics: &Numerics, 
     let is_notable = fraction > CONTACT_DISSIPATION_WARNING && !has_ended;
     let warning = is_notable.then(|| {
         format!(
-            "The computation of contact loses {:.1} % of the energy of the impact (above {:.0} %): a finer mesh at the contact reduces it.",
+            "The computation of contact loses {:.1} % of {} (above {:.0} %): a finer mesh at the contact reduces it.",
             100.0 * fraction,
+            measures.energy.turnover_in_words(),
             100.0 * CONTACT_DISSIPATION_WARNING
         )
     });
@@ -154,15 +155,16 @@ fn sampling_warning(measures: &Measures) -> Option<String> {
     })
 }
 
-/// Warns of energy that rigid bodies lost to each other, where it is a notable part of the energy scale.
-fn rigid_impact_warning(numerics: &Numerics) -> Option<String> {
-    let (lost, scale) = (numerics.rigid_impact_dissipation_j, numerics.energy_scale_j);
-    (lost > RIGID_IMPACT_WARNING * scale).then(|| {
+/// Warns of energy that rigid bodies lost to each other, where it is a notable part of the turnover.
+fn rigid_impact_warning(energy: &Energy) -> Option<String> {
+    let lost = energy.impact_j();
+    (lost > RIGID_IMPACT_WARNING * energy.turnover_j).then(|| {
         format!(
-            "Rigid bodies do not rebound from planes and from each other: {} J were lost so, {:.1} % of the energy of the impact. Mesh one \
-             of the two where their rebound matters.",
+            "Rigid bodies do not rebound from planes and from each other: {} J were lost so, {:.1} % of {}. Mesh one of the two where \
+             their rebound matters.",
             number(lost),
-            100.0 * lost / scale
+            100.0 * lost / energy.turnover_j,
+            energy.turnover_in_words()
         )
     })
 }
@@ -303,9 +305,9 @@ fn projection_warning(energy: &Energy) -> Option<String> {
     let work = projection_work(energy);
     (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
         format!(
-            "Energies are uncertain by {:.1} % of the energy of the impact (above {:.0} %): the position projection, which removes penetration, did \
-             {} J of work.",
+            "Energies are uncertain by {:.1} % of {} (above {:.0} %): the position projection, which removes penetration, did {} J of work.",
             100.0 * work / energy.turnover_j,
+            energy.turnover_in_words(),
             100.0 * PROJECTION_WARNING,
             number(work)
         )
@@ -337,7 +339,8 @@ fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::BodyEnergy;
+    use crate::plan::ByPair;
+    use crate::step::{BodyEnergy, PairLedger};
 
     #[test]
     fn the_gravest_come_first_and_once() {
@@ -365,5 +368,17 @@ mod tests {
         assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %")));
         assert_eq!(warned([0.01, 0.0]), None);
         assert_eq!(projection_warning(&Energy::default()), None);
+    }
+
+    #[test]
+    fn what_is_lost_is_no_more_than_all_of_what_it_is_a_share_of() {
+        let warned = |scale_j: f64, turnover_j: f64| {
+            let mut pairs = ByPair::default();
+            pairs.of(0, || PairLedger { impact_j: 3.0, ..PairLedger::default() });
+            rigid_impact_warning(&Energy { scale_j, turnover_j, pairs, ..Energy::default() }).unwrap()
+        };
+        assert!(warned(4.0, 4.0).contains("3.000 J were lost so, 75.0 % of the energy of the impact."));
+        // Weight has done more work than the bodies had energy at their first impact.
+        assert!(warned(1.0, 4.0).contains("75.0 % of all energy that was lost."));
     }
 }
