@@ -104,13 +104,25 @@ def test_lower_bounds_are_drawn_as_such_and_no_curve_goes_through_them(page, ans
     assert "At 96, 108, 120 m/s the number is a lower bound: the stress reaches the bone, where the model ends." in said
 
 
-def test_without_a_curve_the_points_say_between_which_speeds(page, answered):
-    answered(bounded(84), "muscle")
+def test_a_curve_below_the_level_and_lower_bounds_above_it_say_between_which_speeds(page, answered):
+    answered([case(v, {"stress_depth_mm": {"value": 3 + i, "error": 1}}) for i, v in enumerate(SPEEDS[:3])] + bounded(0)[3:], "muscle")
     said = page.locator(".answers").inner_text()
-    assert "exceeds 100 kPa from a speed between 72 and 84 m/s on, beyond the uncertainty" in said, said
-    expect(page.locator(".answer-curve .proposed")).to_have_count(0)
+    assert "exceeds 100 kPa from a speed between 84 and 96 m/s on, beyond the uncertainty" in said, said
+    expect(page.locator(".answer-curve .crossing")).to_have_count(0)
+
+
+def test_lower_bounds_alone_say_from_which_speed_on_at_the_latest(page, answered):
+    growing = [case(v, {"stress_depth_mm": {"value": 6 + 3 * i, "error": 1}}, ["stress_depth_mm"]) for i, v in enumerate(SPEEDS)]
+    answered(growing, "muscle")
+    said = page.locator(".answers").inner_text()
+    assert re.search(r"exceeds 100 kPa from 80\.\d m/s on at the latest, beyond the uncertainty from 8\d\.\d m/s on\.", said), said
+    assert "At all speeds the number is a lower bound: it was still growing" in said
+    expect(page.locator(".answer-curve")).to_contain_text("≤ 80.")
+    assert {row["to [mm]"] for row in text_of(page)} == {""}
     # A second person can be asked about all the same.
     expect(page.get_by_role("button", name="And with more fat?")).to_be_visible()
+    answered([case(v, {"stress_depth_mm": {"value": 3, "error": 1}}, ["stress_depth_mm"]) for v in SPEEDS], "muscle")
+    assert "may exceed 100 kPa: only lower bounds are known" in page.locator(".answers").inner_text()
 
 
 def test_a_depth_that_ends_at_the_bone_at_all_speeds_says_so(page, answered):

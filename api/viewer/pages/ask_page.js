@@ -119,7 +119,7 @@ class AskPage {
     const open = this.#curves.filter(({ isOpen }) => isOpen);
     this.#ask.disabled = open.length > 0;
     this.#stop.hidden = !open.some(({ id }) => id);
-    this.#further.hidden = isBefore || this.#curves.length !== 1 || first.isOpen || !first.points.length;
+    this.#further.hidden = isBefore || this.#curves.length !== 1 || !first.curve;
     this.#state.textContent = [...new Set((open.length ? open : this.#curves).map(({ state }) => state))].join(" ");
     this.#draw(asked);
   }
@@ -141,7 +141,7 @@ class AskPage {
     const isOpen = this.#picture.querySelector("details")?.open ?? false;
     this.#picture.replaceChildren(
       answerCurve({ ...answer, range: speeds, level, levelName: `top of the ${number.layer}` }),
-      html("p", { class: "quiet" }, "● computed, with its numerical error", hasBounds && " · ○ with ↑ computed, at least so much", " · dashed: proposed between them, with a band of both errors", level != null && " · larger ○ where it crosses"),
+      html("p", { class: "quiet" }, "● computed, with its numerical error", hasBounds && " · ○ with ↑ computed, at least so much", " · dashed: proposed between them, with a band of both errors", this.#curves.some(({ curve }) => curve?.isLeast) && " · dotted: at least so much, with its error", level != null && " · larger ○ where it crosses"),
       answerTable(answer, isOpen),
     );
     this.#answers.replaceChildren(...this.#curves.map((curve, i) => {

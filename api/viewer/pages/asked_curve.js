@@ -7,7 +7,7 @@ import { jobOf } from "./asked.js";
 
 /** Why a number of a case is a lower bound, in words. */
 function cutBy({ reaches = [] }, number) {
-  const ends = reaches.map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
+  const ends = reaches.map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1").replace(/ of the model$/, ""));
   return ends.length && isDepth(number) ? `the stress reaches ${ends.join(" and ")}, where the model ends` : "it was still growing when the computed time ended";
 }
 
@@ -26,8 +26,8 @@ export class AskedCurve {
   /** Reasons of the cases that have no number, with their speeds. */
   failures = [];
   /**
-   * {value(speed), lower(speed), upper(speed), range} once all is computed, over the longest range of speeds whose values are known; null with
-   * too few points.
+   * {value(speed), lower(speed), upper(speed), range, isLeast} once all is computed, over the longest range of speeds whose values are known;
+   * `isLeast` where too few are, and it goes through lower bounds: then nothing is known above it. Null with too few points.
    */
   curve = null;
   isOpen = true;
@@ -105,10 +105,16 @@ export class AskedCurve {
     cases.forEach((one) => this.#take(one));
     this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${notice}`;
     const known = longestKnown(this.points);
-    const curve = fitted(known);
-    if (!curve) return;
-    const band = (speed) => this.#band(speed, curve.value(speed), errorAt(known, speed) + curve.error(speed));
-    this.curve = { value: curve.value, lower: (speed) => band(speed)[0], upper: (speed) => band(speed)[1], range: [known[0].speed, known.at(-1).speed] };
+    const fit = fitted(known);
+    this.curve = fit ? this.#curveOf(fit, known, false) : this.#curveOf(fitted(this.points), this.points, true);
+  }
+
+  /** A fit through points with its band. */
+  #curveOf(fit, points, isLeast) {
+    if (!fit) return null;
+    const band = (speed) => this.#band(speed, fit.value(speed), errorAt(points, speed) + fit.error(speed));
+    const upper = isLeast ? fit.value : (speed) => band(speed)[1];
+    return { value: fit.value, lower: (speed) => band(speed)[0], upper, range: [points[0].speed, points.at(-1).speed], isLeast };
   }
 }
 

@@ -32,18 +32,27 @@ function sizeIn({ asked: { number: what }, points }) {
 /** From which speed on the stress is in the layer. */
 function crossingIn({ asked: { number: { layer }, threshold }, curve, points }) {
   const does = (verb) => `the ${layer} ${verb} ${setting(threshold)} kPa`;
-  const hasBounds = points.some(({ least }) => least);
-  const found = curve && crossingOf(curve, 0, curve.range);
-  if (found?.falls || fallsIn(points)) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
-  if (!curve || (found.at == null && hasBounds)) return crossingBetween(points, does);
+  const ends = points.every(({ value }) => value > 0) ? [points[0].speed, points.at(-1).speed] : curve.range;
+  const all = `at all computed speeds, ${ends.map(setting).join(" to ")} m/s`;
+  const { at, from, to, isAbove, falls } = crossingOf(curve, 0, curve.range);
+  const surely = to ?? surelyFrom(points);
+  if (at == null && isAbove) return `${does("exceeds")} ${all}${beyond(surely, ends[0])}. Ask about lower ones.`;
+  if (curve.isLeast) return crossingOfLeast(curve, does);
+  if (falls || fallsIn(points)) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
   const [low, high] = curve.range;
-  const all = `at all computed speeds, ${setting(low)} to ${setting(high)} m/s`;
-  const { at, from, to, isAbove } = found;
-  if (at == null && isAbove) return `${does("exceeds")} ${all}${beyond(to, low)}. Ask about lower ones.`;
+  const next = points.find(({ speed, value }) => speed > high && value > 0);
+  if (at == null && next) return `${does("exceeds")} from a speed between ${setting(high)} and ${setting(next.speed)} m/s on${beyond(surely, next.speed)}.`;
   if (at == null) return `${does("stays below")} ${all}${from == null ? "" : `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on`}.`;
   const least = from <= low ? `less than ${setting(low)}` : number(from, 3);
-  const most = to ?? surelyFrom(points);
-  return `${does("exceeds")} from ${number(at, 3)} m/s on (between ${least} and ${most == null ? `more than ${setting(high)}` : number(most, 3)} m/s with the uncertainty).`;
+  const most = surely == null ? `more than ${setting(high)}` : number(surely, 3);
+  return `${does("exceeds")} from ${number(at, 3)} m/s on (between ${least} and ${most} m/s with the uncertainty).`;
+}
+
+/** The same of a curve through lower bounds: it says from which speed on at the latest. */
+function crossingOfLeast(curve, does) {
+  const { stays, to } = crossingOf(curve, 0, curve.range);
+  if (stays == null) return `${does("may exceed")}: only lower bounds are known, and they do not reach it.`;
+  return `${does("exceeds")} from ${number(stays, 3)} m/s on at the latest${beyond(to, stays)}.`;
 }
 
 /** Whether a lower bound above the level is followed by a value below it. */
@@ -57,24 +66,13 @@ function surelyFrom(points) {
   return points[points.findLastIndex(({ lower }) => !(lower > 0)) + 1]?.speed ?? null;
 }
 
-/** From which speed on the stress is in the layer, as far as the points alone say: a lower bound below the level says nothing. */
-function crossingBetween(points, does) {
-  const [low, high] = [points[0].speed, points.at(-1).speed];
-  const all = `at all computed speeds, ${setting(low)} to ${setting(high)} m/s`;
-  const above = points.findIndex(({ value }) => value > 0);
-  const known = points.findLastIndex(({ value, least }, i) => (above < 0 || i < above) && !least && value <= 0);
-  if (above === 0) return `${does("exceeds")} ${all}${beyond(surelyFrom(points), low)}. Ask about lower ones.`;
-  if (above < 0) return known === points.length - 1 ? `${does("stays below")} ${all}.` : `${does("may exceed")}: of some speeds only lower bounds are known.`;
-  const from = known < 0 ? `less than ${setting(points[above].speed)} m/s` : `between ${setting(points[known].speed)} and ${setting(points[above].speed)} m/s`;
-  return `${does("exceeds")} from a speed ${from} on${beyond(surelyFrom(points), points[above].speed)}.`;
-}
-
 /** At which speeds the numbers are lower bounds, and why. */
 function boundsIn(points) {
   const reasons = [...new Set(points.map(({ least }) => least).filter(Boolean))];
   return reasons.map((reason) => {
     const speeds = points.filter(({ least }) => least === reason).map(({ speed }) => setting(speed));
-    return ` At ${speeds.join(", ")} m/s the number is a lower bound: ${reason}.`;
+    const where = speeds.length === points.length ? "At all speeds" : `At ${speeds.join(", ")} m/s`;
+    return ` ${where} the number is a lower bound: ${reason}.`;
   }).join("");
 }
 
@@ -83,7 +81,7 @@ export function sentenceOn(one) {
   const { asked: { number: what }, curve, failures, isOpen, isStopped, points } = one;
   if (isOpen) return "computing …";
   const missing = failures.length ? ` At ${failures.map(({ speed }) => setting(speed)).join(", ")} m/s the computation gives no result (${failures[0].reason}).` : "";
-  if (!points.length || (!curve && isStopped)) return `${isStopped ? "stopped before there was a curve" : "no answer"}.${missing}`;
+  if (!curve) return `${isStopped ? "stopped before there was a curve" : "no answer"}.${missing}`;
   const unknown = points.some(({ error }) => error == null) ? " The numerical error is not known at all speeds." : "";
   return `${what.layer ? crossingIn(one) : sizeIn(one)}${boundsIn(points)}${unknown}${missing}`;
 }

@@ -33,8 +33,8 @@ function lastAbove(samples, level) {
 }
 
 /**
- * Where a curve {value(speed), lower(speed), upper(speed)} crosses a level: {at, from, to, isAbove, falls}. `at` is where it rises through the level for the
- * first time, null where it does not. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
+ * Where a curve {value(speed), lower(speed), upper(speed)} crosses a level: {at, stays, from, to, isAbove, falls}. `at` is where it rises through the level for the
+ * first time, null where it does not; from `stays` on it is above. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
  * the lower end stays above. `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no
  * one speed is an answer.
  */
@@ -44,6 +44,7 @@ export function crossingOf(curve, level, range) {
   const rises = values.findIndex(([, value], i) => i > 0 && value > level && values[i - 1][1] <= level);
   return {
     at: rises < 0 ? null : between(values[rises - 1], values[rises], level),
+    stays: lastAbove(values, level),
     from: firstAbove(sampled(curve.upper, range), level),
     to: lastAbove(sampled(curve.lower, range), level),
     isAbove: values.every(([, value]) => value > level),
@@ -59,7 +60,7 @@ function ticks(low, high, count) {
 }
 
 /**
- * The picture below its title. `series` [{name, points: [{speed, value, lower, upper, least}], curve: {value, lower, upper, range} | null}], `range` of
+ * The picture below its title. `series` [{name, points: [{speed, value, lower, upper, least}], curve: {value, lower, upper, range, isLeast} | null}], `range` of
  * speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`.
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
@@ -100,13 +101,14 @@ function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
     const ends = [...along(curve.upper), ...along(curve.lower).reverse()];
     parts.push(
       svg("path", { d: `M${ends.join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
-      svg("path", { d: `M${along(curve.value).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": "6 4", class: "proposed" }),
+      svg("path", { d: `M${along(curve.value).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": curve.isLeast ? "2 4" : "6 4", class: "proposed" }),
     );
     const found = level == null ? { at: null } : crossingOf(curve, level, range);
     if (found.at != null && !found.falls) {
+      const most = curve.isLeast ? "≤ " : "";
       parts.push(
         svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
-        text([x(found.at) + 10, y(level) + 18], `${number(found.at, 3)} m/s`, { fill: colour, "font-weight": 600 }),
+        text([x(found.at) + 10, y(level) + 18], `${most}${number(found.at, 3)} m/s`, { fill: colour, "font-weight": 600 }),
       );
     }
   }

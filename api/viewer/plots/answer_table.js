@@ -15,7 +15,7 @@ function rowsOf({ name, points, curve }) {
   if (!curve) return computed;
   const [low, high] = curve.range;
   const speeds = Array.from({ length: PROPOSED }, (_, i) => low + (i * (high - low)) / (PROPOSED - 1));
-  return [...computed, ...speeds.map((speed) => [name, speed, curve.value(speed), curve.lower(speed), curve.upper(speed), "proposed"])];
+  return [...computed, ...speeds.map((speed) => [name, speed, curve.value(speed), curve.lower(speed), curve.isLeast ? null : curve.upper(speed), curve.isLeast ? "proposed, a lower bound" : "proposed"])];
 }
 
 /** The whole answer as comma-separated text. */
