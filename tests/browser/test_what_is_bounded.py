@@ -62,6 +62,9 @@ def test_a_band_stays_in_the_body(page, answered):
     # The labels of the axis have room for the band, and for no more.
     ticks = [int(text.replace("−", "-")) for text in page.locator(".answer-curve text[text-anchor='end']").all_text_contents() if re.fullmatch(r"−?\d+", text)]
     assert min(ticks) >= 0 and max(ticks) <= 70
+    # All of the band is in the picture, also between the ends of the curve.
+    path, picture = page.locator(".answer-curve .band").bounding_box(), page.locator(".answer-curve").bounding_box()
+    assert path["y"] >= picture["y"] and path["y"] + path["height"] <= picture["y"] + picture["height"]
     page.locator(".ask-answer summary").click()
     row = page.locator(".ask-answer tbody tr").first
     assert re.search(r"60\s+20\.00\s+0\s+62\.\d\s+computed$", row.inner_text()), row.inner_text()

@@ -50,9 +50,10 @@ function crossingIn({ asked: { number: { layer }, threshold }, curve, points }) 
 
 /** The same of a curve through lower bounds: it says from which speed on at the latest. */
 function crossingOfLeast(curve, does) {
-  const { stays, to } = crossingOf(curve, 0, curve.range);
-  if (stays == null) return `${does("may exceed")}: only lower bounds are known, and they do not reach it.`;
-  return `${does("exceeds")} from ${number(stays, 3)} m/s on at the latest${beyond(to, stays)}.`;
+  const { to } = crossingOf(curve, 0, curve.range);
+  const { to: latest } = crossingOf({ ...curve, lower: curve.value }, 0, curve.range);
+  if (latest == null) return `${does("may exceed")}: only lower bounds are known, and they do not reach it.`;
+  return `${does("exceeds")} from ${number(latest, 3)} m/s on at the latest${beyond(to, latest)}.`;
 }
 
 /** Whether a lower bound above the level is followed by a value below it. */

@@ -33,8 +33,8 @@ function lastAbove(samples, level) {
 }
 
 /**
- * Where a curve {value(speed), lower(speed), upper(speed)} crosses a level: {at, stays, from, to, isAbove, falls}. `at` is where it rises through the level for the
- * first time, null where it does not; from `stays` on it is above. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
+ * Where a curve {value(speed), lower(speed), upper(speed)} crosses a level: {at, from, to, isAbove, falls}. `at` is where it rises through the level for the
+ * first time, null where it does not. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
  * the lower end stays above. `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no
  * one speed is an answer.
  */
@@ -44,7 +44,6 @@ export function crossingOf(curve, level, range) {
   const rises = values.findIndex(([, value], i) => i > 0 && value > level && values[i - 1][1] <= level);
   return {
     at: rises < 0 ? null : between(values[rises - 1], values[rises], level),
-    stays: lastAbove(values, level),
     from: firstAbove(sampled(curve.upper, range), level),
     to: lastAbove(sampled(curve.lower, range), level),
     isAbove: values.every(([, value]) => value > level),
@@ -67,7 +66,7 @@ export function answerCurve({ series, range, axis, level, levelName }) {
   const [width, height] = sizeNow();
   const ends = series.flatMap(({ points, curve }) => [
     ...points.flatMap(({ value, lower, upper, least }) => [lower, least ? value : upper]),
-    ...(curve ? curve.range.flatMap((v) => [curve.lower(v), curve.upper(v)]) : []),
+    ...(curve ? [curve.lower, curve.upper].flatMap((end) => sampled(end, curve.range).map(([, value]) => value)) : []),
   ]);
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
   const [low, high] = [Math.min(...values), Math.max(...values)];
