@@ -212,6 +212,10 @@ fn odd_input_is_solved_or_reported() {
     let mut r = [f64::NAN; 3];
     assert!(solve(&problem(eye(1.0), [-1.0, 0.0, 0.0], 0.5).unwrap(), &mut r, &Options::default()).converged);
     assert_eq!(r, [1.0, 0.0, 0.0]);
+    // Nor is one whose square overflows.
+    let mut r = [1e300, -1e200, 0.0];
+    assert!(solve(&problem(eye(1.0), [-1.0, 0.0, 0.0], 0.5).unwrap(), &mut r, &Options::default()).converged);
+    assert_eq!(r, [1.0, 0.0, 0.0]);
 }
 
 #[test]
@@ -389,9 +393,22 @@ fn contact_problems_start_from_given_reactions() {
     };
     assert!(iterations(&from_rest) > 0);
     assert_eq!(iterations(&solve(&["--start", &path("start.json")])), 0);
-    // Of another problem, and of another length.
-    let wrong = [r#"[{"name": "other", "r": []}]"#, r#"[{"name": "12_OneObject-i1028", "r": [0, 0, 0]}]"#];
-    for (start, said) in wrong.into_iter().zip(["no reactions of 12_OneObject-i1028", "needs 69"]) {
+    // The table has what is left of the free velocities, too.
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_contuse"));
+    let table =
+        String::from_utf8(command.args(["contact-problem", problem]).output().unwrap().stdout).unwrap();
+    assert!(table.contains("of free  of motion"), "{table}");
+    // Of another problem, of another length, and beyond all size.
+    let start = |name: &str, r: &[f64]| serde_json::json!([{"name": name, "r": r}]).to_string();
+    let mut large = [0.0; 69];
+    large[68] = -1e300;
+    let (other, own) = ("other", "12_OneObject-i1028");
+    let wrong = [
+        (start(other, &[]), "no reactions of 12_OneObject-i1028"),
+        (start(own, &[0.0; 3]), "needs 69"),
+        (start(own, &large), "r[68] of 12_OneObject-i1028 is -1e300, at most 1e100"),
+    ];
+    for (start, said) in wrong {
         std::fs::write(path("start.json"), start).unwrap();
         let output = solve(&["--start", &path("start.json")]);
         assert_eq!(output.status.code(), Some(2));

@@ -3,8 +3,8 @@
 use super::performance_profile::{Timing, profile_picture};
 use super::picture::{picture_path, write_by_name};
 use super::{CliError, Exit};
-use crate::mechanics::contact::solution::problem::ContactProblem;
-use crate::mechanics::contact::solution::solvers::{LARGEST_OF_FREE, Method, Options, SolveReport, solve};
+use crate::mechanics::contact::solution::problem::{ContactProblem, LARGEST};
+use crate::mechanics::contact::solution::solvers::{LARGEST_OF_MOTION, Method, Options, SolveReport, solve};
 use crate::record::{NamedContactProblem, read_contact_problem};
 use crate::scene::Problems;
 use crate::study::process_cpu_s;
@@ -59,11 +59,14 @@ struct Row {
     iterations: usize,
     error_plain: f64,
     error_scaled: f64,
-    /// What of the free velocities is not stopped, relative to them [-].
+    /// What is not stopped, relative to the free velocities and to the motion [-].
     error_of_free: f64,
+    error_of_motion: f64,
     /// Shortest processor time of the repetitions [s]; null if the system does not provide it.
     cpu_s: Option<f64>,
     converged: bool,
+    /// Whether reactions were found to grow without bound.
+    is_jammed: bool,
     r: Vec<f64>,
 }
 
@@ -73,8 +76,8 @@ struct Row {
 /// All errors in the files and the flags.
 pub fn contact_problem(args: &ContactProblemArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let method = method(&args.solver)?;
-    if !(args.tol > 0.0 && args.tol <= LARGEST_OF_FREE) {
-        let message = format!("--tol {}: it must be above 0 and at most {LARGEST_OF_FREE}", args.tol);
+    if !(args.tol > 0.0 && args.tol <= LARGEST_OF_MOTION) {
+        let message = format!("--tol {}: it must be above 0 and at most {LARGEST_OF_MOTION}", args.tol);
         return Err(CliError::Usage(message));
     }
     if args.time_limit.is_some_and(|limit| !(limit > 0.0)) {
@@ -126,10 +129,14 @@ fn starts(problems: &[NamedContactProblem], file: Option<&Path>) -> Result<Vec<V
     let of_problem = |(named, length): (&NamedContactProblem, usize)| {
         let found = given.iter().find(|start| start.name == named.name);
         let found = found.ok_or_else(|| wrong(format!("it has no reactions of {}", named.name)))?;
-        let count = found.r.len();
-        let fits = count == length;
-        fits.then(|| found.r.clone())
-            .ok_or_else(|| wrong(format!("{count} reactions of {}, which needs {length}", named.name)))
+        let (name, count) = (&named.name, found.r.len());
+        if count != length {
+            return Err(wrong(format!("{count} reactions of {name}, which needs {length}")));
+        }
+        match found.r.iter().position(|r| r.abs() > LARGEST) {
+            Some(at) => Err(wrong(format!("r[{at}] of {name} is {:e}, at most {LARGEST:e}", found.r[at]))),
+            None => Ok(found.r.clone()),
+        }
     };
     problems.iter().zip(lengths).map(of_problem).collect()
 }
@@ -157,8 +164,10 @@ fn solve_one(named: &NamedContactProblem, start: &[f64], method: Method, args: &
         error_plain: report.error_plain,
         error_scaled: report.error_scaled,
         error_of_free: report.error_of_free,
+        error_of_motion: report.error_of_motion,
         cpu_s: shortest,
         converged: report.converged,
+        is_jammed: report.is_jammed,
         r,
     }
 }
@@ -173,9 +182,9 @@ fn timed(
 ) -> SolveReport {
     let start = process_cpu_s();
     let elapsed = || process_cpu_s().zip(start).map(|(now, start)| now - start);
-    let late = || args.time_limit.zip(elapsed()).is_some_and(|(limit, now)| now > limit);
-    let interrupt: Option<&dyn Fn() -> bool> = args.time_limit.is_some().then_some(&late);
-    let report = solve(problem, r, &Options { tolerance: args.tol, method, interrupt, ..Options::default() });
+    let part = || args.time_limit.zip(elapsed()).map_or(0.0, |(limit, now)| now / limit);
+    let spent: Option<&dyn Fn() -> f64> = args.time_limit.is_some().then_some(&part);
+    let report = solve(problem, r, &Options { tolerance: args.tol, method, spent, ..Options::default() });
     *shortest = elapsed().map(|now| shortest.map_or(now, |least| least.min(now)));
     report
 }
@@ -184,21 +193,27 @@ fn write_table(rows: &[Row], out: &mut dyn Write) -> io::Result<()> {
     let width = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(7);
     writeln!(
         out,
-        "{:width$}  contacts  {:14}  iterations  scaled error  plain error     cpu [ms]",
+        "{:width$}  contacts  {:14}  iterations  scaled error  plain error  of free  of motion     cpu [ms]",
         "problem", "solver"
     )?;
     for row in rows {
         let cpu = row.cpu_s.map_or_else(|| "-".to_owned(), |s| format!("{:.4}", 1e3 * s));
         writeln!(
             out,
-            "{:width$}  {:8}  {:14}  {:10}  {:12.2e}  {:11.2e}  {cpu:>11}{}",
+            "{:width$}  {:8}  {:14}  {:10}  {:12.2e}  {:11.2e}  {:7.1e}  {:9.1e}  {cpu:>11}{}",
             row.name,
             row.r.len() / 3,
             row.solver,
             row.iterations,
             row.error_scaled,
             row.error_plain,
-            if row.converged { "" } else { "  not converged" }
+            row.error_of_free,
+            row.error_of_motion,
+            match (row.converged, row.is_jammed) {
+                (true, _) => "",
+                (_, true) => "  no solution: reactions without bound",
+                _ => "  not converged",
+            }
         )?;
     }
     Ok(())

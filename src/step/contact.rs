@@ -10,7 +10,7 @@ use crate::mechanics::contact::projection::meshes::{MovableNodes, project_positi
 use crate::mechanics::contact::projection::rigid::RigidProjection;
 use crate::mechanics::contact::solution::gauss_seidel::{self, Options, Workspace};
 use crate::mechanics::contact::solution::problem::ProblemError;
-use crate::mechanics::contact::solution::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
+use crate::mechanics::contact::solution::solvers::{self, Method, SolveReport};
 use crate::mechanics::contact::solution::step_problem::{solve_step, take_off};
 use crate::mechanics::contact::stencil::MOST_NODES;
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surface};
@@ -24,6 +24,9 @@ use std::borrow::Cow;
 const MOST_SWEEPS: usize = 2000;
 /// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and raises a warning.
 const LARGEST_RESIDUAL: f64 = 1e-4;
+/// The same relative to the motion, which impulses on light bodies exceed by far. Impulses that exceed it without a bound cannot stop
+/// what approaches.
+const LARGEST_OF_MOTION: f64 = 1e-3;
 /// Number of contacts up to which forming W costs no more than slow sweeps.
 const FEW: usize = 100;
 /// Sweeps over so few contacts before Newton's method takes over, and its maximum number of iterations.
@@ -152,13 +155,13 @@ impl<'p> ContactStep<'p> {
         // the sweeps came close, and Newton's method fails, the best iterate is accepted.
         let is_small = report.residual <= LARGEST_RESIDUAL;
         // A heavy body on a light one has impulses so large that a small residual says nothing about what they stop.
-        let is_near = is_small && report.residual_of_free <= LARGEST_OF_FREE;
+        let is_near = is_small && report.residual_of_motion <= LARGEST_OF_MOTION;
         if (is_few || !is_near) && !phase.sticks() {
             take_off(&self.contacts, &self.reactions, masses, h, v);
             let most = is_small.then_some(NEWTON_STEPS);
             return self.solve_as_problem(Method::default(), most, masses, h, v);
         }
-        self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
+        self.accept([report.residual, report.residual_of_motion], false, Some(report.sweeps))
     }
 
     /// Solves with a solver of the library, starting from the present reactions, which are not in `v`.
@@ -261,21 +264,22 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        self.accept([report.error_scaled, report.error_of_free], None)
+        self.accept([report.error_scaled, report.error_of_motion], report.is_jammed, None)
     }
 
-    /// Whether a residual above the scene's tolerance is still acceptable, in absolute terms and relative to the
-    /// velocities that contact must stop; if so, it is counted. `sweeps` is their number, if known.
+    /// Whether a residual above the scene's tolerance is still acceptable, in absolute terms and relative to the motion; if so, it is
+    /// counted. `is_jammed`: reactions were found to grow without bound. `sweeps` is their number, if known.
     fn accept(
         &mut self,
-        [residual, of_free]: [f64; 2],
+        [residual, of_motion]: [f64; 2],
+        is_jammed: bool,
         sweeps: Option<usize>,
     ) -> Result<(), (FailureCause, String)> {
-        if residual <= LARGEST_RESIDUAL && of_free > LARGEST_OF_FREE {
-            // If there is no solution, reactions grow until they mask the residual.
+        // If there is no solution, reactions grow until they mask the residual.
+        if is_jammed || residual <= LARGEST_RESIDUAL && of_motion > LARGEST_OF_MOTION {
             let message = format!(
-                "No reactions of the {} contacts satisfy the contact law: {of_free:.2e} of the approach velocities remain (limit \
-                 {LARGEST_OF_FREE:.0e}). Bodies are squeezed between parts that cannot yield, or jammed by friction.",
+                "No reactions of the {} contacts satisfy the contact law: {of_motion:.2e} of the velocities that contact changes remain, \
+                 however large the reactions. Bodies are squeezed between parts that cannot yield, or jammed by friction.",
                 self.contacts.len()
             );
             return Err((FailureCause::ContactJammed, message));

@@ -67,6 +67,7 @@ mod solid_sphere_breathing;
 mod split_mesh;
 mod stability;
 mod two_bars;
+mod unsolvable_contacts;
 mod viscosity;
 mod what_if;
 mod what_if_spread;

@@ -4,6 +4,8 @@ use super::quantity::{ErrorEstimate, Quantity};
 
 /// Formats with four significant digits.
 pub fn number(value: f64) -> String {
+    // A sum of nothing is −0.
+    let value = value + 0.0;
     let magnitude = value.abs();
     if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
         return format!("{value:.3e}");
@@ -105,5 +107,7 @@ mod tests {
             ["1235", "0.01235", "0", "3.000e-9", "12.00"]
         );
         assert_eq!([1e-4, 0.0021, 2.5].map(seconds), ["100.0 µs", "2.100 ms", "2.500 s"]);
+        let of_nothing: f64 = [].iter().sum();
+        assert_eq!(seconds(of_nothing), "0 s");
     }
 }

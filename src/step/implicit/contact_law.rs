@@ -30,11 +30,11 @@ pub(super) fn solve_contacts(
     v_free: &[Vec3],
 ) -> Result<(), (FailureCause, String)> {
     let named = contact.named_solver();
-    let is_interrupted = || interrupt().is_some();
+    let spent = || if interrupt().is_some() { 1.0 } else { 0.0 };
     let options = Options {
         tolerance: tolerance(step, contact),
         method: named.unwrap_or_default(),
-        interrupt: Some(&is_interrupted),
+        spent: Some(&spent),
         ..Options::default()
     };
     let contacts = contact.results().0;

@@ -27,6 +27,7 @@
 //! [`Statics`]: crate::plan::Statics
 
 mod contact_law;
+mod cuts;
 mod iterate;
 mod midpoint;
 mod newton;
@@ -52,6 +53,7 @@ use crate::mechanics::lanes::Row;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, Plan};
+use cuts::Cuts;
 use iterate::{Iterate, Step};
 use newton::{Newton, Touch, sides_of};
 use system::System;
@@ -60,8 +62,8 @@ use system::System;
 const EASY: u32 = 8;
 /// Growth of the step after an easy one, up to that of the scene.
 const GROWTH: f64 = 1.5;
-/// Number of step cuts reported with their reason.
-const MOST_REPORTED: usize = 10;
+/// Attempts of a step whose contacts have no solution: shorter steps seldom give them one.
+const MOST_JAMS: u32 = 3;
 /// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
@@ -102,15 +104,6 @@ pub(super) struct ImplicitStepper<'p> {
     next_target: f64,
     damping: f64,
     cuts: Cuts,
-}
-
-/// Steps that had to be cut.
-#[derive(Default)]
-struct Cuts {
-    count: u64,
-    shortest: f64,
-    /// Time, reduced step and reason of the first cuts.
-    reported: Vec<(f64, f64, String)>,
 }
 
 impl<'p> ImplicitStepper<'p> {
@@ -274,16 +267,6 @@ impl<'p> ImplicitStepper<'p> {
     }
 }
 
-impl Cuts {
-    fn note(&mut self, time: f64, step: f64, reason: &Failure) {
-        self.shortest = if self.count == 0 { step } else { self.shortest.min(step) };
-        self.count += 1;
-        if self.reported.len() < MOST_REPORTED {
-            self.reported.push((time, step, reason.message.clone()));
-        }
-    }
-}
-
 impl Stepper for ImplicitStepper<'_> {
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop> {
         self.damping = phase.damping();
@@ -316,6 +299,7 @@ impl Stepper for ImplicitStepper<'_> {
         let mut target = if aimed > 0.0 { aimed } else { self.options.step };
         let mut was_cut = false;
         let mut first_failure = None;
+        let mut jams = 0;
         loop {
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
@@ -332,7 +316,8 @@ impl Stepper for ImplicitStepper<'_> {
                     was_cut = true;
                     self.cuts.note(state.time, target, &failure);
                     let is_under_constrained = failure.cause == FailureCause::UnderConstrained;
-                    if target < self.options.smallest_step {
+                    jams += u32::from(failure.cause == FailureCause::ContactJammed);
+                    if target < self.options.smallest_step || jams >= MOST_JAMS {
                         // The diagnosis of the whole step is more informative than that of its last part.
                         let cause =
                             if is_under_constrained { first_failure.unwrap_or(failure) } else { failure };
@@ -453,13 +438,6 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let Some((time, _, reason)) = self.cuts.reported.first() else { return Vec::new() };
-        let mut warnings = vec![format!(
-            "The step was cut {} times, to {:.3e} s at least; first at t = {time:.4e} s: {reason}",
-            self.cuts.count, self.cuts.shortest
-        )];
-        let others = self.cuts.reported[1..].iter();
-        warnings.extend(others.map(|(t, h, why)| format!("Then cut to {h:.3e} s at t = {t:.4e} s: {why}")));
-        warnings
+        self.cuts.warning().into_iter().collect()
     }
 }

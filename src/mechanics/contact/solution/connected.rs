@@ -19,12 +19,16 @@ impl Connected {
         self.parent[a.max(b)] = a.min(b);
     }
 
-    /// The first contact of the group of each contact.
-    pub fn firsts(&mut self) -> &[usize] {
+    /// Ends the growth: [`Self::firsts`] are known.
+    pub fn settle(&mut self) {
         // A parent is never larger than its child, and comes before it.
         for c in 0..self.parent.len() {
             self.parent[c] = self.parent[self.parent[c]];
         }
+    }
+
+    /// The first contact of the group of each contact, once settled.
+    pub fn firsts(&self) -> &[usize] {
         &self.parent
     }
 

@@ -107,11 +107,11 @@ pub fn solve_with_rigid(
     all.prepare(contacts, rigid, inverse_mass, h);
 
     // The scale of the residual; if no contact closes, p = 0 is the solution.
-    let closing = all.closing(v);
+    let closing = all.begin(v);
     if closing == 0.0 {
-        return SolveReport { sweeps: 0, residual: 0.0, residual_of_free: 0.0, converged: true };
+        return SolveReport { sweeps: 0, residual: 0.0, residual_of_motion: 0.0, converged: true };
     }
-    let scale = Scale { closing, size: None };
+    let scale = Scale { closing, sizes: None };
     let mut sweeps = Sweeps::beginning(options);
     sweeps.done = all.start_without_friction(inverse_mass, v, reactions, options);
     // Most problems are solved in few sweeps over all contacts.
@@ -125,8 +125,8 @@ pub fn solve_with_rigid(
     if groups.are_one() {
         return all.sweep_until(options.max_sweeps, &mut sweeps, &scale, inverse_mass, v, reactions);
     }
-    let sums = [closing, closing.max(all.measure(v, reactions).impulse)];
-    let longest = groups.solve(contacts, rigid, (inverse_mass, h, v), reactions, options, sums);
+    let of_all = scale.found(&all.measure(v, reactions));
+    let longest = groups.solve(contacts, rigid, (inverse_mass, h, v), reactions, options, &of_all);
     scale.report(sweeps.done + longest, &all.measure(v, reactions), options.tolerance)
 }
 

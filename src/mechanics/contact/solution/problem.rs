@@ -184,21 +184,26 @@ pub struct Errors {
     /// `‖D^½ F‖ / ‖D^−½ q‖`, with the velocity of approach for F where it is larger [-]: relative to the free velocities alone, so that
     /// growing reactions cannot hide a contact that nothing can stop.
     pub of_free: f64,
+    /// The same relative to the motion, [`squared_motion`] [-]: where bodies are light, reactions are far larger than the velocities that they
+    /// cause.
+    pub of_motion: f64,
 }
 
 impl Errors {
     /// Errors of reactions `r` with velocities `u = W r + q` and the scale `d` of each contact.
     pub(super) fn new(d: &[f64], (q, mu): (&[f64], &[f64]), r: &[f64], u: &[f64]) -> Self {
-        let (mut error, mut unstopped, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut error, mut unstopped, mut plain) = (0.0, 0.0, 0.0);
+        let (mut reaction, mut free, mut change) = (0.0, 0.0, 0.0);
         for (c, &d) in d.iter().enumerate() {
-            let (r, u) = (local(r, c), local(u, c));
+            let (r, u, q) = (local(r, c), local(u, c), local(q, c));
             let residual = squared_residual(r, u, mu[c], 1.0 / d);
             error += d * residual;
             // Beside a reaction without bounds the residual is lost in rounding; the approach is not.
             unstopped += (d * residual).max(u[0].min(0.0).powi(2) / d);
             plain += squared(natural_map(r, u, mu[c], 1.0));
             reaction += d * squared(r);
-            free += squared(local(q, c)) / d;
+            free += squared(q) / d;
+            change += work(r, u) - work(r, q);
         }
         let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let largest = size(q).max(size(r)).max(size(u)).sqrt();
@@ -206,8 +211,25 @@ impl Errors {
             scaled: ratio(error.sqrt(), reaction.max(free).sqrt()),
             plain: ratio(plain.sqrt(), largest),
             of_free: ratio(unstopped.sqrt(), free.sqrt()),
+            of_motion: ratio(unstopped.sqrt(), squared_motion(free, change, reaction).sqrt()),
         }
     }
+}
+
+/// Part of `‖r̂‖²` that `r̂ᵀ Ŵ r̂` must exceed to be more than rounding.
+const NULL: f64 = 1e-13;
+
+/// The square of what contact moves: of the free velocities, `‖q̂‖²`, or of what reactions change, `r̂ᵀ Ŵ r̂`, where it is larger. Reactions
+/// without an effect on velocities, which grow without bound where nothing can stop an approach, have no part in it.
+#[inline]
+pub(super) fn squared_motion(free: f64, change: f64, reactions: f64) -> f64 {
+    free.max(change - NULL * reactions)
+}
+
+/// Scalar product of a reaction and a velocity.
+#[inline]
+pub(super) fn work(r: Local, u: Local) -> f64 {
+    r[0] * u[0] + r[1] * u[1] + r[2] * u[2]
 }
 
 /// The three components of contact `c`.

@@ -13,8 +13,6 @@ pub(super) struct Groups {
     connected: Connected,
     /// A contact of each node, if any has been found.
     of_node: Vec<Option<u32>>,
-    /// First contact of the group of each contact.
-    firsts: Vec<usize>,
     /// The contacts, group by group.
     order: Vec<usize>,
     contacts: Vec<Contact>,
@@ -41,21 +39,21 @@ impl Groups {
                 }
             }
         }
-        self.firsts.clear();
-        self.firsts.extend_from_slice(self.connected.firsts());
+        self.connected.settle();
+        let firsts = self.connected.firsts();
         self.order.clear();
         self.order.extend(0..contacts.len());
-        self.order.sort_unstable_by_key(|&c| (self.firsts[c], c));
+        self.order.sort_unstable_by_key(|&c| (firsts[c], c));
     }
 
     /// Whether all contacts are connected.
     pub fn are_one(&self) -> bool {
-        self.firsts.iter().all(|first| *first == 0)
+        self.connected.firsts().iter().all(|first| *first == 0)
     }
 
-    /// Sweeps over each group from the present impulses and velocities; returns the largest number of sweeps over one of them. Of the sums
-    /// `closing` and `size` of all contacts, which residuals are relative to, a group has a share by its number of contacts: together
-    /// they are within the tolerance of the whole.
+    /// Sweeps over each group from the present impulses and velocities; returns the largest number of sweeps over one of them. Of what the
+    /// residuals of all contacts are relative to, a group has a share by its number of contacts: together they are within the tolerance
+    /// of the whole.
     pub fn solve(
         &mut self,
         contacts: &[Contact],
@@ -63,9 +61,10 @@ impl Groups {
         (inverse_mass, h, v): (&[Vec3], f64, &mut [Vec3]),
         reactions: &mut [Reaction],
         options: &Options,
-        [closing, size]: [f64; 2],
+        of_all: &Scale,
     ) -> usize {
-        let Self { firsts, order, contacts: own, reactions: of_group, sweeper, .. } = self;
+        let Self { connected, order, contacts: own, reactions: of_group, sweeper, .. } = self;
+        let firsts = connected.firsts();
         let mut longest = 0;
         for group in order.chunk_by(|&a, &b| firsts[a] == firsts[b]) {
             own.clear();
@@ -73,8 +72,7 @@ impl Groups {
             of_group.clear();
             of_group.extend(group.iter().map(|&c| reactions[c]));
             sweeper.prepare(own, rigid, inverse_mass, h);
-            let share = group.len() as f64 / contacts.len() as f64;
-            let scale = Scale { closing: share * closing, size: Some(share * size) };
+            let scale = of_all.share(group.len() as f64 / contacts.len() as f64);
             let mut sweeps = Sweeps::beginning(options);
             sweeper.sweep_until(options.max_sweeps, &mut sweeps, &scale, inverse_mass, v, of_group);
             longest = longest.max(sweeps.done);

@@ -1,12 +1,11 @@
 //! How far sweeps over some contacts have come, and when they are done.
 
+use super::super::problem::squared_motion;
+use super::super::solvers::largest_of_motion;
 use super::rows::Sums;
 
 /// Residuals below this multiple of the rounding of the velocities that they come from cannot be reduced.
 const ROUNDINGS: f64 = 16.0;
-/// Largest residual relative to the free velocities, over the tolerance, of a converged solution: the factor by which
-/// impulses may exceed those that the free velocities alone require.
-const HIDDEN: f64 = 1e4;
 
 /// Stopping criteria of the sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,9 +32,9 @@ pub struct SolveReport {
     /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` per contact, F at
     /// `ρ = 1/D`, and q the free relative velocities of the closing contacts.
     pub residual: f64,
-    /// The same relative to the free velocities alone, `‖D^½ F‖ / ‖D^−½ q‖` [-], so that growing impulses cannot hide
-    /// a contact that nothing can stop.
-    pub residual_of_free: f64,
+    /// The same relative to the motion [-], the free velocities or what impulses change, `(pᵀ W p)^½`, so that growing impulses cannot
+    /// hide a contact that nothing can stop.
+    pub residual_of_motion: f64,
     /// The residual is within the tolerance, or at the rounding of the velocities.
     pub converged: bool,
 }
@@ -45,22 +44,34 @@ pub struct SolveReport {
 pub(super) struct Scale {
     /// `Σ D⁻¹ |q|²` of the closing contacts.
     pub closing: f64,
-    /// The larger of that and of the squared norm of the impulses, if it is given; otherwise that of the impulses found.
-    pub size: Option<f64>,
+    /// The larger of that and of the squared norm of the impulses, and the squared motion, if they are given; otherwise those of the
+    /// impulses found.
+    pub sizes: Option<[f64; 2]>,
 }
 
 impl Scale {
+    /// That of the impulses found.
+    pub fn found(&self, sums: &Sums) -> Self {
+        let motion = squared_motion(self.closing, sums.motion, sums.impulse);
+        Self { sizes: Some([self.closing.max(sums.impulse), motion]), ..*self }
+    }
+
+    /// A share of it.
+    pub fn share(&self, share: f64) -> Self {
+        Self { closing: share * self.closing, sizes: self.sizes.map(|sizes| sizes.map(|size| share * size)) }
+    }
+
     /// The report on sums of the natural map after so many sweeps.
     pub fn report(&self, sweeps: usize, sums: &Sums, tolerance: f64) -> SolveReport {
-        let size = self.size.unwrap_or(self.closing.max(sums.impulse));
-        let (residual, residual_of_free) = ((sums.change / size).sqrt(), (sums.change / self.closing).sqrt());
+        let [size, motion] = self.sizes.or(self.found(sums).sizes).unwrap_or([self.closing; 2]);
+        let [residual, residual_of_motion] = [size, motion].map(|size| (sums.change / size).sqrt());
         let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
         // Growing impulses must not hide a contact that they do not stop.
-        let is_small = residual <= tolerance && residual_of_free <= HIDDEN * tolerance;
+        let is_small = residual <= tolerance && residual_of_motion <= largest_of_motion(tolerance);
         SolveReport {
             sweeps,
             residual,
-            residual_of_free,
+            residual_of_motion,
             converged: is_small || sums.change.sqrt() <= rounding,
         }
     }

@@ -4,6 +4,7 @@ use super::super::contact_row::{NormalRow, Row, Turning, squared};
 use super::super::local::{
     Local, natural_map, natural_map_frictionless, solve_frictionless, solve_isotropic,
 };
+use super::super::problem::work;
 use crate::contact::{ContactLaw, Reaction};
 use crate::tensor::Vec3;
 use std::ops::Range;
@@ -51,6 +52,8 @@ pub(super) struct Sums {
     pub(super) impulse: f64,
     /// Velocities that may round, `D⁻¹ |v|²`.
     pub(super) rounding: f64,
+    /// What the impulses change, `pᵀ W p`; in a sweep 0.
+    pub(super) motion: f64,
 }
 
 impl<T> Rows<T> {
@@ -87,20 +90,23 @@ impl<T> Rows<T> {
 }
 
 impl<T: Turning> Rows<T> {
-    pub(super) fn add_closing(&self, block: &Block, v: &[Vec3], closing: &mut f64) {
+    /// Appends the velocities of a block to `free`, and adds those that close to `closing`.
+    pub(super) fn add_free(&self, block: &Block, v: &[Vec3], free: &mut Vec<Local>, closing: &mut f64) {
         match block.law {
             ContactLaw::Frictionless => {
-                for row in self.normal[block.rows.clone()].iter().filter(|row| row.w_nn > 0.0) {
+                for row in &self.normal[block.rows.clone()] {
                     let q = row.velocity(v);
-                    if q < 0.0 {
+                    free.push([q, 0.0, 0.0]);
+                    if q < 0.0 && row.w_nn > 0.0 {
                         *closing += q * q / row.d;
                     }
                 }
             }
             ContactLaw::Coulomb(mu) => {
-                for row in self.full[block.rows.clone()].iter().filter(|row| row.normal.w_nn > 0.0) {
+                for row in &self.full[block.rows.clone()] {
                     let q = row.velocity(v);
-                    if q[0] < 0.0 {
+                    free.push(q);
+                    if q[0] < 0.0 && row.normal.w_nn > 0.0 {
                         *closing += if mu == 0.0 { q[0] * q[0] } else { squared(q) } / row.normal.d;
                     }
                 }
@@ -175,14 +181,14 @@ impl<T: Turning> Rows<T> {
                 for (row, reaction) in self.normal[block.rows.clone()].iter().zip(reactions) {
                     let (p, u) = (reaction.impulse[0], row.velocity(v));
                     let f = natural_map_frictionless(p, u, 1.0 / row.d);
-                    sums.add(row, [p, 0.0, 0.0], u, [f, 0.0, 0.0], v);
+                    sums.add(row, [p, 0.0, 0.0], [u, 0.0, 0.0], [f, 0.0, 0.0], v);
                 }
             }
             ContactLaw::Coulomb(mu) => {
                 for (row, reaction) in self.full[block.rows.clone()].iter().zip(reactions) {
                     let (p, u) = (reaction.impulse, row.velocity(v));
                     let f = natural_map(p, u, mu, 1.0 / row.normal.d);
-                    sums.add(&row.normal, p, u[0], f, v);
+                    sums.add(&row.normal, p, u, f, v);
                 }
             }
         }
@@ -190,15 +196,16 @@ impl<T: Turning> Rows<T> {
 }
 
 impl Sums {
-    /// Adds the residual `f` of a contact with impulse `p` and normal velocity `u_n`, unless nothing can move along
-    /// n.
-    pub(super) fn add<T: Turning>(&mut self, row: &NormalRow<T>, p: Local, u_n: f64, f: Local, v: &[Vec3]) {
+    /// Adds the residual `f` of a contact with impulse `p` and velocity `u`, unless nothing can move along n; of `motion` the work of the
+    /// impulse on it.
+    pub(super) fn add<T: Turning>(&mut self, row: &NormalRow<T>, p: Local, u: Local, f: Local, v: &[Vec3]) {
         if row.w_nn == 0.0 {
             return;
         }
         self.change += row.d * squared(f);
         self.impulse += row.d * squared(p);
-        if p[0] > 0.0 || u_n < 0.0 {
+        self.motion += work(p, u);
+        if p[0] > 0.0 || u[0] < 0.0 {
             self.rounding += row.roundable(v).powi(2) / row.d;
         }
     }

@@ -1,6 +1,8 @@
 //! Sweeps over the contacts of a step, or over a group of them.
 
 use super::super::contact_row::{MomentArms, NormalRow, Row};
+use super::super::local::Local;
+use super::super::problem::work;
 use super::conjugate::Conjugate;
 use super::extrapolation::Extrapolation;
 use super::progress::{Options, Scale, SolveReport, Sweeps};
@@ -27,6 +29,8 @@ pub(super) struct Sweeper {
     blocks: Vec<Block>,
     conjugate: Conjugate,
     extrapolation: Extrapolation,
+    /// Velocities without impulses, if these began at zero.
+    free: Vec<Local>,
 }
 
 impl Sweeper {
@@ -91,6 +95,7 @@ impl Sweeper {
             rigid: Rows::with_capacity(rigid_contacts),
             blocks: Vec::with_capacity(contacts + rigid_contacts),
             extrapolation: Extrapolation::with_capacity(contacts + rigid_contacts),
+            free: Vec::with_capacity(contacts + rigid_contacts),
             conjugate: Conjugate::with_capacity(if rigid_contacts > 0 {
                 contacts + rigid_contacts
             } else {
@@ -103,6 +108,7 @@ impl Sweeper {
         self.meshes.clear();
         self.rigid.clear();
         self.blocks.clear();
+        self.free.clear();
         let mut start = 0;
         // A run of contacts has one law and one pair.
         let is_alike = |a: &Contact, b: &Contact| a.pair == b.pair && a.law == b.law;
@@ -170,14 +176,16 @@ impl Sweeper {
         }
     }
 
-    /// `Σ D⁻¹ |q|²` of the closing contacts; frictionless ones without their tangential velocities.
-    pub fn closing(&self, v: &[Vec3]) -> f64 {
+    /// Keeps the free velocities q; returns `Σ D⁻¹ |q|²` of the closing contacts, of frictionless ones without their tangential
+    /// velocities.
+    pub fn begin(&mut self, v: &[Vec3]) -> f64 {
+        let Self { meshes, rigid, blocks, free, .. } = self;
         let mut closing = 0.0;
-        for block in &self.blocks {
+        for block in blocks.iter() {
             if block.turns {
-                self.rigid.add_closing(block, v, &mut closing);
+                rigid.add_free(block, v, free, &mut closing);
             } else {
-                self.meshes.add_closing(block, v, &mut closing);
+                meshes.add_free(block, v, free, &mut closing);
             }
         }
         closing
@@ -229,7 +237,7 @@ impl Sweeper {
         sums
     }
 
-    /// Squared sums of the natural map of all contacts at the present velocities.
+    /// Squared sums of the natural map of all contacts at the present velocities; their motion only where impulses began at zero.
     pub fn measure(&self, v: &[Vec3], reactions: &[Reaction]) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
@@ -240,6 +248,7 @@ impl Sweeper {
                 self.meshes.measure(block, v, reactions, &mut sums);
             }
         }
+        sums.motion -= reactions.iter().zip(&self.free).map(|(p, q)| work(p.impulse, *q)).sum::<f64>();
         sums
     }
 }

@@ -388,3 +388,31 @@ fn a_pile_that_needs_many_sweeps_leaves_other_contacts_alone() {
     let (_, alone) = run(&contacts[..pile as usize], 0.2, &inverse_mass[..pile as usize], 1e-3, &mut v);
     assert!(alone.sweeps > 50 && report.sweeps < 2 * alone.sweeps, "{} and {}", alone.sweeps, report.sweeps);
 }
+
+#[test]
+fn impulses_are_measured_by_the_motion_that_they_change() {
+    // A light mass on a plane under a heavy one, and squeezed by a driven node: its impulses grow, and change no velocity.
+    let along = [Vec3::z(), Vec3::x(), Vec3::y()];
+    let on = |slave: u32, master: u32| contact(slave, [master; 4], [0.25; 4], along, 0.0);
+    let contacts = [on(0, 3), on(1, 0), on(2, 0)];
+    for (masses, driven) in [([1e-3, 1.0], 0.0), ([1.0, 1.0], -0.5)] {
+        let inverse = masses.map(|m: f64| Vec3::repeat(1.0 / m));
+        let inverse_mass = [inverse[0], inverse[1], Vec3::zeros(), Vec3::zeros()];
+        let start = [Vec3::zeros(), -Vec3::z(), Vec3::z() * driven, Vec3::zeros()];
+        let mut v = start;
+        let mut reactions = Vec::new();
+        let options = Options { tolerance: 1e-14, max_sweeps: 40, acceptable: 0.0 };
+        let laws = under(ContactLaw::Coulomb(0.3), &contacts);
+        let report =
+            solve(&laws, &inverse_mass, 0.1, &mut v, &mut reactions, &options, &mut Workspace::default());
+        assert!(!report.converged, "{report:?}");
+        // D of each contact, with free velocities of −1 or of the driven node.
+        let d = [1.0 / masses[0], 1.0 / masses[0] + 1.0 / masses[1], 1.0 / masses[0]];
+        let impulse: f64 = reactions.iter().zip(d).map(|(p, d)| d * squared(p.impulse)).sum();
+        let closing = 1.0 / d[1] + driven * driven / d[2];
+        let motion: f64 = (0..2).map(|i| masses[i] * (v[i] - start[i]).norm_squared()).sum();
+        let expected = (closing.max(impulse) / closing.max(motion)).sqrt();
+        let ratio = report.residual_of_motion / report.residual;
+        assert!((ratio / expected - 1.0).abs() < 1e-9 && expected > 3.0, "{ratio}, {expected}: {report:?}");
+    }
+}

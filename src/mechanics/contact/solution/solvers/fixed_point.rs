@@ -1,8 +1,9 @@
 //! Common part of the first-order methods: steps with finite μ until the error is small. They need only products with
 //! W.
 
+use super::measure::At;
 use super::options::{Ending, Limits};
-use super::scaled::{Scaled, scaled_error};
+use super::scaled::Scaled;
 use crate::contact::solution::local::proj_coulomb_cone;
 use crate::contact::solution::problem::local;
 
@@ -33,16 +34,6 @@ pub(super) fn iterate<P: Iterate, S>(
         steps += 1;
     }
     Ending { iterations: steps, error }
-}
-
-/// A dimensionless problem (see `scaled.rs`) at its iterate.
-pub(super) struct At<'a> {
-    pub mu: &'a [f64],
-    pub r: &'a [f64],
-    /// Velocities `W r + q`.
-    pub u: &'a [f64],
-    /// Norm `‖q‖` of the free velocities, and the size that what is not stopped is relative to.
-    pub sizes: [f64; 2],
 }
 
 /// A dimensionless problem that can be iterated on with products alone.
@@ -89,16 +80,15 @@ pub(super) trait Iterate {
         1.0 / (EIGENVALUE_ROOM * largest)
     }
 
-    /// [`scaled_error`] of the iterate.
+    /// [`At::error`] of the iterate.
     fn error(&self) -> f64 {
-        let At { mu, r, u, sizes } = self.at();
-        scaled_error(mu, r, u, sizes)
+        self.at().error()
     }
 }
 
 impl Iterate for Scaled {
     fn at(&self) -> At<'_> {
-        At { mu: &self.mu, r: &self.r, u: &self.u, sizes: self.sizes }
+        Self::at(self)
     }
 
     fn set_reactions(&mut self, r: &[f64]) {

@@ -5,11 +5,12 @@
 //! finish the rest.
 
 use super::linear_system::LinearSystem;
+use super::measure::Growth;
 use super::method::Method;
-use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
+use super::options::{Ending, Limits, Options, SolveReport, Work, largest_of_motion};
 use super::scaled::Scaled;
 use crate::contact::solution::local;
-use crate::contact::solution::problem::ProblemError;
+use crate::contact::solution::problem::{Errors, ProblemError, squared_motion};
 
 /// Default limit of sweeps.
 pub(super) const MAX_SWEEPS: usize = 100_000;
@@ -17,6 +18,8 @@ pub(super) const MAX_SWEEPS: usize = 100_000;
 const FIRST_SWEEPS: usize = 20;
 /// Largest number of estimates of the active set.
 const GUESSES: usize = 50;
+/// Compliance added to each contact, relative to its own, where the reactions of an active set are not determined.
+const ALPHA: f64 = 1e-13;
 
 /// The normal part of a problem.
 struct Normal {
@@ -28,14 +31,18 @@ struct Normal {
     q: Vec<f64>,
     /// `‖q‖` of all three directions, as in the scaled error.
     q_size: f64,
+    /// As in `measure.rs`.
+    hidden: f64,
+    is_jammed: bool,
 }
 
 /// Iterations until the error is within the tolerance.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    let mut normal = Normal::new(scaled);
+    let mut normal = Normal::new(scaled, limits.tolerance);
     let iterations = normal.solve(limits);
     let r: Vec<f64> = normal.r.iter().flat_map(|r| [*r, 0.0, 0.0]).collect();
     scaled.set_reactions(&r);
+    scaled.is_jammed = normal.is_jammed;
     Ending { iterations, error: scaled.error() }
 }
 
@@ -77,14 +84,11 @@ pub fn solve_frictionless(
         u: scaled_q.clone(),
         q_size: scaled_q.iter().map(|x| x * x).sum::<f64>().sqrt(),
         q: scaled_q,
+        hidden: largest_of_motion(options.tolerance) / options.tolerance,
+        is_jammed: false,
     };
     normal.update_velocity();
-    let limits = Limits {
-        tolerance: options.tolerance,
-        iterations: options.max_iterations.unwrap_or(MAX_SWEEPS),
-        interrupt: options.interrupt,
-    };
-    let iterations = normal.solve(&limits);
+    let iterations = normal.solve(&Limits::new(options, MAX_SWEEPS));
     // Solution and its errors in the original units.
     for ((r, scaled), root) in r.iter_mut().zip(&normal.r).zip(&root) {
         *r = scaled / root;
@@ -95,18 +99,17 @@ pub fn solve_frictionless(
     };
     let plain = (0..n).map(|c| f(c).powi(2)).sum::<f64>().sqrt();
     let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let error_scaled = normal.error();
-    let residual = normal.residual();
-    let error_of_free = if residual == 0.0 { 0.0 } else { residual / normal.q_size };
-    Ok(SolveReport {
-        solver: Method::Frictionless,
-        iterations,
-        error_scaled,
-        error_plain: if plain == 0.0 { 0.0 } else { plain / size(q).max(size(r)) },
-        error_of_free,
-        converged: error_scaled <= options.tolerance && error_of_free <= LARGEST_OF_FREE,
-        failed_contacts: 0,
-    })
+    let ratio = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
+    let [residual, reactions, motion] = normal.sizes();
+    let errors = Errors {
+        scaled: ratio(residual, reactions.max(normal.q_size)),
+        plain: ratio(plain, size(q).max(size(r))),
+        of_free: ratio(residual, normal.q_size),
+        of_motion: ratio(residual, motion),
+    };
+    let is_jammed = normal.is_jammed;
+    let work = Work { solver: Method::Frictionless, iterations, failed_contacts: 0, is_jammed };
+    Ok(SolveReport::new(&errors, &work, options.tolerance))
 }
 
 impl Normal {
@@ -119,7 +122,7 @@ impl Normal {
         iterations + self.sweep_until(limits, limits.iterations - iterations)
     }
 
-    fn new(scaled: &Scaled) -> Self {
+    fn new(scaled: &Scaled, tolerance: f64) -> Self {
         let every: Vec<usize> = (0..scaled.contacts).collect();
         let mut columns = vec![Vec::new(); scaled.contacts];
         for (d, column) in columns.iter_mut().enumerate() {
@@ -133,7 +136,9 @@ impl Normal {
         let q_size = scaled.q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let q = normal(&scaled.q);
         let diagonal = scaled.diagonal.iter().map(|block| block[0][0]).collect();
-        let mut normal = Self { columns, diagonal, r: normal(&scaled.r), u: q.clone(), q, q_size };
+        let hidden = largest_of_motion(tolerance) / tolerance;
+        let (r, u) = (normal(&scaled.r), q.clone());
+        let mut normal = Self { columns, diagonal, r, u, q, q_size, hidden, is_jammed: false };
         normal.update_velocity();
         normal
     }
@@ -147,22 +152,36 @@ impl Normal {
         }
     }
 
-    /// Norm of the natural map.
-    fn residual(&self) -> f64 {
-        let f = |(r, u): (&f64, &f64)| r - (r - u).max(0.0);
-        self.r.iter().zip(&self.u).map(|x| f(x).powi(2)).sum::<f64>().sqrt()
+    /// Norms of the natural map, or of the approach where it is larger, of the reactions, and of the motion.
+    fn sizes(&self) -> [f64; 3] {
+        let (mut residual, mut reactions, mut change) = (0.0, 0.0, 0.0);
+        for ((r, u), q) in self.r.iter().zip(&self.u).zip(&self.q) {
+            let f = r - (r - u).max(0.0);
+            residual += (f * f).max(u.min(0.0).powi(2));
+            reactions += r * r;
+            change += r * (u - q);
+        }
+        [residual, reactions, squared_motion(self.q_size * self.q_size, change, reactions)].map(f64::sqrt)
     }
 
-    /// Scaled error: the residual relative to the larger of ‖r‖ and ‖q‖.
+    /// As that of `measure.rs`.
     fn error(&self) -> f64 {
-        let error = self.residual();
-        let size = self.r.iter().map(|r| r * r).sum::<f64>().sqrt();
-        if error == 0.0 { 0.0 } else { error / size.max(self.q_size) }
+        let [residual, reactions, motion] = self.sizes();
+        if residual == 0.0 { 0.0 } else { residual / reactions.max(self.q_size).min(self.hidden * motion) }
+    }
+
+    /// Examines whether the reactions grow without bound.
+    fn look_for_jam(&mut self) {
+        let mut growth = Growth::default();
+        for ((r, u), q) in self.r.iter().zip(&self.u).zip(&self.q) {
+            growth.add([*r, 0.0, 0.0], [u, q].map(|x| [*x, 0.0, 0.0]), 0.0);
+        }
+        self.is_jammed |= growth.is_unbounded(self.q_size * self.q_size);
     }
 
     fn sweep_until(&mut self, limits: &Limits, most: usize) -> usize {
         for sweep in 0..most {
-            if self.error() <= limits.tolerance || limits.interrupted() {
+            if self.is_jammed || self.error() <= limits.tolerance || limits.interrupted() {
                 return sweep;
             }
             for c in 0..self.r.len() {
@@ -183,15 +202,21 @@ impl Normal {
     /// Solves for estimated active sets; keeps the best reactions.
     fn guess_until(&mut self, limits: &Limits, most: usize) -> usize {
         let mut best = (self.error(), self.r.clone());
-        let mut guesses = 0;
-        while guesses < most && best.0 > limits.tolerance && !limits.interrupted() {
-            let Some(r) = self.solve_active() else { break };
-            self.r = r;
-            self.update_velocity();
+        let (mut guesses, mut alpha) = (0, 0.0);
+        while guesses < most && best.0 > limits.tolerance && !self.is_jammed && !limits.interrupted() {
             guesses += 1;
+            if let Some(r) = self.solve_active(alpha) {
+                self.r = r;
+                self.update_velocity();
+                self.look_for_jam();
+            } else if alpha > 0.0 {
+                break;
+            }
             let error = self.error();
             if error < best.0 {
                 best = (error, self.r.clone());
+            } else {
+                alpha = ALPHA;
             }
         }
         self.r = best.1;
@@ -199,8 +224,8 @@ impl Normal {
         guesses
     }
 
-    /// Reactions with `u = 0` where contacts press by the current estimate, and zero elsewhere.
-    fn solve_active(&self) -> Option<Vec<f64>> {
+    /// Reactions with `u + alpha r = 0` where contacts press by the current estimate, and zero elsewhere.
+    fn solve_active(&self, alpha: f64) -> Option<Vec<f64>> {
         let mut place = vec![usize::MAX; self.r.len()];
         let active: Vec<usize> = (0..self.r.len()).filter(|&c| self.r[c] > self.u[c]).collect();
         for (k, &c) in active.iter().enumerate() {
@@ -208,6 +233,7 @@ impl Normal {
         }
         let mut system = LinearSystem::new(active.len());
         for (k, &d) in active.iter().enumerate() {
+            system.add(k, k, alpha);
             for &(row, w) in self.columns[d].iter().filter(|(row, _)| place[*row as usize] != usize::MAX) {
                 system.add(place[row as usize], k, w);
             }

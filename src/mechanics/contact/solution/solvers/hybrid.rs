@@ -2,7 +2,7 @@
 //!
 //! A few sweeps of Gauss–Seidel find which contacts press, from where Newton's method solves most problems. Those
 //! that remain are degenerate: more careful steps, sweeps and steps in turn, interior points, then proximal points. The budgets are numbers of
-//! iterations, so that the sequence does not depend on the machine.
+//! iterations, so that the sequence does not depend on the machine; only under a time limit, stages share what is left of it.
 
 use super::method::Method;
 use super::options::{Ending, Limits};
@@ -21,6 +21,8 @@ const STAGES: [(Stage, usize); 7] = [
     (Stage::Sweeps, 100_000),
 ];
 
+/// Share of the time that is left to a stage, but to the last, under a time limit.
+const SHARE: f64 = 0.5;
 /// Cost of a Newton step in sweeps from which rounds of both come before many Newton steps alone.
 const DEAR: f64 = 30.0;
 /// Sweeps of a round, in units of the cost of a Newton step, and their least number.
@@ -50,12 +52,11 @@ pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
     if scaled.newton_cost_in_sweeps() > DEAR {
         stages.swap(2, 3);
     }
-    for (stage, most) in stages {
-        let limits = Limits {
-            tolerance: given.tolerance,
-            iterations: most.min(given.iterations.saturating_sub(total)),
-            interrupt: given.interrupt,
-        };
+    for (place, (stage, most)) in stages.into_iter().enumerate() {
+        let share = if place + 1 < stages.len() { SHARE } else { 1.0 };
+        let limits = Limits { iterations: given.iterations.saturating_sub(total), ..*given }
+            .at_most(most)
+            .share(share);
         let (method, ending) = match stage {
             Stage::Sweeps => (Method::Nsgs, nsgs::solve(scaled, &limits)),
             Stage::Bold => (Method::Newton, newton::solve(scaled, &limits, newton::BOLD)),
@@ -71,7 +72,7 @@ pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
         if ending.error < best.0 {
             best = (ending.error, method, scaled.r.clone());
         }
-        if limits.interrupted() {
+        if scaled.is_jammed || given.interrupted() {
             break;
         }
     }
@@ -82,10 +83,8 @@ pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
 /// Rounds of sweeps and Newton steps, as long as each reduces the error: sweeps find which contacts press and slip where Newton steps
 /// lead astray, and cost far less where W is sparse.
 fn alternate(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
-    let limits = |most: usize, done: usize| Limits {
-        tolerance: given.tolerance,
-        iterations: most.min(given.iterations.saturating_sub(done)),
-        interrupt: given.interrupt,
+    let limits = |most: usize, done: usize| {
+        Limits { iterations: given.iterations.saturating_sub(done), ..*given }.at_most(most)
     };
     let sweeps = scaled.newton_cost_in_sweeps();
     let round = ((ROUND.0 * sweeps) as usize).max(ROUND.1);
@@ -104,7 +103,7 @@ fn alternate(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
             }
         }
         let is_over = error > WORTH * before && iterations as f64 > LEAST * sweeps;
-        if is_over || iterations >= given.iterations || given.interrupted() {
+        if is_over || scaled.is_jammed || iterations >= given.iterations || given.interrupted() {
             return (Method::Nsgs, Ending { iterations, error });
         }
     }

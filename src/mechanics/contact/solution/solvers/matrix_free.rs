@@ -1,9 +1,10 @@
 //! Matrix-free solution of problems with too many contacts for W to fit into memory, by products with W only: Newton steps,
 //! and projected gradients with momentum where these fail.
 
-use super::fixed_point::{At, Iterate, MAX_STEPS};
+use super::fixed_point::{Iterate, MAX_STEPS};
+use super::measure::At;
 use super::method::Method;
-use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
+use super::options::{Ending, Limits, Options, SolveReport, Work, largest_of_motion};
 use super::{accelerated_gradient, newton_krylov};
 use crate::contact::solution::delassus::Block;
 use crate::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
@@ -33,38 +34,27 @@ pub fn solve_matrix_free(
     // Solve in dimensionless numbers.
     let d = mean_diagonals(problem.diagonal.iter().copied());
     let root: Vec<f64> = d.iter().map(|d| d.sqrt()).collect();
-    let limits = |most: usize| Limits {
-        tolerance: options.tolerance,
-        iterations: options.max_iterations.unwrap_or(most),
-        interrupt: options.interrupt,
-    };
     let own: Vec<Block> =
         problem.diagonal.iter().zip(&d).map(|(own, d)| own.map(|row| row.map(|w| w / d))).collect();
-    let mut scaled = Scaled::new(problem, &root, r);
+    let mut scaled = Scaled::new(problem, &root, r, options.tolerance);
     let (mut solver, mut ending) = (Method::Newton, Ending { iterations: 0, error: f64::INFINITY });
     if options.method != Method::AcceleratedGradient {
-        ending = newton_krylov::solve(&mut scaled, &own, &limits(newton_krylov::MAX_STEPS));
+        ending = newton_krylov::solve(&mut scaled, &own, &Limits::new(options, newton_krylov::MAX_STEPS));
     }
     if !(ending.error <= options.tolerance) {
-        let last = accelerated_gradient::solve(&mut scaled, &limits(MAX_STEPS));
+        let last = accelerated_gradient::solve(&mut scaled, &Limits::new(options, MAX_STEPS));
         ending.iterations += last.iterations;
         solver = Method::AcceleratedGradient;
     }
+    let is_jammed = scaled.at().is_jammed();
     // Errors of the solution in the units of the problem.
     for (i, (r, scaled)) in r.iter_mut().zip(&scaled.r).enumerate() {
         *r = scaled / root[i / 3];
     }
     let u: Vec<f64> = scaled.u.iter().enumerate().map(|(i, u)| u * root[i / 3]).collect();
     let errors = Errors::new(&d, (problem.q, problem.mu), r, &u);
-    Ok(SolveReport {
-        solver,
-        iterations: ending.iterations,
-        error_scaled: errors.scaled,
-        error_plain: errors.plain,
-        error_of_free: errors.of_free,
-        converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
-        failed_contacts: 0,
-    })
+    let work = Work { solver, iterations: ending.iterations, failed_contacts: 0, is_jammed };
+    Ok(SolveReport::new(&errors, &work, options.tolerance))
 }
 
 impl MatrixFree<'_> {
@@ -99,16 +89,18 @@ struct Scaled<'p, 'a> {
     root: &'p [f64],
     q: Vec<f64>,
     q_size: f64,
+    hidden: f64,
     r: Vec<f64>,
     u: Vec<f64>,
 }
 
 impl<'p, 'a> Scaled<'p, 'a> {
-    fn new(problem: &'p mut MatrixFree<'a>, root: &'p [f64], r: &[f64]) -> Self {
+    fn new(problem: &'p mut MatrixFree<'a>, root: &'p [f64], r: &[f64], tolerance: f64) -> Self {
         let q: Vec<f64> = problem.q.iter().enumerate().map(|(i, q)| q / root[i / 3]).collect();
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let start: Vec<f64> = r.iter().enumerate().map(|(i, r)| r * root[i / 3]).collect();
-        let mut scaled = Self { problem, root, q_size, u: q.clone(), r: start, q };
+        let hidden = largest_of_motion(tolerance) / tolerance;
+        let mut scaled = Self { problem, root, q_size, hidden, u: q.clone(), r: start, q };
         if r.iter().any(|r| *r != 0.0) {
             let effect = scaled.effect(r);
             scaled.u.iter_mut().zip(&effect).for_each(|(u, effect)| *u += effect);
@@ -129,7 +121,8 @@ impl<'p, 'a> Scaled<'p, 'a> {
 
 impl Iterate for Scaled<'_, '_> {
     fn at(&self) -> At<'_> {
-        At { mu: self.problem.mu, r: &self.r, u: &self.u, sizes: [self.q_size, f64::INFINITY] }
+        let Self { q, q_size, hidden, r, u, .. } = self;
+        At { mu: self.problem.mu, q, r, u, q_size: *q_size, hidden: *hidden }
     }
 
     fn set_reactions(&mut self, r: &[f64]) {

@@ -14,6 +14,7 @@ mod interior_point;
 mod linear_system;
 mod local_newton;
 mod matrix_free;
+mod measure;
 mod method;
 mod newton;
 mod newton_krylov;
@@ -28,15 +29,15 @@ mod uzawa;
 pub use frictionless::solve_frictionless;
 pub use matrix_free::{MatrixFree, solve_matrix_free};
 pub use method::Method;
-pub use options::{LARGEST_OF_FREE, Options, SolveReport};
+pub use options::{LARGEST_OF_MOTION, Options, SolveReport, largest_of_motion};
 
 use super::delassus::Delassus;
 use super::problem::ContactProblem;
-use options::Limits;
+use options::{Limits, Work};
 use scaled::Scaled;
 
-/// Solves for the reactions: `r` (3 nc) is the initial guess, then the solution. Initial values that are not finite
-/// count as zero. Groups of contacts that a sparse W does not connect are solved one by one.
+/// Solves for the reactions: `r` (3 nc) is the initial guess, then the solution. Initial values that are no numbers, or
+/// whose squares overflow, count as zero. Groups of contacts that a sparse W does not connect are solved one by one.
 ///
 /// The errors are those of the result in the problem as given. Deterministic.
 ///
@@ -49,7 +50,7 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
         if groups.len() > 1
             && let Ok(work) = parts::solve((problem, W), &groups, r, options, solve_connected)
         {
-            let of_all = report(problem, r, options, (work.solver, work.iterations, work.failed_contacts));
+            let of_all = SolveReport::new(&problem.errors(r), &work.total, options.tolerance);
             return SolveReport { converged: of_all.converged && work.all_solved, ..of_all };
         }
     }
@@ -62,33 +63,11 @@ fn solve_connected(problem: &ContactProblem, r: &mut [f64], options: &Options) -
         r.fill(0.0);
     }
     let mut scaled = Scaled::new(problem, r, options.tolerance);
-    let limits = |most| Limits {
-        tolerance: options.tolerance,
-        iterations: options.max_iterations.unwrap_or(most),
-        interrupt: options.interrupt,
-    };
-    let (solver, iterations) = run(&mut scaled, options.method, limits);
+    let (solver, iterations) = run(&mut scaled, options.method, |most| Limits::new(options, most));
     scaled.store(r);
-    report(problem, r, options, (solver, iterations, scaled.failed_contacts))
-}
-
-/// The report on reactions `r`, with their errors in the problem as given.
-fn report(
-    problem: &ContactProblem,
-    r: &[f64],
-    options: &Options,
-    (solver, iterations, failed_contacts): (Method, usize, usize),
-) -> SolveReport {
-    let errors = problem.errors(r);
-    SolveReport {
-        solver,
-        iterations,
-        error_scaled: errors.scaled,
-        error_plain: errors.plain,
-        error_of_free: errors.of_free,
-        converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
-        failed_contacts,
-    }
+    let Scaled { failed_contacts, is_jammed, .. } = scaled;
+    let work = Work { solver, iterations, failed_contacts, is_jammed };
+    SolveReport::new(&problem.errors(r), &work, options.tolerance)
 }
 
 /// Runs one solver; returns which one found the solution, and its iterations. Where a μ is infinite, which not all

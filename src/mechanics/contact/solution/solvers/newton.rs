@@ -40,7 +40,8 @@ pub(super) const CAREFUL: Caution = Caution { slope: 1.0, most: 0.1, patience: 6
 /// Steps of a tenth of the reactions in the null space of W, soon stopped: between sweeps, from near one of many solutions.
 pub(super) const NEAR: Caution = Caution { slope: 10.0, most: 0.1, patience: 6 };
 
-/// Newton steps until the error is within the tolerance, or they make no progress; ends with the best iterate.
+/// Newton steps until the error is within the tolerance, or they make no progress; ends with the best iterate. Where there is none
+/// within the tolerance, examines whether a contact cannot be stopped.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> Ending {
     let mut error = scaled.error();
     let mut best = (error, scaled.r.clone());
@@ -61,10 +62,23 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> E
             idle = 0;
         }
     }
+    if best.0 > limits.tolerance && scaled.proximal() == 0.0 && !limits.interrupted() {
+        scaled.is_jammed |= is_jammed(scaled, &mut system);
+    }
     if !(error <= best.0) {
         scaled.set_reactions(&best.1);
     }
     Ending { iterations: steps, error: best.0 }
+}
+
+/// Whether reactions become as large as the least regularisation allows, and nothing is stopped.
+fn is_jammed(scaled: &mut Scaled, system: &mut BlockSystem) -> bool {
+    let Some(direction) = direction(scaled, LEAST_ALPHA, system) else { return false };
+    let start = scaled.r.clone();
+    scaled.move_from(&start, &direction, 1.0);
+    let is_jammed = scaled.at().is_jammed();
+    scaled.set_reactions(&start);
+    is_jammed
 }
 
 /// Moves along `direction`: by the whole step if that reduces the error enough, otherwise by the whole or half step,

@@ -2,9 +2,9 @@
 //! Schultz 1986): only products with W, and far fewer of them than gradient steps take. The blocks of the contacts on the
 //! diagonal precondition it.
 
-use super::fixed_point::{At, Iterate};
+use super::fixed_point::Iterate;
+use super::measure::At;
 use super::options::{Ending, Limits};
-use super::scaled::scaled_error;
 use crate::contact::solution::delassus::Block;
 use crate::contact::solution::generalised_jacobian::{Linearised, linearise_alart_curnier};
 use crate::contact::solution::local::Local;
@@ -64,7 +64,7 @@ fn search(at: &At, direction: &[f64], effect: &[f64], error: f64) -> (Vec<f64>, 
     };
     let reached = |length: f64| {
         let (r, u) = (along(at.r, direction, length), along(at.u, effect, length));
-        (scaled_error(at.mu, &r, &u, at.sizes), (r, u))
+        (At { r: &r, u: &u, ..*at }.error(), (r, u))
     };
     let whole = reached(1.0);
     if whole.0 <= ENOUGH * error {

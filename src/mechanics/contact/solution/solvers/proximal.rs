@@ -35,7 +35,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
         // The regularised problem around the current reactions.
         scaled.set_proximal(alpha);
         let tolerance = INNER * error.max(limits.tolerance);
-        let inner = |iterations| Limits { tolerance, iterations, interrupt: limits.interrupt };
+        let inner = |iterations| Limits { tolerance, iterations, ..*limits };
         let swept = nsgs::solve(scaled, &inner(SWEEPS));
         let ending = newton::solve(scaled, &inner(NEWTON_STEPS), newton::CAREFUL);
         iterations += swept.iterations + ending.iterations;

@@ -4,10 +4,11 @@
 //! every contact, and the scaled error of [`ContactProblem::error_scaled`] is `‖F̂‖ / max(‖r̂‖, ‖q̂‖)` with the
 //! natural map F̂ at ρ = 1.
 
-use super::options::LARGEST_OF_FREE;
+use super::measure::At;
+use super::options::largest_of_motion;
 use crate::contact::solution::delassus::{Block, Delassus};
-use crate::contact::solution::local::{Local, squared_residual};
-use crate::contact::solution::problem::{ContactProblem, is_zero, local};
+use crate::contact::solution::local::Local;
+use crate::contact::solution::problem::{ContactProblem, LARGEST, is_zero, local};
 
 /// The problem and its iterate, scaled.
 #[derive(Clone, Debug)]
@@ -32,9 +33,11 @@ pub(super) struct Scaled {
     columns: Columns,
     /// `D^½` of each contact.
     root: Vec<f64>,
-    /// Norm `‖q̂‖` of the free velocities, and the size that what is not stopped is relative to: with the tolerance, at most
-    /// [`LARGEST_OF_FREE`] of the free velocities.
-    pub sizes: [f64; 2],
+    /// As in [`At`].
+    q_size: f64,
+    hidden: f64,
+    /// Whether reactions were found to grow without bound ([`At::is_jammed`]).
+    pub is_jammed: bool,
 }
 
 /// W stored by columns.
@@ -51,13 +54,13 @@ impl Scaled {
     pub fn new(problem: &ContactProblem, r: &[f64], tolerance: f64) -> Self {
         let contacts = problem.contacts();
         let root: Vec<f64> = problem.scales().iter().map(|d| d.sqrt()).collect();
-        // Free velocities and initial reactions; what is not finite starts at zero.
+        // Free velocities and initial reactions; what is no number, or so large that its square overflows, starts at zero.
         let mut q = problem.q().to_vec();
         for_each_contact(&mut q, &root, |q, root| *q /= root);
         let mut r = r.to_vec();
         for_each_contact(&mut r, &root, |r, root| {
             *r *= root;
-            if !r.is_finite() {
+            if !(r.abs() <= LARGEST) {
                 *r = 0.0;
             }
         });
@@ -82,7 +85,9 @@ impl Scaled {
             diagonal,
             columns,
             root,
-            sizes: [q_size, q_size * LARGEST_OF_FREE / tolerance],
+            q_size,
+            hidden: largest_of_motion(tolerance) / tolerance,
+            is_jammed: false,
             proximal: 0.0,
             failed_contacts: 0,
             centre: Vec::new(),
@@ -205,27 +210,16 @@ impl Scaled {
         }
     }
 
-    /// [`scaled_error`] of the iterate.
-    pub fn error(&self) -> f64 {
-        scaled_error(&self.mu, &self.r, &self.u, self.sizes)
+    /// The iterate.
+    pub fn at(&self) -> At<'_> {
+        let Self { mu, q, r, u, q_size, hidden, .. } = self;
+        At { mu, q, r, u, q_size: *q_size, hidden: *hidden }
     }
-}
 
-/// The scaled error of reactions and their velocities, `‖F̂‖ / max(‖r̂‖, ‖q̂‖)`, or, where it is larger, what `of_free` of
-/// [`Errors`](crate::contact::solution::problem::Errors) measures, relative to `of_free_size`.
-pub(super) fn scaled_error(mu: &[f64], r: &[f64], u: &[f64], [q_size, of_free_size]: [f64; 2]) -> f64 {
-    let (mut error, mut unstopped) = (0.0, 0.0);
-    for (c, &mu) in mu.iter().enumerate() {
-        let u = local(u, c);
-        let residual = squared_residual(local(r, c), u, mu, 1.0);
-        error += residual;
-        unstopped += residual.max(u[0].min(0.0).powi(2));
+    /// [`At::error`] of the iterate.
+    pub fn error(&self) -> f64 {
+        self.at().error()
     }
-    if unstopped == 0.0 {
-        return 0.0;
-    }
-    let r_size = r.iter().map(|x| x * x).sum::<f64>().sqrt();
-    (error.sqrt() / r_size.max(q_size)).max(unstopped.sqrt() / of_free_size)
 }
 
 /// Changes the three numbers of every contact by means of one number per contact.
