@@ -184,8 +184,8 @@ pub struct Errors {
     /// `‖D^½ F‖ / ‖D^−½ q‖`, with the velocity of approach for F where it is larger [-]: relative to the free velocities alone, so that
     /// growing reactions cannot hide a contact that nothing can stop.
     pub of_free: f64,
-    /// The same relative to the motion, [`squared_motion`] [-]: where bodies are light, reactions are far larger than the velocities that they
-    /// cause.
+    /// The same relative to the motion [-]: the free velocities, `‖D^−½ q‖`, or what reactions change, `(rᵀ W r)^½`, if that is larger.
+    /// Where bodies are light, reactions are far larger than it.
     pub of_motion: f64,
 }
 
