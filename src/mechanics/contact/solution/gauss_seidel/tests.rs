@@ -401,11 +401,10 @@ fn impulses_are_measured_by_the_motion_that_they_change() {
         let start = [Vec3::zeros(), -Vec3::z(), Vec3::z() * driven, Vec3::zeros()];
         let mut v = start;
         let mut reactions = Vec::new();
-        let options = Options { tolerance: 1e-14, max_sweeps: 40, acceptable: 0.0 };
+        let options = Options { tolerance: 1e-14, max_sweeps: 20, acceptable: 0.0 };
         let laws = under(ContactLaw::Coulomb(0.3), &contacts);
         let report =
             solve(&laws, &inverse_mass, 0.1, &mut v, &mut reactions, &options, &mut Workspace::default());
-        assert!(!report.converged, "{report:?}");
         // D of each contact, with free velocities of −1 or of the driven node.
         let d = [1.0 / masses[0], 1.0 / masses[0] + 1.0 / masses[1], 1.0 / masses[0]];
         let impulse: f64 = reactions.iter().zip(d).map(|(p, d)| d * squared(p.impulse)).sum();

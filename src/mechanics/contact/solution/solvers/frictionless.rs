@@ -18,7 +18,7 @@ pub(super) const MAX_SWEEPS: usize = 100_000;
 const FIRST_SWEEPS: usize = 20;
 /// Largest number of estimates of the active set.
 const GUESSES: usize = 50;
-/// Compliance added to each contact, relative to its own, where the reactions of an active set are not determined.
+/// Compliance added to each contact, relative to its own, that bounds reactions that nothing else does.
 const ALPHA: f64 = 1e-13;
 
 /// The normal part of a problem.
@@ -170,13 +170,22 @@ impl Normal {
         if residual == 0.0 { 0.0 } else { residual / reactions.max(self.q_size).min(self.hidden * motion) }
     }
 
-    /// Examines whether the reactions grow without bound.
+    /// Examines whether reactions become as large as [`ALPHA`] allows, and nothing is stopped.
     fn look_for_jam(&mut self) {
+        let Some(r) = self.solve_active(ALPHA) else { return };
+        let start = std::mem::take(&mut self.r);
+        self.set_reactions(r);
         let mut growth = Growth::default();
         for ((r, u), q) in self.r.iter().zip(&self.u).zip(&self.q) {
             growth.add([*r, 0.0, 0.0], [u, q].map(|x| [*x, 0.0, 0.0]), 0.0);
         }
-        self.is_jammed |= growth.is_unbounded(self.q_size * self.q_size);
+        self.is_jammed = growth.is_unbounded(self.q_size * self.q_size);
+        self.set_reactions(start);
+    }
+
+    fn set_reactions(&mut self, r: Vec<f64>) {
+        self.r = r;
+        self.update_velocity();
     }
 
     fn sweep_until(&mut self, limits: &Limits, most: usize) -> usize {
@@ -202,25 +211,20 @@ impl Normal {
     /// Solves for estimated active sets; keeps the best reactions.
     fn guess_until(&mut self, limits: &Limits, most: usize) -> usize {
         let mut best = (self.error(), self.r.clone());
-        let (mut guesses, mut alpha) = (0, 0.0);
-        while guesses < most && best.0 > limits.tolerance && !self.is_jammed && !limits.interrupted() {
+        let mut guesses = 0;
+        while guesses < most && best.0 > limits.tolerance && !limits.interrupted() {
+            let Some(r) = self.solve_active(0.0) else { break };
+            self.set_reactions(r);
             guesses += 1;
-            if let Some(r) = self.solve_active(alpha) {
-                self.r = r;
-                self.update_velocity();
-                self.look_for_jam();
-            } else if alpha > 0.0 {
-                break;
-            }
             let error = self.error();
             if error < best.0 {
                 best = (error, self.r.clone());
-            } else {
-                alpha = ALPHA;
             }
         }
-        self.r = best.1;
-        self.update_velocity();
+        self.set_reactions(best.1);
+        if best.0 > limits.tolerance && !limits.interrupted() {
+            self.look_for_jam();
+        }
         guesses
     }
 
@@ -233,7 +237,9 @@ impl Normal {
         }
         let mut system = LinearSystem::new(active.len());
         for (k, &d) in active.iter().enumerate() {
-            system.add(k, k, alpha);
+            if alpha > 0.0 {
+                system.add(k, k, alpha);
+            }
             for &(row, w) in self.columns[d].iter().filter(|(row, _)| place[*row as usize] != usize::MAX) {
                 system.add(place[row as usize], k, w);
             }

@@ -62,7 +62,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> E
             idle = 0;
         }
     }
-    if best.0 > limits.tolerance && scaled.proximal() == 0.0 && !limits.interrupted() {
+    if best.0 > limits.tolerance && steps > 0 && scaled.proximal() == 0.0 && !limits.interrupted() {
         scaled.is_jammed |= is_jammed(scaled, &mut system);
     }
     if !(error <= best.0) {

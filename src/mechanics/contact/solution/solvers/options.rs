@@ -8,10 +8,12 @@ use super::method::Method;
 pub const LARGEST_OF_MOTION: f64 = 1e-2;
 /// The same in multiples of the tolerance: on light bodies reactions, which the tolerance is relative to, are so much larger than the motion.
 const HIDDEN: f64 = 10.0;
+/// What is small relative to the motion whatever the tolerance.
+const SMALL: f64 = 1e-8;
 
 /// Largest error relative to the motion of a solution that has converged to a `tolerance`.
 pub fn largest_of_motion(tolerance: f64) -> f64 {
-    (HIDDEN * tolerance).min(LARGEST_OF_MOTION)
+    (HIDDEN * tolerance).clamp(SMALL, LARGEST_OF_MOTION)
 }
 
 /// Method and stopping criteria.
