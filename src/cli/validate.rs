@@ -81,7 +81,7 @@ fn as_json(outcome: &Result<Loaded, Problems>, plan: Option<&PlanReport>) -> ser
     }
 }
 
-/// Summary of the plan in one line; `contuse plan` gives the details.
+/// Summary of the plan in a few lines; `contuse plan` gives the details.
 fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     if let Some(choice) = &plan.integrator.choice {
         writeln!(out, "{} steps, chosen by cost: {}", choice.chosen, choice.in_words())?;
@@ -95,7 +95,8 @@ fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         1e6 * plan.integrator.step_s,
         duration(plan.expected_run_time_s),
         omitted.join("; ")
-    )
+    )?;
+    plan.capped_bulk_moduli.iter().try_for_each(|capped| writeln!(out, "{capped}"))
 }
 
 fn write_bodies(bodies: &[BodySummary], out: &mut dyn Write) -> io::Result<()> {

@@ -1,8 +1,11 @@
 //! Checks, part by part, whether the laws stay within the deformations for which they are valid: at the look times, which
 //! include the field times.
 
+mod rates;
 #[cfg(test)]
 mod tests;
+
+pub use rates::PartRates;
 
 use crate::mechanics::force::{
     ElementBlock, ErosionLimits, Formulation, PointBatch, PointInput, PointScalar,
@@ -12,6 +15,7 @@ use crate::mechanics::material::{Deformations, Validity};
 use crate::mesh::cell::CellPoints;
 use crate::plan::Plan;
 use crate::step::Frame;
+use rates::Reached;
 use std::ops::Range;
 
 /// Damage beyond which a point counts as failed [-].
@@ -71,10 +75,8 @@ pub struct PartRange {
     pub stretch: [f64; 2],
     /// Least and largest J so far [-].
     pub jacobian: [f64; 2],
-    /// Largest strain rate so far [1/s]; 0 where no part of the plan has rates of its tests.
-    pub strain_rate: f64,
-    /// Volume that is deformed faster than in any test of the law.
-    pub faster: Outside,
+    /// Its strain rates, beside those of the tests of its law.
+    pub rates: PartRates,
     /// Volume whose stress has softened.
     pub softened: Outside,
     /// Volume that has lost more than half of its stress.
@@ -88,8 +90,6 @@ pub struct PartRange {
     /// Stretch at which its elements are eroded, of their mean deformation, if that is no larger than the limit of the law: then results are
     /// withheld by the mean, too.
     erodes_at: Option<f64>,
-    /// Whether strain rates are evaluated.
-    has_rates: bool,
     /// Index of the body in [`LawRanges`].
     in_body: usize,
 }
@@ -100,6 +100,13 @@ struct BodyRange {
     all: Largest,
     beyond: Largest,
     beyond_declared: Largest,
+}
+
+impl BodyRange {
+    /// The largest of an energy, as a fraction of the largest strain energy [-].
+    fn fraction(&self, energy: &Largest) -> f64 {
+        energy.largest / self.all.largest.max(f64::MIN_POSITIVE)
+    }
 }
 
 impl PartRange {
@@ -114,21 +121,19 @@ impl PartRange {
             beyond: Outside::default(),
             stretch: [1.0; 2],
             jacobian: [1.0; 2],
-            strain_rate: 0.0,
-            faster: Outside::default(),
+            rates: PartRates::of(validity.strain_rate),
             softened: Outside::default(),
             torn: Outside::default(),
             energy_beyond: Largest::default(),
             energy_beyond_declared: Largest::default(),
             has_turned_over: false,
             erodes_at: None,
-            has_rates: false,
             in_body,
         }
     }
     /// Volumes outside each of the limits.
-    fn volumes(&mut self) -> [&mut Outside; 5] {
-        [&mut self.left, &mut self.beyond, &mut self.faster, &mut self.softened, &mut self.torn]
+    fn volumes(&mut self) -> [&mut Outside; 4] {
+        [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
     }
     /// Accumulates the points in some lanes of a batch.
     fn accumulate(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
@@ -140,10 +145,6 @@ impl PartRange {
         let of = |scalar: &PointScalar| Extremes::new(&scalar[..points.count], lanes.clone());
         if of(&points.damage).largest > 0.0 {
             self.accumulate_damage(lanes.clone(), points);
-        }
-        if self.has_rates {
-            let fastest = self.validity.strain_rate.map_or(f64::INFINITY, |[_, fastest]| fastest);
-            self.accumulate_rate(fastest, lanes.clone(), points);
         }
         // Stretch and excess are monotonic, also in floating-point numbers: where the extremes of all points are within
         // the ranges, each point is.
@@ -171,19 +172,6 @@ impl PartRange {
                 }
                 if damage > TORN {
                     self.torn.volume.now += volume;
-                }
-            }
-        }
-    }
-
-    /// Compares strain rates with that of the fastest test [1/s].
-    fn accumulate_rate(&mut self, fastest: f64, lanes: Range<usize>, points: &PointBatch) {
-        for lane in lanes {
-            for q in 0..points.count {
-                let rate = points.strain_rate[q][lane];
-                self.strain_rate = self.strain_rate.max(rate);
-                if rate > fastest {
-                    self.faster.volume.now += points.volume[q][lane];
                 }
             }
         }
@@ -242,9 +230,14 @@ impl PartRange {
         self.validity.declared_limit().excess(self.stretch, self.jacobian) > 1.0
     }
 
-    /// Largest fraction of the part's volume that was outside.
+    /// Largest fraction of the part's volume that was outside [-].
     pub fn fraction(&self, outside: &Outside) -> f64 {
-        if self.volume > 0.0 { outside.volume.largest / self.volume } else { 0.0 }
+        self.fraction_of(outside.volume())
+    }
+
+    /// A volume [m³] as a fraction of the part's [-].
+    pub fn fraction_of(&self, volume: f64) -> f64 {
+        if self.volume > 0.0 { volume / self.volume } else { 0.0 }
     }
 }
 
@@ -281,13 +274,17 @@ pub struct LawRanges {
     bodies: Vec<BodyRange>,
     /// Part index of each slot of the plan; irrelevant for padding.
     part_of: Vec<u32>,
+    /// Rates that the points of each slot have had; empty where the plan compares none.
+    reached: Vec<Reached>,
 }
 
 impl LawRanges {
     /// Empty ranges for the parts of a plan.
     pub fn new(plan: &Plan) -> Self {
         let bodies = vec![BodyRange::default(); plan.bodies.len()];
-        let mut ranges = Self { parts: Vec::new(), bodies, part_of: vec![0; plan.slot_count()] };
+        let slots = plan.slot_count();
+        let reached = vec![Reached::default(); if plan.compares_rates() { slots } else { 0 }];
+        let mut ranges = Self { parts: Vec::new(), bodies, part_of: vec![0; slots], reached };
         for block in &plan.blocks {
             let body = &plan.bodies[block.body];
             for (slot, element) in block.elements.iter().enumerate() {
@@ -309,14 +306,12 @@ impl LawRanges {
                 ranges.part_of[block.first_slot + slot] = index as u32;
             }
         }
-        let has_rates = ranges.have_rates();
-        ranges.parts.iter_mut().for_each(|part| part.has_rates = has_rates);
         ranges
     }
 
-    /// Whether strain rates are compared: the range of some law has them.
+    /// Whether strain rates are compared.
     pub fn have_rates(&self) -> bool {
-        self.parts.iter().any(|part| part.validity.strain_rate.is_some())
+        !self.reached.is_empty()
     }
 
     /// Begins a pass over all points.
@@ -335,11 +330,15 @@ impl LawRanges {
     /// Accumulates the quadrature points of a batch of elements, with their slots among all slots.
     pub fn accumulate(&mut self, slots: Range<usize>, points: &PointBatch) {
         // Elements of one part mostly follow each other.
+        let mut reached = self.reached.get_mut(slots.clone());
         let mut end = 0;
         for run in self.part_of[slots].chunk_by(|a, b| a == b) {
             let lanes = end..end + run.len();
             end = lanes.end;
             let part = &mut self.parts[run[0] as usize];
+            if let Some(reached) = &mut reached {
+                part.rates.accumulate(reached, lanes.clone(), points);
+            }
             part.accumulate(&mut self.bodies[part.in_body], lanes, points);
         }
     }
@@ -427,25 +426,24 @@ impl LawRanges {
 
     /// Largest strain energy of a part beyond its limits, as a fraction of the peak of its body [-].
     pub fn fraction_of(&self, part: &PartRange) -> f64 {
-        part.energy_beyond.largest / self.bodies[part.in_body].all.largest.max(f64::MIN_POSITIVE)
+        self.bodies[part.in_body].fraction(&part.energy_beyond)
     }
 
     /// Largest fraction of a body's peak strain energy that was beyond the limits of the laws [-]; 1 if elements have
     /// inverted, since their energy is meaningless.
     pub fn fraction_beyond(&self) -> f64 {
-        self.largest_fraction(|body| body.beyond.largest)
+        self.largest_fraction(|body| &body.beyond)
     }
 
     /// The same beyond the limits that were declared for the laws.
     pub fn fraction_beyond_declared(&self) -> f64 {
-        self.largest_fraction(|body| body.beyond_declared.largest)
+        self.largest_fraction(|body| &body.beyond_declared)
     }
 
-    fn largest_fraction(&self, energy: impl Fn(&BodyRange) -> f64) -> f64 {
+    fn largest_fraction(&self, energy: impl Fn(&BodyRange) -> &Largest) -> f64 {
         if self.parts.iter().any(|part| part.has_turned_over) {
             return 1.0;
         }
-        let fraction = |body: &BodyRange| energy(body) / body.all.largest.max(f64::MIN_POSITIVE);
-        self.bodies.iter().map(fraction).fold(0.0, f64::max)
+        self.bodies.iter().map(|body| body.fraction(energy(body))).fold(0.0, f64::max)
     }
 }

@@ -1,12 +1,13 @@
 //! A body of a plan.
 
 use crate::mechanics::contact::Surface;
-use crate::mechanics::force::Erosion;
+use crate::mechanics::force::{ElementBlock, Erosion};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Cell, Cells, surface};
 use crate::scene::document::Role;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// A body of a plan, deformable or rigid.
@@ -30,6 +31,8 @@ pub struct PlanBody {
     pub parts: Vec<String>,
     /// Range of validity of the law of each part.
     pub validity: Vec<Validity>,
+    /// Name of the set of the library that each part has, if it is one.
+    pub sets: Vec<Option<String>>,
     /// Whether its elements may be eroded.
     pub erodes: bool,
     /// Its boundary surface at the start: outward faces with global nodes. A rigid body has its centre and no faces.
@@ -45,6 +48,13 @@ pub struct PlanBody {
 }
 
 impl PlanBody {
+    /// Names of its parts in a block of its elements.
+    pub(super) fn parts_of(&self, block: &ElementBlock) -> Vec<String> {
+        let parts: BTreeSet<u32> =
+            block.elements.iter().map(|e| self.part_of[(e - self.elements.start) as usize]).collect();
+        parts.into_iter().map(|part| self.parts[part as usize].clone()).collect()
+    }
+
     /// Its elements that are not eroded, in ascending order.
     pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = Cell<'a>> {
         let numbered = self.elements.clone().zip(self.cells.iter());

@@ -18,10 +18,10 @@ use super::stepping::{bulk_viscosities, integrator, preload};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
-use crate::mechanics::material::Validity;
+use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cells;
-use crate::scene::document::{Axis, BodyDocument, ErrorBarsDocument, Keep, SceneDocument};
+use crate::scene::document::{Axis, BodyDocument, ErrorBarsDocument, Keep, PartDocument, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -284,6 +284,9 @@ fn add_body(
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
     let mirrored =
         body.mirrored.each_ref().map(|nodes| nodes.iter().map(|node| node + first_node).collect::<Vec<_>>());
+    let (validity, sets) = entries_of_parts(document, body)
+        .map(|(part, law)| (part.material.valid_to().range_of(law), part.library.clone()))
+        .unzip();
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
         role: document.role,
@@ -293,7 +296,8 @@ fn add_body(
         cells: mesh.cells.map(|node| node + first_node),
         part_of: mesh.part_of.clone(),
         parts: mesh.parts.clone(),
-        validity: validity_of_parts(document, body),
+        validity,
+        sets,
         erodes: document.parts.iter().any(|part| part.erosion.is_some()),
         boundary: Surface { nodes, faces, mirrored },
         rigid: None,
@@ -325,14 +329,17 @@ fn check_followers(parts: &mut Parts) -> Result<(), CompileError> {
     Ok(())
 }
 
-/// Range of validity of the law of each part of a mesh; a part without elements is skipped.
-fn validity_of_parts(document: &BodyDocument, body: &crate::scene::SceneBody) -> Vec<Validity> {
+/// Entry in the document and law of each part of a mesh; a part without elements is skipped.
+fn entries_of_parts<'a>(
+    document: &'a BodyDocument,
+    body: &'a crate::scene::SceneBody,
+) -> impl Iterator<Item = (&'a PartDocument, &'a Material)> {
     let of_part = |part: usize| {
         let element = body.mesh.part_of.iter().position(|p| *p as usize == part).unwrap_or(0);
         let entry = *body.part_entry.get(element)? as usize;
-        Some(document.parts.get(entry)?.material.valid_to().range_of(body.materials.get(entry)?))
+        Some((document.parts.get(entry)?, body.materials.get(entry)?))
     };
-    (0..body.mesh.parts.len()).filter_map(of_part).collect()
+    (0..body.mesh.parts.len()).filter_map(of_part)
 }
 
 /// Adds a rigid body as two nodes: the centre of mass, and the spin in the axes of the body.
@@ -361,6 +368,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         part_of: Vec::new(),
         parts: Vec::new(),
         validity: Vec::new(),
+        sets: Vec::new(),
         erodes: false,
         boundary: Surface::new(vec![centre], Vec::new()),
         rigid: Some(parts.rigid.bodies.len()),

@@ -13,6 +13,7 @@ use super::sector::mapping::Sector;
 use crate::mechanics::contact::ContactPair;
 use crate::mechanics::force::{AssembledRows, ElementBlock, ElementForces};
 use crate::mechanics::lanes::Row;
+use crate::mechanics::material::Validity;
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
@@ -158,9 +159,14 @@ impl Plan {
     /// Whether what is evaluated at the field times needs velocities: as a field, for viscous stresses, or for the strain rates that
     /// are compared with those of the tests of a law.
     pub fn reads_velocities(&self) -> bool {
-        let compares_rates =
-            || self.bodies.iter().flat_map(|body| &body.validity).any(|law| law.strain_rate.is_some());
-        self.fields.contains(&FieldName::Velocity) || self.is_viscous() || compares_rates()
+        self.fields.contains(&FieldName::Velocity) || self.is_viscous() || self.compares_rates()
+    }
+    /// Whether strain rates are compared with those of tests: a part has them, or is a set of the library, whose tests had some.
+    pub fn compares_rates(&self) -> bool {
+        let has_rates = |law: &Validity| law.strain_rate.is_some();
+        self.bodies.iter().any(|body| {
+            body.validity.iter().any(has_rates) || body.sets.iter().any(Option::is_some)
+        })
     }
     /// Number of force slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {

@@ -3,6 +3,7 @@
 mod blocks;
 mod body;
 mod by_pair;
+mod capped_bulk;
 mod compile;
 mod compiled;
 mod contact;

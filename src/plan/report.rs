@@ -36,7 +36,7 @@ pub struct PlanReport {
     /// Parts whose material is a set of the library.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub named_materials: Vec<NamedMaterialReport>,
-    /// Nearly incompressible parts with a bulk modulus below that of water, in words; null without any.
+    /// Nearly incompressible parts with a bulk modulus below that of water, and the effect to be expected of it, in words; null without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub capped_bulk_moduli: Option<String>,
     /// Bodies that are locally refined.

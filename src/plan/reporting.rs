@@ -2,6 +2,7 @@
 
 use super::body::PlanBody;
 use super::by_pair::{MOST_LISTED_BODIES, MOST_LISTED_PAIRS};
+use super::capped_bulk;
 use super::compiled::Plan;
 use super::cost;
 use super::integrator::Integrator;
@@ -17,7 +18,6 @@ use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::mechanics::rigid::RigidBody;
 use crate::scene::document::Keep;
 use crate::scene::{Scene, SceneBody};
-use std::collections::BTreeSet;
 
 /// Relative amount by which a step may exceed its nominal length, as in the stepper.
 const ROUNDING: f64 = 1e-9;
@@ -67,7 +67,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
             rigid_bodies.len()
         ));
     }
-    let capped_bulk_moduli = capped_bulk_moduli(plan);
+    let capped_bulk_moduli = capped_bulk::in_words(plan, scene);
     kept.extend(capped_bulk_moduli.clone());
     kept.extend(pairs.iter().map(PairReport::in_words));
     let pair_count = plan.contact.as_ref().map_or(0, |contact| contact.pairs.len());
@@ -111,26 +111,6 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     }
 }
 
-/// Parts that are meant to keep their volume, with a bulk modulus below that of water, in words.
-fn capped_bulk_moduli(plan: &Plan) -> Option<String> {
-    let mut capped = BTreeSet::new();
-    for block in &plan.blocks {
-        if let Some(bulk) = block.parameters.material.capped_bulk_modulus() {
-            let body = &plan.bodies[block.body];
-            let megapascals = 1e-6 * bulk;
-            let of_part = |part| format!("{part} ({}) {megapascals:.3} MPa", body.name);
-            capped.extend(parts_of(block, body).into_iter().map(of_part));
-        }
-    }
-    let listed = capped.into_iter().take(MOST_LISTED_BODIES).collect::<Vec<_>>().join(", ");
-    (!listed.is_empty()).then(|| {
-        format!(
-            "Bulk modulus capped: {listed}; that of water is 2.2 GPa. A run to an accuracy measures the effect on its coarsest mesh, \
-             `--lower-bulk-modulus` adds it to the error bars"
-        )
-    })
-}
-
 /// The quasi-static preload or run, in words.
 fn statics_in_words(plan: &Plan) -> Vec<String> {
     let mut words = Vec::new();
@@ -162,13 +142,6 @@ fn solver_in_words(solver: Method, is_explicit: bool) -> String {
     format!("contact problems solved by {}, {how}", solver.name())
 }
 
-/// Names of the parts in a block of a body.
-fn parts_of(block: &ElementBlock, body: &PlanBody) -> Vec<String> {
-    let parts: BTreeSet<u32> =
-        block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
-    parts.into_iter().map(|part| body.parts[part as usize].clone()).collect()
-}
-
 fn of_block(
     plan: &Plan,
     block: &ElementBlock,
@@ -178,7 +151,7 @@ fn of_block(
     let (p, body) = (&block.parameters, &plan.bodies[block.body]);
     BlockReport {
         body: body.name.clone(),
-        parts: parts_of(block, body),
+        parts: body.parts_of(block),
         elements: block.elements.len(),
         kind: body.cells.kind((block.elements[0] - body.elements.start) as usize).table().name.into(),
         law: p.material.name().into(),

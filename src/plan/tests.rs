@@ -292,3 +292,34 @@ fn the_skin_of_generated_layers_is_their_top_not_where_they_are_cut() {
         assert_eq!(ends, ["the back or a side of the model"]);
     }
 }
+
+/// The sentence on bulk moduli below that of water: stone of some modulus [Pa] and c10 [Pa] that falls on water-like tissue at a speed [m/s].
+fn capped_bulk_moduli(bulk_modulus_pa: f64, c10_pa: f64, speed: f64) -> Option<String> {
+    let law = |K: f64| json!({"law": "neo_hookean", "c10_pa": c10_pa, "bulk_modulus_pa": K});
+    let mut scene = scene();
+    scene["bodies"][0]["parts"][0]["material"] = law(2.2e9);
+    scene["bodies"][1]["parts"][0]["material"] = law(bulk_modulus_pa);
+    scene["bodies"][1]["velocity_m_per_s"] = json!([0, 0, -speed]);
+    compiled(&scene).report.capped_bulk_moduli
+}
+
+#[test]
+fn the_effect_to_be_expected_of_a_capped_bulk_modulus_depends_on_the_speed_and_is_no_bound() {
+    assert_eq!(capped_bulk_moduli(2.2e9, 1e4, 10.0), None);
+    // Waves at 224 m/s.
+    let fast = capped_bulk_moduli(5e7, 1e4, 100.0).unwrap();
+    assert!(fast.starts_with("Bulk modulus capped: block (stone) 50.000 MPa; that of water"), "{fast}");
+    assert!(fast.contains("Effect on peak force ≤ 7 %, impulse ≤ 2 %"), "{fast}");
+    assert!(fast.contains("(here 0.45 of the speed") && fast.contains("K/G of 2500"), "{fast}");
+    assert!(fast.contains("no bound") && fast.contains("coarsest mesh"), "{fast}");
+    let slow = capped_bulk_moduli(5e7, 1e4, 20.0).unwrap();
+    assert!(slow.contains("impulse ≤ 1 %") && slow.contains("depth of stress ≤ 7 %"), "{slow}");
+    // Fewer results were compared for stiff rubber.
+    let rubber = capped_bulk_moduli(5e7, 1e6, 20.0).unwrap();
+    assert!(rubber.contains("peak force ≤ 12 %") && !rubber.contains("contact patch"), "{rubber}");
+    // Faster, stiffer in shear, and without a velocity.
+    for (c10_pa, speed) in [(1e4, 250.0), (4e6, 20.0), (1e4, 0.0)] {
+        let unknown = capped_bulk_moduli(5e7, c10_pa, speed).unwrap();
+        assert!(unknown.contains("not known before the run") && !unknown.contains('≤'), "{unknown}");
+    }
+}

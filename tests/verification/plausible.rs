@@ -143,6 +143,24 @@ fn a_law_that_was_left_is_reported_and_beyond_its_limit_nothing_is_shown() {
     assert!(ball.tested_strain_rate_per_s.is_none() && ball.fraction_faster < 1e-12, "{ball:?}");
     assert!(fast.warnings.iter().any(|w| w.contains("faster than in any test")), "{:?}", fast.warnings);
 
+    // Tests far faster than all of it, and tests faster than most of it: near the ball some is fast enough.
+    let slow = with_range(json!({"strain_rate_per_s": [1e6, 1e7]}));
+    let says = |of: &Summary, words: &str| of.warnings.iter().any(|warning| warning.contains(words));
+    assert!(says(&slow, "in 100.0 % of its volume slower than in any test"), "{:?}", slow.warnings);
+    let peak = gel.strain_rate_per_s;
+    let partly = with_range(json!({"strain_rate_per_s": [0.5 * peak, 0.6 * peak]}));
+    let gel = partly.law_rates.iter().find(|rate| rate.body == "gel").unwrap();
+    assert!(gel.fraction_slower > 0.5 && gel.fraction_slower < 1.0 && gel.fraction_faster > 0.0, "{gel:?}");
+    assert!(gel.fraction_slower + gel.fraction_faster < 1.0, "{gel:?}");
+    assert!(says(&partly, "of its volume slower than in any test"), "{:?}", partly.warnings);
+    // Without any rates nothing is compared, but with a set of the library, whose tests had some.
+    assert!(left.law_rates.is_empty());
+    let mut of_library = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
+    of_library["solver"] = json!({"error_bars": "none"});
+    of_library["bodies"][1]["parts"][0]["material"] = json!({"library": "gelatine/bonavia_2025_20pct"});
+    let unknown = summary(&of_library, None);
+    assert!(says(&unknown, "without rates of tests to compare with"), "{:?}", unknown.warnings);
+
     let beyond = with_range(json!({"stretch": [0.999, 1.001], "limit_stretch": [0.999, 1.001]}));
     let Shown::Withheld { reason, .. } = &beyond.results else { panic!("{:?}", beyond.plain_words) };
     assert!(reason.contains("(gel) was stretched to") && reason.contains("limit 1.001"), "{reason}");

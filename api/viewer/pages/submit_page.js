@@ -168,6 +168,7 @@ class SubmitPage {
     const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), ...(hasShapes ? [shapeOf(body)] : [])]);
     this.#preview.replaceChildren(
       table("Bodies", ["body", "elements", "mass [g]", ...(hasShapes ? ["smallest scaled Jacobian"] : [])], bodies),
+      ...(plan.capped_bulk_moduli ? [html("p", { class: "quiet" }, plan.capped_bulk_moduli, ".")] : []),
       html("details", {}, html("summary", {}, "What the scene does not need"), html("p", { class: "quiet" }, plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }

@@ -12,12 +12,13 @@ fn ranges() -> LawRanges {
             limit: Deformations { stretch, jacobian: [0.1, 10.0] },
             strain_rate: Some([0.0, 50.0]),
         };
-        PartRange { has_rates: true, ..PartRange::at_rest("body".into(), "part".into(), validity, 0) }
+        PartRange::at_rest("body".into(), "part".into(), validity, 0)
     };
     LawRanges {
         parts: vec![part([0.1, 4.0], false), part([0.4, 2.0], true)],
         bodies: vec![BodyRange::default()],
         part_of: vec![0, 0, 1, 1, 1, 0, 0, 0],
+        reached: vec![Reached::default(); BATCH],
     }
 }
 
@@ -48,7 +49,7 @@ fn point_by_point(ranges: &mut LawRanges, points: &PointBatch) {
             body.all.now += points.volume[q][lane] * points.psi[q][lane];
         }
         part.accumulate_damage(lane..lane + 1, points);
-        part.accumulate_rate(50.0, lane..lane + 1, points);
+        part.rates.accumulate(&mut ranges.reached, lane..lane + 1, points);
         part.accumulate_deformation(body, lane..lane + 1, points);
     }
 }

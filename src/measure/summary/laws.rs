@@ -9,6 +9,10 @@ use serde::Serialize;
 /// Fraction of a part's volume outside the fitted range above which it is reported [-].
 const NOTABLE_FRACTION: f64 = 1e-3;
 
+/// Fraction of a part's volume that is always slower than the slowest test, above which it is reported [-]: tissue far from an impact is slow in
+/// any scene, and a part of which most is has a stiffness that its tests do not show.
+const MOSTLY: f64 = 0.5;
+
 /// A part whose law was used beyond its fitted range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawRange {
@@ -97,20 +101,23 @@ pub struct LawRate {
     /// Slowest and fastest test [1/s]; `None` where they are not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tested_strain_rate_per_s: Option<[f64; 2]>,
-    /// Largest fraction of the part's volume that was deformed faster than in any test [-].
+    /// Fraction of the part's volume that was, at its fastest, deformed faster than in any test [-].
     pub fraction_faster: f64,
+    /// Fraction of the part's volume that was always deformed more slowly than in the slowest test, undeformed tissue included [-].
+    pub fraction_slower: f64,
 }
 
-/// All parts that have moved, in the order of the plan; none where no part has rates of its tests.
+/// All parts that have moved, in the order of the plan; none where no part has rates of its tests, or is a set of the library.
 pub(super) fn law_rates(ranges: &LawRanges) -> Vec<LawRate> {
     let of = |part: &PartRange| LawRate {
         body: part.body.clone(),
         part: part.part.clone(),
-        strain_rate_per_s: part.strain_rate,
-        tested_strain_rate_per_s: part.validity.strain_rate,
-        fraction_faster: part.fraction(&part.faster),
+        strain_rate_per_s: part.rates.largest,
+        tested_strain_rate_per_s: part.rates.tested,
+        fraction_faster: part.fraction_of(part.rates.faster),
+        fraction_slower: part.fraction_of(part.rates.slower(part.volume)),
     };
-    ranges.parts.iter().filter(|part| part.strain_rate > 0.0).map(of).collect()
+    ranges.parts.iter().filter(|part| part.rates.largest > 0.0).map(of).collect()
 }
 
 /// The sentence on all parts whose laws were notably used beyond their ranges; `None` where there is none.
@@ -136,7 +143,8 @@ pub(super) fn rates_in_words(rates: &[LawRate]) -> Option<String> {
 }
 
 impl LawRate {
-    /// "muscle (thigh) at up to 5100 /s, in 35 % of its volume faster than in any test (378 /s)"; `None` within the range of the tests.
+    /// "muscle (thigh) at up to 5100 /s, in 35 % of its volume faster and in 60 % of its volume slower than in any test (378 /s)"; `None` within the range of
+    /// the tests.
     fn in_words(&self) -> Option<String> {
         let (whose, rate) = (format!("{} ({})", self.part, self.body), number(self.strain_rate_per_s));
         let Some([slowest, fastest]) = self.tested_strain_rate_per_s else {
@@ -144,14 +152,16 @@ impl LawRate {
         };
         let [from, to] = [slowest, fastest].map(number);
         let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
-        if self.fraction_faster > NOTABLE_FRACTION {
-            let percent = number(100.0 * self.fraction_faster);
-            return Some(format!(
-                "{whose} at up to {rate} /s, in {percent} % of its volume faster than in any test ({tests})"
-            ));
-        }
-        (self.strain_rate_per_s < slowest)
-            .then(|| format!("{whose} at up to {rate} /s, slower than in any test ({tests})"))
+        let sides = [
+            ("faster", self.fraction_faster, NOTABLE_FRACTION),
+            ("slower", self.fraction_slower, MOSTLY),
+        ];
+        let notable = sides.into_iter().filter(|(_, fraction, least)| fraction > least);
+        let how: Vec<String> =
+            notable.map(|(how, of, _)| format!("in {} % of its volume {how}", number(100.0 * of))).collect();
+        (!how.is_empty()).then(|| {
+            format!("{whose} at up to {rate} /s, {} than in any test ({tests})", how.join(" and "))
+        })
     }
 }
 
@@ -214,26 +224,37 @@ mod tests {
 
     #[test]
     fn strain_rates_are_reported_where_they_leave_those_of_the_tests() {
-        let rate = |strain_rate_per_s: f64, tested: Option<[f64; 2]>, fraction_faster: f64| LawRate {
+        let rate = |strain_rate_per_s: f64, tested: Option<[f64; 2]>, [fraction_faster, fraction_slower]: [f64; 2]| LawRate {
             body: "thigh".into(),
             part: "muscle".into(),
             strain_rate_per_s,
             tested_strain_rate_per_s: tested,
             fraction_faster,
+            fraction_slower,
         };
-        let faster = rate(5100.0, Some([378.0; 2]), 0.35).in_words().unwrap();
+        let faster = rate(5100.0, Some([378.0; 2]), [0.35, 0.49]).in_words().unwrap();
         assert_eq!(
             faster,
             "muscle (thigh) at up to 5100 /s, in 35.00 % of its volume faster than in any test (378.0 /s)"
         );
-        let slower = rate(20.0, Some([116.0, 378.0]), 0.0).in_words().unwrap();
-        assert!(slower.contains("slower than in any test (116.0 to 378.0 /s)"), "{slower}");
-        assert_eq!(rate(200.0, Some([116.0, 378.0]), 0.0).in_words(), None);
-        let unknown = rate(5100.0, None, 0.0).in_words().unwrap();
+        let slower = rate(20.0, Some([116.0, 378.0]), [0.0, 1.0]).in_words().unwrap();
+        assert!(
+            slower.contains("in 100.0 % of its volume slower than in any test (116.0 to 378.0 /s)"),
+            "{slower}"
+        );
+        let spread = rate(5100.0, Some([116.0, 378.0]), [0.1, 0.6]).in_words().unwrap();
+        assert!(
+            spread.contains("in 10.00 % of its volume faster and in 60.00 % of its volume slower than"),
+            "{spread}"
+        );
+        assert_eq!(rate(200.0, Some([116.0, 378.0]), [0.0, 0.5]).in_words(), None);
+        let unknown = rate(5100.0, None, [0.0; 2]).in_words().unwrap();
         assert_eq!(unknown, "muscle (thigh) at up to 5100 /s, without rates of tests to compare with");
-        let both =
-            rates_in_words(&[rate(20.0, Some([116.0, 378.0]), 0.0), rate(5100.0, Some([378.0; 2]), 0.35)])
-                .unwrap();
+        let both = rates_in_words(&[
+            rate(20.0, Some([116.0, 378.0]), [0.0, 1.0]),
+            rate(5100.0, Some([378.0; 2]), [0.35, 0.49]),
+        ])
+        .unwrap();
         assert!(both.contains(&format!(": {slower}; {faster}.")), "{both}");
     }
 
