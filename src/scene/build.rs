@@ -16,7 +16,7 @@ use super::segmentation_source::{read_scan, read_surfaces};
 use super::source::{MeshBytes, MeshSource};
 use super::validate::Findings;
 use super::validate::rigid::check_of_shape;
-use super::validate::segmentation::{check_label_volumes, check_noise, check_scan};
+use super::validate::segmentation::{check_effect, check_label_volumes, check_noise, check_scan};
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
@@ -206,6 +206,7 @@ impl<'a> Builder<'a> {
         check_scan(scan, &volume, here, out);
         let made = segmentation::mesh(&volume, &scan.options(self.elements_left, volumes_m3));
         let mesh = made.map_err(|error| out.push(scan_problem(&error, here))).ok()?;
+        check_effect(scan, &volume, &mesh, here, out);
         check_label_volumes(&mesh, here, out);
         check_noise(&mesh, here, out);
         self.spend(mesh.cells.len() as u64, here, out)?;

@@ -13,7 +13,9 @@ use super::scene_body::SceneBody;
 use super::source::{FolderSource, KeptFiles, MeshSource};
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, approach, bodies, check_document, loads, meshes, overlap, segmentation};
+use super::validate::{
+    Findings, approach, bodies, check_document, loads, meshes, overlap, segmentation, side,
+};
 use super::{json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
@@ -265,6 +267,7 @@ fn examine(
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
     overlap::check(document, &bodies, &mut out);
     approach::check(document, &bodies, &mut out);
+    side::check(document, &bodies, &mut out);
     let edges = summaries.iter().filter_map(|body| body.quality.as_ref()).map(|quality| quality.min_edge_m);
     let chosen = integrator_choice::choose(document, &bodies, edges.fold(f64::INFINITY, f64::min), budget);
     let (integrator, choice) =

@@ -68,7 +68,7 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     // The leaves are what is below the skin.
     let below = options.skin.as_ref().map(|skin| grid.eroded(skin.thickness_m));
     let below = below.as_ref().unwrap_or(&grid);
-    let tree = octree(below, &frame, &classes, options).map_err(|error| limits.reason(error))?;
+    let (tree, are_idle) = octree(below, &frame, &classes, options).map_err(|error| limits.reason(error))?;
     let mut leaves = labelling::classes(below, &tree);
     // Before what takes long.
     let is_part = |class: &&u8| classes.is_part.get(usize::from(**class)).is_some_and(|is_part| *is_part);
@@ -79,6 +79,7 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     within(elements.hexes.len() as u64, options).map_err(|error| limits.reason(error))?;
     let aims = aims(&grid, volume, &classes, options);
     place_nodes(&mut elements, &grid, &classes, &aims, options);
+    notes.extend((0..).zip(are_idle).filter(|(_, is_idle)| *is_idle).map(|(place, _)| idle_place(place)));
     notes.extend(volume.notes.iter().cloned());
     let source = if options.is_of_surfaces() { "its surface" } else { "its voxels" };
     notes.extend(volume_notes(&elements, &classes, &aims, source)?);
@@ -90,6 +91,11 @@ pub fn mesh(volume: &LabelVolume, options: &Options) -> Result<Mesh, MeshError> 
     mesh.notes = notes;
     check_quality(&mesh)?;
     Ok(mesh)
+}
+
+/// Note on a place of [`Options::near`], by its number from 0, around which no element is smaller than it would be without.
+pub fn idle_place(place: usize) -> String {
+    format!("point {} of near makes no element smaller", place + 1)
 }
 
 /// The options with fewer elements where the labels are noise.

@@ -31,7 +31,7 @@ mod volume;
 mod volumes;
 
 pub use islands::body_of;
-pub use mesher::{POORLY_RESOLVED, RELABELLED, mesh};
+pub use mesher::{POORLY_RESOLVED, RELABELLED, idle_place, mesh};
 pub use options::{Crop, LabelUse, Near, Options, SkinLayer};
 pub use rasterise::{Filled, Filling, Unfilled};
 pub use volume::{Frame, LabelCount, LabelVolume, MOST_LABELS, ScanInspection};

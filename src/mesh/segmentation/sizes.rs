@@ -30,7 +30,7 @@ pub fn within(elements: u64, options: &Options) -> Result<(), MeshError> {
     Err(refused(what, "enlarge the sizes, or crop the scan around the impact"))
 }
 
-/// The octree, fine where that is requested and at thin layers.
+/// The octree, fine where that is requested and at thin layers, and which of the requested places make no leaf of a part smaller.
 ///
 /// # Errors
 /// `Unsupported` for too many elements, as soon as there will be.
@@ -39,7 +39,7 @@ pub fn octree(
     frame: &Frame,
     classes: &Classes,
     options: &Options,
-) -> Result<Octree, MeshError> {
+) -> Result<(Octree, Vec<bool>), MeshError> {
     let lengths = grid.lengths();
     // Base grid of the largest size, refused before it is allocated: none is larger, or those of half the size that a point asks for would
     // be halved once more.
@@ -69,6 +69,7 @@ pub fn octree(
     // Halve what is coarser than requested at its distance, or than a thin layer in it.
     let mut tree = Octree::new(base, &lengths, halvings as u8);
     let (mut fractions, mut found) = (Vec::new(), Vec::new());
+    let mut are_idle = vec![true; places.len()];
     let mut elements = 0;
     let mut asks = |tree: &Octree, leaf: Leaf| {
         let [low, high] = tree.bounds(leaf);
@@ -83,7 +84,12 @@ pub fn octree(
         };
         found.clear();
         found.extend((1..grid.count).filter(|class| fractions[*class] > COUNTS).map(|class| class as u8));
-        let is_split = of_parts > 0.0 && places.iter().any(is_coarse)
+        let mut is_requested = false;
+        for (_, is_idle) in places.iter().zip(&mut are_idle).filter(|(place, _)| of_parts > 0.0 && is_coarse(place))
+        {
+            (is_requested, *is_idle) = (true, false);
+        }
+        let is_split = is_requested
             || edge > thin * (1.0 + 1e-6)
                 && found.iter().any(|class| is_thin(grid, [low, high], *class, edge));
         // What is nothing but parts has an element in each of its leaves, however far they are still halved.
@@ -93,7 +99,7 @@ pub fn octree(
         if elements > options.max_elements { Err(elements) } else { Ok(is_split) }
     };
     match tree.refine(most, &mut asks) {
-        Ok(()) => Ok(tree),
+        Ok(()) => Ok((tree, are_idle)),
         Err(elements) => Err(within(elements, options).err().unwrap_or(MeshError::Empty)),
     }
 }

@@ -139,6 +139,53 @@ fn a_projectile_that_reaches_nothing_is_reported_before_it_runs() {
 }
 
 #[test]
+fn layers_that_are_hit_from_their_side_have_a_warning() {
+    let law = json!({"law": "neo_hookean", "c10_pa": 1e4, "bulk_modulus_pa": 2e7});
+    let scene = |center: [f64; 3], velocity: [f64; 3]| {
+        json!({
+            "name": "ball on layers", "end_time_s": 1e-3,
+            "bodies": [
+                {
+                    "name": "ball", "role": "projectile", "velocity_m_per_s": velocity,
+                    "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": center, "mass_kg": 0.03}
+                },
+                {
+                    "name": "slab", "role": "tissue", "fixed": [{"set": "z_min"}],
+                    "mesh": {"generator": {
+                        "kind": "layered_block", "size_m": [0.06, 0.04], "elements": [4, 4],
+                        "layers": [{"part": "skin", "thickness_m": 0.002, "elements": 1}, {"part": "fat", "thickness_m": 0.03, "elements": 4}]
+                    }},
+                    "parts": [{"part": "*", "density_kg_per_m3": 1000, "material": law}]
+                }
+            ]
+        })
+    };
+    let found = |document: &Value| {
+        let all = load_value(document).unwrap().warnings;
+        all.into_iter().filter(|p| p.code == "hit_from_the_side").collect::<Vec<_>>()
+    };
+    // From above, also aslant from beyond an edge, depths are those below what is hit.
+    assert_eq!(found(&scene([0.0, 0.0, 0.011], [0.0, 0.0, -10.0])), []);
+    assert_eq!(found(&scene([0.05, 0.0, 0.03], [-30.0, 0.0, -20.0])), []);
+    let beside = scene([0.041, 0.0, -0.015], [-10.0, 0.0, 0.0]);
+    let [warning] = &found(&beside)[..] else { panic!("{:?}", found(&beside)) };
+    assert_eq!(warning.pointer, "/measures/skin_set");
+    assert!(warning.remedy.contains(r#""skin_set": "x_max""#), "{warning}");
+    // Turned by a quarter, its top is hit by the same ball.
+    let mut turned = beside.clone();
+    turned["bodies"][1]["placement"] = json!({"rotation": {"axis": [0, 1, 0], "angle_deg": 90}});
+    turned["bodies"][0]["rigid"]["center_m"] = json!([0.011, 0.0, 0.0]);
+    assert_eq!(found(&turned), []);
+    // With the side that is hit as skin, or without a skin to hit.
+    let mut named = beside.clone();
+    named["measures"] = json!({"skin_set": "x_max"});
+    assert_eq!(found(&named), []);
+    let mut held = beside;
+    held["bodies"][1]["fixed"] = json!([{"set": "z_max"}]);
+    assert_eq!(found(&held), []);
+}
+
+#[test]
 fn the_sound_scene_loads_without_a_word() {
     let loaded = load_value(&sound()).unwrap();
     assert_eq!(loaded.warnings, []);

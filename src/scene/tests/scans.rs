@@ -127,6 +127,42 @@ fn what_a_scan_does_not_have_and_what_a_mesh_loses_of_it_is_warned_of() {
 }
 
 #[test]
+fn points_and_a_skin_without_effect_have_a_warning() {
+    let found = |change: &dyn Fn(&mut Value)| {
+        let mut document = scene();
+        change(&mut document);
+        let warnings = load_scan(&document).unwrap().warnings;
+        let idle = warnings.into_iter().filter(|p| p.code == "without_effect");
+        idle.map(|p| p.pointer).collect::<Vec<_>>()
+    };
+    let at = "/bodies/1/mesh/segmentation";
+    // Sizes as elsewhere, beside a point that has an effect; and a point in the air, from which sizes grow to those of the tissue.
+    let more = |near: Value| {
+        found(&|document| {
+            let all = &mut document["bodies"][1]["mesh"]["segmentation"]["near"];
+            all.as_array_mut().unwrap().push(near.clone());
+        })
+    };
+    assert_eq!(more(json!({"point_m": [0.01, 0.01, 0.01], "size_m": 0.0025})), [""; 0]);
+    assert_eq!(more(json!({"point_m": [0.01, 0.01, 0.01], "size_m": 0.005})), [format!("{at}/near/1")]);
+    assert_eq!(more(json!({"point_m": [0.03, 0.025, 0.0395], "size_m": 0.0025})), [format!("{at}/near/1")]);
+    // A piece from within the muscle has no skin.
+    let within = |skin: bool| {
+        found(&|document| {
+            document["bodies"][1]["fixed"] = json!([{"set": "z_min"}]);
+            let scan = &mut document["bodies"][1]["mesh"]["segmentation"];
+            scan["crop"] = json!({"center_m": [0.01, 0.025, 0.01], "size_m": [0.01, 0.02, 0.01]});
+            scan["near"] = json!([]);
+            if skin {
+                scan["skin_thickness_m"] = json!(0.002);
+            }
+        })
+    };
+    assert_eq!(within(true), [format!("{at}/skin_thickness_m")]);
+    assert_eq!(within(false), [""; 0]);
+}
+
+#[test]
 fn a_scan_of_impossible_size_is_refused() {
     let at_z = |value: f32| {
         let mut file = scan();

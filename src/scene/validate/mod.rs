@@ -19,6 +19,7 @@ pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
 pub mod segmentation;
+pub mod side;
 pub mod solver;
 pub mod timing;
 

@@ -4,10 +4,12 @@ use super::Findings;
 use crate::mechanics::contact::Discretisation;
 use crate::mesh::Mesh;
 use crate::mesh::names::fault;
-use crate::mesh::segmentation::{LabelVolume, POORLY_RESOLVED, RELABELLED};
+use crate::mesh::segmentation::{Frame, LabelVolume, POORLY_RESOLVED, RELABELLED, idle_place};
 use crate::scene::document::{BodyDocument, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
-use crate::scene::segmentation_document::{ClosedSurfaceDocument, LabelDocument, SegmentationDocument};
+use crate::scene::segmentation_document::{
+    ClosedSurfaceDocument, LabelDocument, NearDocument, SegmentationDocument,
+};
 use serde_json::Value;
 
 /// Checks all scans of the document.
@@ -62,19 +64,52 @@ pub fn check_scan(scan: &SegmentationDocument, volume: &LabelVolume, here: &Poin
     }
     // A grid with shear is refused where it is read.
     let Ok(frame) = volume.frame() else { return };
-    let lengths = frame.lengths();
-    for (i, near) in scan.near.iter().enumerate() {
-        let local = frame.local(&near.point_m.into());
-        let reach = near.within_m + scan.size_m;
-        if (0..3).all(|k| local[k] >= -reach && local[k] <= lengths[k] + reach) {
-            continue;
-        }
+    for (i, near) in scan.near.iter().enumerate().filter(|(_, near)| is_outside(near, scan, &frame)) {
         let message = "the point is outside the scan, so it refines no elements";
         out.push(
             Problem::warning("outside_of_scan", &here.key("near").index(i).key("point_m"), message)
                 .value(near.point_m.to_vec())
                 .limit("a point of the scan in metres; `contuse mesh info` shows its box")
                 .remedy("give the point in metres, in the space of the scan: before the placement"),
+        );
+    }
+}
+
+/// Whether a point is so far outside of a scan that it means no place in it.
+fn is_outside(near: &NearDocument, scan: &SegmentationDocument, frame: &Frame) -> bool {
+    let (local, lengths) = (frame.local(&near.point_m.into()), frame.lengths());
+    let reach = near.within_m + scan.size_m;
+    !(0..3).all(|k| local[k] >= -reach && local[k] <= lengths[k] + reach)
+}
+
+/// Warns of what was requested of the mesh, and changed nothing: points in the scan around which no element is smaller, and a skin without a
+/// surface to lie on.
+pub fn check_effect(
+    scan: &SegmentationDocument,
+    volume: &LabelVolume,
+    mesh: &Mesh,
+    here: &Pointer,
+    out: &mut Findings,
+) {
+    let Ok(frame) = volume.frame() else { return };
+    let inside = scan.near.iter().enumerate().filter(|(_, near)| !is_outside(near, scan, &frame));
+    for (i, near) in inside.filter(|(i, _)| mesh.notes.contains(&idle_place(*i))) {
+        let message = "no element around the point is smaller than it would be without";
+        out.push(
+            Problem::warning("without_effect", &here.key("near").index(i), message)
+                .value(near.size_m)
+                .limit(format!("smaller than the elements there, of at most size_m = {}", scan.size_m))
+                .remedy("give it a smaller size_m, move point_m to the tissue, in metres, or remove the entry"),
+        );
+    }
+    let has_surface = mesh.node_sets.get("outer").is_some_and(|nodes| !nodes.is_empty());
+    if let Some(thickness) = scan.skin_thickness_m.filter(|_| !has_surface) {
+        let message = "there is no skin: the body has no outer surface, as the scan or its crop cuts it on all sides";
+        out.push(
+            Problem::warning("without_effect", &here.key("skin_thickness_m"), message)
+                .value(thickness)
+                .limit("a body with air around a part of it")
+                .remedy("enlarge the crop beyond the surface of the body, or remove skin_thickness_m"),
         );
     }
 }
