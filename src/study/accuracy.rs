@@ -232,22 +232,18 @@ impl LevelRun<'_> {
     ) -> Result<RunResult, RunError> {
         let plan = mesh.plan.take().map_or_else(|| compile(&mesh.scene), Ok)?;
         let RunRequest { sinks, also, threads, progress, .. } = request;
-        // Reports lag behind the steps: what counts is whether there are too many at all.
-        let most = self.clock.and_then(|clock| clock.most_steps(&plan.report)).unwrap_or(u64::MAX);
-        let are_too_many = |steps: u64| {
-            self.discards.fetch_or(steps > most, Ordering::Relaxed);
-            steps > most
-        };
         let mut report = |p: Progress| {
-            are_too_many(p.step);
             let shown = if self.is_last { p } else { Progress::beginning(Phase::EstimatingErrors) };
             progress(Progress { accuracy: Some(self.place), ..shown });
         };
-        let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must, most };
+        let most = self.clock.and_then(|clock| clock.most_steps(&plan.report));
+        let mut limit = most.map(|most| StepLimit { most, discards: self.discards });
+        let discardable = |sink| Discardable { sink, discards: self.discards, must: self.must };
         let mut kept: Vec<_> = sinks.iter_mut().map(|sink| discardable(&mut **sink)).collect();
+        let limit = limit.iter_mut().map(|limit| limit as &mut dyn Sink);
         let request = RunRequest {
             scene: &mesh.scene,
-            sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
+            sinks: limit.chain(kept.iter_mut().map(|sink| sink as &mut dyn Sink)).collect(),
             also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
             threads: *threads,
             interrupt: &|| {
@@ -256,9 +252,7 @@ impl LevelRun<'_> {
             },
             progress: &mut report,
         };
-        let result = run_plan(request, plan, bars, Some(accuracy));
-        are_too_many(result.outcome.steps);
-        Ok(result)
+        Ok(run_plan(request, plan, bars, Some(accuracy)))
     }
 }
 
@@ -347,13 +341,36 @@ fn coarser_than_own(mesh_factor: f64) -> String {
     )
 }
 
-/// A sink that discards a run which the time has stopped, or which does not do what it must.
+/// A sink that has a run discarded once it has taken too many steps. Frames reach it later than they are made, and the run stops later still: what
+/// counts is whether there are too many at the end. It is the first of the sinks, so that the others know then.
+struct StepLimit<'a> {
+    most: u64,
+    discards: &'a AtomicBool,
+}
+
+impl StepLimit<'_> {
+    fn check(&self, steps: u64) {
+        self.discards.fetch_or(steps > self.most, Ordering::Relaxed);
+    }
+}
+
+impl Sink for StepLimit<'_> {
+    fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError> {
+        self.check(measured.frame.step);
+        Ok(())
+    }
+
+    fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
+        self.check(end.outcome.steps);
+        Ok(())
+    }
+}
+
+/// A sink that discards a run which the time or the limit of its steps has stopped, or which does not do what it must.
 struct Discardable<'a> {
     sink: &'a mut dyn Sink,
     discards: &'a AtomicBool,
     must: Must,
-    /// Most steps that it may take.
-    most: u64,
 }
 
 impl Sink for Discardable<'_> {
@@ -368,8 +385,7 @@ impl Sink for Discardable<'_> {
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
         let has_failed = self.must.finish && matches!(end.outcome.ending, Ending::Failed { .. });
         let is_no_answer = self.must.show && is_withheld(end.summary);
-        let is_stopped = self.discards.load(Ordering::Relaxed) || end.outcome.steps > self.most;
-        if is_stopped || has_failed || is_no_answer {
+        if self.discards.load(Ordering::Relaxed) || has_failed || is_no_answer {
             self.sink.discard();
             return Ok(());
         }
