@@ -63,6 +63,8 @@ pub struct PartRange {
     pub body: String,
     /// Name of the part, as in the scene.
     pub part: String,
+    /// Name of its set of the library, if it is one.
+    pub set: Option<String>,
     /// Range of validity of its law.
     pub validity: Validity,
     /// Its reference volume [m³].
@@ -115,6 +117,7 @@ impl PartRange {
         Self {
             body,
             part,
+            set: None,
             validity,
             volume: 0.0,
             left: Outside::default(),
@@ -289,17 +292,17 @@ impl LawRanges {
             let body = &plan.bodies[block.body];
             for (slot, element) in block.elements.iter().enumerate() {
                 let element = (element - body.elements.start) as usize;
-                let part = body.part_of[element] as usize;
-                let name = &body.parts[part];
+                let part_index = body.part_of[element] as usize;
+                let name = &body.parts[part_index];
                 let is_it = |part: &PartRange| part.part == *name && part.body == body.name;
                 let known = ranges.parts.iter().position(is_it);
                 let index = known.unwrap_or_else(|| {
-                    let validity = body.validity[part];
+                    let validity = body.validity[part_index];
                     let is_sooner = |at: &f64| *at <= validity.limit.stretch[1];
                     let stretch = |at: ErosionLimits| at.stretch;
                     let erodes_at = block.parameters.erosion.map(stretch).filter(is_sooner);
                     let part = PartRange::at_rest(body.name.clone(), name.clone(), validity, block.body);
-                    ranges.parts.push(PartRange { erodes_at, ..part });
+                    ranges.parts.push(PartRange { erodes_at, set: body.sets[part_index].clone(), ..part });
                     ranges.parts.len() - 1
                 });
                 ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();

@@ -157,9 +157,13 @@ fn a_law_that_was_left_is_reported_and_beyond_its_limit_nothing_is_shown() {
     assert!(left.law_rates.is_empty());
     let mut of_library = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
     of_library["solver"] = json!({"error_bars": "none"});
-    of_library["bodies"][1]["parts"][0]["material"] = json!({"library": "gelatine/bonavia_2025_20pct"});
+    of_library["bodies"][1]["parts"][0]["material"] = json!({"library": "fat/engelbrektsson_2011_ogden"});
     let unknown = summary(&of_library, None);
     assert!(says(&unknown, "without rates of tests to compare with"), "{:?}", unknown.warnings);
+    // Neither does its source state a range of stretch, which the run leaves small strains far enough to say.
+    let of_gel = |words: &str| says(&unknown, words) && !says(&left, words) && !says(&fast, words);
+    assert!(of_gel("state no range of stretch"), "{:?}", unknown.warnings);
+    assert!(says(&unknown, "(fat/engelbrektsson_2011_ogden)"), "{:?}", unknown.warnings);
 
     let beyond = with_range(json!({"stretch": [0.999, 1.001], "limit_stretch": [0.999, 1.001]}));
     let Shown::Withheld { reason, .. } = &beyond.results else { panic!("{:?}", beyond.plain_words) };

@@ -9,6 +9,9 @@ use serde::Serialize;
 /// Fraction of a part's volume outside the fitted range above which it is reported [-].
 const NOTABLE_FRACTION: f64 = 1e-3;
 
+/// Stretches within this distance of 1 are small strains, where laws hardly differ [-].
+const SMALL: f64 = 0.1;
+
 /// Fraction of a part's volume that is always slower than the slowest test, above which it is reported [-]: tissue far from an impact is slow in
 /// any scene, and a part of which most is has a stiffness that its tests do not show.
 const MOSTLY: f64 = 0.5;
@@ -126,6 +129,25 @@ pub(super) fn ranges_in_words(ranges: &[LawRange]) -> Option<String> {
     (!parts.is_empty()).then(|| {
         format!(
             "Materials were deformed beyond the range of their laws, so that the stress there is an extrapolation: {}.",
+            parts.join("; ")
+        )
+    })
+}
+
+/// The sentence on sets of the library whose sources state no range of stretch, beyond small strains; `None` where there is none.
+pub(super) fn unstated_ranges_in_words(ranges: &LawRanges) -> Option<String> {
+    let of = |part: &PartRange| {
+        let set = part.set.as_ref().filter(|_| !part.validity.given.stretch)?;
+        let [least, largest] = part.stretch;
+        let is_small = least >= 1.0 - SMALL && largest <= 1.0 + SMALL;
+        let [least, largest] = [least, largest].map(number);
+        (!is_small)
+            .then(|| format!("{} ({}) had stretches from {least} to {largest} ({set})", part.part, part.body))
+    };
+    let parts: Vec<String> = ranges.parts.iter().filter_map(of).collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "The sources of sets of the library state no range of stretch, so that it is not known whether their stress holds here: {}.",
             parts.join("; ")
         )
     })

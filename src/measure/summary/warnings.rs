@@ -7,7 +7,9 @@ use super::super::pair::PairMeasures;
 use super::super::penetration::{Depth, TOO_DEEP};
 use super::erosion::{ErosionOfPart, erosion};
 use super::gates::{LAW_LIMIT, projection_work};
-use super::laws::{beyond_limit, law_rates, left_laws, numerical_stress, ranges_in_words, rates_in_words};
+use super::laws::{
+    beyond_limit, law_rates, left_laws, numerical_stress, ranges_in_words, rates_in_words, unstated_ranges_in_words,
+};
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
 use super::softening::{SofteningOfPart, softening};
@@ -112,6 +114,7 @@ pub(super) fn warnings(
     all.add(Gravity::Remark, softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     all.add(Gravity::Remark, erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     all.add(Gravity::BeyondRange, ranges_in_words(&left_laws(&measures.laws)));
+    all.add(Gravity::BeyondRange, unstated_ranges_in_words(&measures.laws));
     all.add(Gravity::BeyondRange, rates_in_words(&law_rates(&measures.laws)));
     all.add(Gravity::Excluded, beyond_limit_warning(measures, numerics));
     // Artefacts, penetration and projection.
