@@ -164,9 +164,9 @@ impl Plan {
     /// Whether strain rates are compared with those of tests: a part has them, or is a set of the library, whose tests had some.
     pub fn compares_rates(&self) -> bool {
         let has_rates = |law: &Validity| law.strain_rate.is_some();
-        self.bodies.iter().any(|body| {
-            body.validity.iter().any(has_rates) || body.sets.iter().any(Option::is_some)
-        })
+        self.bodies
+            .iter()
+            .any(|body| body.validity.iter().any(has_rates) || body.sets.iter().any(Option::is_some))
     }
     /// Number of force slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {

@@ -174,16 +174,13 @@ impl LawRate {
         };
         let [from, to] = [slowest, fastest].map(number);
         let tests = if from == to { format!("{to} /s") } else { format!("{from} to {to} /s") };
-        let sides = [
-            ("faster", self.fraction_faster, NOTABLE_FRACTION),
-            ("slower", self.fraction_slower, MOSTLY),
-        ];
+        let sides =
+            [("faster", self.fraction_faster, NOTABLE_FRACTION), ("slower", self.fraction_slower, MOSTLY)];
         let notable = sides.into_iter().filter(|(_, fraction, least)| fraction > least);
         let how: Vec<String> =
             notable.map(|(how, of, _)| format!("in {} % of its volume {how}", number(100.0 * of))).collect();
-        (!how.is_empty()).then(|| {
-            format!("{whose} at up to {rate} /s, {} than in any test ({tests})", how.join(" and "))
-        })
+        (!how.is_empty())
+            .then(|| format!("{whose} at up to {rate} /s, {} than in any test ({tests})", how.join(" and ")))
     }
 }
 
@@ -246,7 +243,9 @@ mod tests {
 
     #[test]
     fn strain_rates_are_reported_where_they_leave_those_of_the_tests() {
-        let rate = |strain_rate_per_s: f64, tested: Option<[f64; 2]>, [fraction_faster, fraction_slower]: [f64; 2]| LawRate {
+        let rate = |strain_rate_per_s: f64,
+                    tested: Option<[f64; 2]>,
+                    [fraction_faster, fraction_slower]: [f64; 2]| LawRate {
             body: "thigh".into(),
             part: "muscle".into(),
             strain_rate_per_s,

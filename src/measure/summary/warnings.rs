@@ -8,7 +8,8 @@ use super::super::penetration::{Depth, TOO_DEEP};
 use super::erosion::{ErosionOfPart, erosion};
 use super::gates::{LAW_LIMIT, projection_work};
 use super::laws::{
-    beyond_limit, law_rates, left_laws, numerical_stress, ranges_in_words, rates_in_words, unstated_ranges_in_words,
+    beyond_limit, law_rates, left_laws, numerical_stress, ranges_in_words, rates_in_words,
+    unstated_ranges_in_words,
 };
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;

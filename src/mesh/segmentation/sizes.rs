@@ -85,7 +85,8 @@ pub fn octree(
         found.clear();
         found.extend((1..grid.count).filter(|class| fractions[*class] > COUNTS).map(|class| class as u8));
         let mut is_requested = false;
-        for (_, is_idle) in places.iter().zip(&mut are_idle).filter(|(place, _)| of_parts > 0.0 && is_coarse(place))
+        for (_, is_idle) in
+            places.iter().zip(&mut are_idle).filter(|(place, _)| of_parts > 0.0 && is_coarse(place))
         {
             (is_requested, *is_idle) = (true, false);
         }

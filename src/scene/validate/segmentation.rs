@@ -99,12 +99,15 @@ pub fn check_effect(
             Problem::warning("without_effect", &here.key("near").index(i), message)
                 .value(near.size_m)
                 .limit(format!("smaller than the elements there, of at most size_m = {}", scan.size_m))
-                .remedy("give it a smaller size_m, move point_m to the tissue, in metres, or remove the entry"),
+                .remedy(
+                    "give it a smaller size_m, move point_m to the tissue, in metres, or remove the entry",
+                ),
         );
     }
     let has_surface = mesh.node_sets.get("outer").is_some_and(|nodes| !nodes.is_empty());
     if let Some(thickness) = scan.skin_thickness_m.filter(|_| !has_surface) {
-        let message = "there is no skin: the body has no outer surface, as the scan or its crop cuts it on all sides";
+        let message =
+            "there is no skin: the body has no outer surface, as the scan or its crop cuts it on all sides";
         out.push(
             Problem::warning("without_effect", &here.key("skin_thickness_m"), message)
                 .value(thickness)
