@@ -288,7 +288,7 @@ mod tests {
             assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
         }
         assert!(numbers.contains("(970.2) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
-        // What a criterion says is told once.
+        // What a criterion says is written once.
         let criteria = numbers.split_once("Injury criteria").unwrap().1.split_once("</table>").unwrap().0;
         let values: Vec<String> =
             run.criteria.iter().filter_map(|of| Some(format!("{:.2} {}", of.value?, of.unit))).collect();

@@ -120,8 +120,8 @@ def test_criteria_are_shown_with_what_they_are_not(page, jobs):
         expect(row).to_contain_text(measure["statement"])
         expect(row).to_contain_text(measure["source"])
         # Its value and its reference are in that sentence, and nowhere else.
-        told = row.inner_text()
-        assert all(told.count(number) == 1 for number in re.findall(r"\d+\.\d+", measure["statement"])), told
+        text = row.inner_text()
+        assert all(text.count(number) == 1 for number in re.findall(r"\d+\.\d+", measure["statement"])), text
     expect(page.locator(".criteria")).to_contain_text("no diagnosis")
 
 

@@ -20,14 +20,14 @@ impl Connected {
     }
 
     /// Ends the growth: [`Self::firsts`] are known.
-    pub fn settle(&mut self) {
+    pub fn close(&mut self) {
         // A parent is never larger than its child, and comes before it.
         for c in 0..self.parent.len() {
             self.parent[c] = self.parent[self.parent[c]];
         }
     }
 
-    /// The first contact of the group of each contact, once settled.
+    /// The first contact of the group of each contact, once it has [ended its growth](Self::close).
     pub fn firsts(&self) -> &[usize] {
         &self.parent
     }

@@ -39,7 +39,7 @@ impl Groups {
                 }
             }
         }
-        self.connected.settle();
+        self.connected.close();
         let firsts = self.connected.firsts();
         self.order.clear();
         self.order.extend(0..contacts.len());

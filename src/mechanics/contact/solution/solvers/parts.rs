@@ -18,7 +18,7 @@ pub(super) fn groups(W: &SparseDelassus, contacts: usize) -> Vec<Vec<usize>> {
     for c in 0..contacts {
         W.row(c).for_each(|(d, _)| connected.join(c, d));
     }
-    connected.settle();
+    connected.close();
     let mut lists = vec![Vec::new(); contacts];
     connected.firsts().iter().enumerate().for_each(|(c, first)| lists[*first].push(c));
     lists.retain(|list| !list.is_empty());
