@@ -85,6 +85,19 @@ pub enum RecordError {
     NoFields,
 }
 
+impl RecordError {
+    /// The error of the operating system, if it is one.
+    ///
+    /// # Errors
+    /// Any other error.
+    pub fn into_io(self) -> Result<std::io::Error, Self> {
+        match self {
+            Self::File { source, .. } | Self::Mcap(::mcap::McapError::Io(source)) => Ok(source),
+            other => Err(other),
+        }
+    }
+}
+
 impl From<RecordError> for crate::step::RecorderError {
     fn from(error: RecordError) -> Self {
         Self(Box::new(error))

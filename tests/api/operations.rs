@@ -12,6 +12,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A scene that runs for a moment.
 fn small() -> String {
@@ -378,14 +379,34 @@ fn a_run_whose_recording_cannot_be_named_waits_for_the_data_folder() {
     let elsewhere = data.path().with_extension("elsewhere");
     let job = submit(
         &client,
-        &json!({ "name": "left alone", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere }),
+        &serde_json::json!({ "name": "left alone", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere }),
     );
     eventually("the data folder is away", || elsewhere.exists());
     // Longer than a run is refused by a folder that is there.
     std::thread::sleep(Duration::from_secs(3));
     assert_eq!(client.get(&job).json()["state"], "running");
+    assert_eq!(client.get("/readyz").status, 503);
     std::fs::rename(&elsewhere, data.path()).unwrap();
     let end = wait_for(&client, &job, "succeeded");
     assert_eq!(end["attempts"], 1, "{end}");
     assert_eq!(client.get(&format!("{job}/recording")).body.len(), 1000);
+}
+
+#[test]
+fn a_run_that_waits_for_the_data_folder_is_cancelled() {
+    let data = Arc::new(tempfile::tempdir().unwrap());
+    let server = Server::on(Arc::clone(&data), |_| {});
+    let client = server.client();
+    let elsewhere = data.path().with_extension("elsewhere");
+    let job = submit(
+        &client,
+        &serde_json::json!({ "name": "given up", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere }),
+    );
+    eventually("the data folder is away", || elsewhere.exists());
+    client.post(&format!("{job}/cancel"));
+    wait_for(&client, &job, "cancelled");
+    std::fs::rename(&elsewhere, data.path()).unwrap();
+    assert_eq!(client.get(&format!("{job}/recording")).status, 404);
+    // Others run again.
+    finished(&client, &quick());
 }

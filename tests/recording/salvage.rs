@@ -117,12 +117,25 @@ fn a_mutated_recording_is_reported_and_stops_nothing() {
 #[test]
 fn what_is_no_recording_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(salvage(folder.path(), b"no recording at all, but long enough for a header").is_err());
+    let refused = salvage(folder.path(), b"no recording at all, but long enough for a header");
+    assert!(refused.unwrap_err().into_io().is_err());
     assert!(
         !folder.path().join("killed.mcap").exists()
             && !folder.path().join("killed.salvaged.partial").exists()
     );
     assert!(reindex_incomplete(&folder.path().join("nothing.mcap")).is_err());
+}
+
+#[test]
+fn where_no_file_can_be_made_what_a_killed_run_left_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = partial_bytes(folder.path(), 25);
+    let in_the_way = folder.path().join("killed.salvaged.partial");
+    std::fs::create_dir(&in_the_way).unwrap();
+    let refused = salvage(folder.path(), &bytes);
+    assert!(refused.unwrap_err().into_io().is_ok());
+    std::fs::remove_dir(&in_the_way).unwrap();
+    reindex_incomplete(&folder.path().join("killed.mcap")).unwrap();
 }
 
 #[test]

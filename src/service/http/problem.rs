@@ -272,7 +272,7 @@ impl Problem {
 
     /// The job had ended before it could be cancelled.
     pub fn too_late_to_cancel(state: JobState) -> Self {
-        let detail = format!("The job has {} already.", state.as_str());
+        let detail = format!("The job has ended already ({}).", state.as_str());
         Self::new(StatusCode::CONFLICT, "job-ended", "Job ended", detail)
     }
 
@@ -286,7 +286,7 @@ impl Problem {
 
     /// The job ended without the requested result.
     pub fn never(what: &str, state: JobState) -> Self {
-        let detail = format!("The job has {} and left no {what}.", state.as_str());
+        let detail = format!("The job has ended ({}) and left no {what}.", state.as_str());
         Self::new(StatusCode::NOT_FOUND, "not-left", "Nothing left", detail)
             .remedy("The job says why at /v1/jobs/{id}.")
     }

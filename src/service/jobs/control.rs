@@ -17,9 +17,9 @@ pub enum StopReason {
 }
 
 const GO_ON: u8 = 0;
-const CANCEL: u8 = 1;
-const DEADLINE: u8 = 2;
-const SHUTDOWN: u8 = 3;
+const DEADLINE: u8 = 1;
+const SHUTDOWN: u8 = 2;
+const CANCEL: u8 = 3;
 
 /// Control of one running job, shared by its worker and those who may stop it.
 #[derive(Debug)]
@@ -35,18 +35,15 @@ impl RunControl {
         Self { reason: AtomicU8::new(GO_ON), started: Instant::now(), deadline }
     }
 
-    /// Requests the job to stop. The first reason stays, except that a cancellation overrides a shutdown: a job
-    /// unwanted by its owner must not restart with the service.
+    /// Requests the job to stop. A shutdown overrides the deadline, as it ends what an ended run waits for, and a cancellation both: a
+    /// job unwanted by its owner must not restart with the service.
     pub fn stop(&self, reason: StopReason) {
         let code = match reason {
             StopReason::Cancel => CANCEL,
             StopReason::Deadline => DEADLINE,
             StopReason::Shutdown => SHUTDOWN,
         };
-        let first = self.reason.compare_exchange(GO_ON, code, Ordering::SeqCst, Ordering::SeqCst);
-        if first == Err(SHUTDOWN) && code == CANCEL {
-            self.reason.store(CANCEL, Ordering::SeqCst);
-        }
+        self.reason.fetch_max(code, Ordering::SeqCst);
     }
 
     /// Reason of the request to stop, if there was one.
@@ -81,10 +78,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn first_reason_stays_but_cancel_overrules_shutdown() {
+    fn cancel_overrules_shutdown_and_that_the_deadline() {
         let control = RunControl::new(Duration::from_secs(60));
         assert_eq!(control.interrupt(), None);
+        control.stop(StopReason::Deadline);
+        assert_eq!(control.interrupt(), Some(Interrupt::Deadline));
         control.stop(StopReason::Shutdown);
+        control.stop(StopReason::Deadline);
         assert_eq!(control.interrupt(), Some(Interrupt::Cancel));
         control.stop(StopReason::Cancel);
         assert_eq!(control.reason(), Some(StopReason::Cancel));

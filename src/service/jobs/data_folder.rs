@@ -5,7 +5,7 @@
 //! [blob](crate::blobs). All other files of a run begin with `<id>.` as well, so that they can be removed with the job.
 
 use super::{JobId, JobsError};
-use std::fs::{File, TryLockError};
+use std::fs::{DirEntry, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -54,6 +54,19 @@ impl DataFolder {
         free_space(&self.root).map_err(|error| JobsError::file(&self.root, error))
     }
 
+    /// Size of all files of a run [bytes].
+    ///
+    /// # Errors
+    /// If they cannot be listed.
+    pub fn bytes(&self, id: JobId) -> Result<u64, JobsError> {
+        let mut bytes = 0;
+        self.for_each(&format!("{id}."), |entry| {
+            bytes += entry.metadata()?.len();
+            Ok(())
+        })?;
+        Ok(bytes)
+    }
+
     /// Removes all files of a run.
     ///
     /// # Errors
@@ -72,11 +85,20 @@ impl DataFolder {
 
     /// Removes the files of runs with this prefix.
     fn remove_all(&self, beginning: &str) -> Result<(), JobsError> {
+        self.for_each(beginning, |entry| std::fs::remove_file(entry.path()))
+    }
+
+    /// Does something with each file of runs with this prefix.
+    fn for_each(
+        &self,
+        beginning: &str,
+        mut act: impl FnMut(&DirEntry) -> std::io::Result<()>,
+    ) -> Result<(), JobsError> {
         let folder = self.root.join("runs");
         for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
             let entry = entry.map_err(|e| JobsError::file(&folder, e))?;
             if entry.file_name().to_str().is_some_and(|name| name.starts_with(beginning)) {
-                std::fs::remove_file(entry.path()).map_err(|e| JobsError::file(entry.path(), e))?;
+                act(&entry).map_err(|e| JobsError::file(entry.path(), e))?;
             }
         }
         Ok(())

@@ -6,7 +6,7 @@
 use super::control::RunControl;
 use super::held_text::HeldText;
 use super::store::Event;
-use super::{JobId, JobKind, Progress};
+use super::{JobId, JobKind, JobsError, Progress};
 use crate::blobs::{BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
@@ -253,7 +253,7 @@ pub trait Engine: Send + Sync + 'static {
     ///
     /// # Errors
     /// A sentence that explains why nothing of it can be read.
-    fn mend_recording(&self, recording: &Path) -> Result<(), String>;
+    fn mend_recording(&self, recording: &Path) -> Result<(), JobsError>;
 
     /// Writes the recording so far to `target`, as a complete file of its own.
     ///

@@ -86,6 +86,15 @@ pub enum JobsError {
     /// The object store did not answer when it was last asked.
     #[error("the object store does not answer")]
     BlobStoreSilent,
+    /// Nothing of a recording can be read.
+    #[error("nothing of the recording can be read: {0}")]
+    Unreadable(String),
+    /// Runs that have ended wait for the storage to take their recordings.
+    #[error("{ends} runs that have ended wait for the storage")]
+    EndsWait {
+        /// Number of these runs.
+        ends: usize,
+    },
     /// Another process uses the data folder.
     #[error("{} is in use by another process", path.display())]
     InUse {
@@ -195,17 +204,24 @@ impl JobsError {
 
     /// Whether a retry may succeed.
     pub fn is_passing(&self) -> bool {
-        matches!(self, Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent)
-            || matches!(
-                self.io_kind(),
-                // The last two where the data folder was moved, or is another's.
-                Some(
-                    ErrorKind::NetworkDown
-                        | ErrorKind::ReadOnlyFilesystem
-                        | ErrorKind::NotFound
-                        | ErrorKind::PermissionDenied
-                )
+        matches!(
+            self,
+            Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent | Self::EndsWait { .. }
+        ) || matches!(
+            self.io_kind(),
+            // The last two where the data folder was moved, or is another's.
+            Some(
+                ErrorKind::NetworkDown
+                    | ErrorKind::ReadOnlyFilesystem
+                    | ErrorKind::NotFound
+                    | ErrorKind::PermissionDenied
             )
+        )
+    }
+
+    /// Whether the machine or its disk is at fault, rather than what was to be stored.
+    pub fn is_of_machine(&self) -> bool {
+        self.is_storage_full() || self.is_out_of_descriptors() || self.is_passing()
     }
 
     /// An object store that cannot be used, with a remedy.

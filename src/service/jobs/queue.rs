@@ -18,6 +18,7 @@ use crate::service::meshes::MeshShelf;
 use crate::service::metrics::{Metrics, Reading};
 use crate::service::shelves::{recording_name, recording_names};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, broadcast, watch};
@@ -56,6 +57,15 @@ pub struct Held {
     pub control: Arc<RunControl>,
 }
 
+/// A run that has ended and waits for the storage, until this is dropped.
+pub(super) struct EndWaits(Arc<AtomicUsize>);
+
+impl Drop for EndWaits {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
 /// The queue: the store, the controls of running jobs, and a channel that announces events of jobs.
 pub struct Queue {
     /// Store of the jobs.
@@ -81,6 +91,8 @@ pub struct Queue {
     running: Mutex<BTreeMap<JobId, Held>>,
     /// When the disk last accepted a file.
     written: Mutex<Option<Instant>>,
+    /// Runs that have ended and wait for the storage.
+    ends: Arc<AtomicUsize>,
     /// Memory that each of them may take, and each that waits for an earlier one to stop, by number of job and attempt [bytes].
     memory: tokio::sync::Mutex<BTreeMap<(i64, u32), u64>>,
     snapshots: Snapshots,
@@ -115,6 +127,7 @@ impl Queue {
             pulse,
             running: Mutex::default(),
             written: Mutex::default(),
+            ends: Arc::default(),
             memory: tokio::sync::Mutex::default(),
             snapshots,
             tasks: Mutex::default(),
@@ -136,9 +149,14 @@ impl Queue {
     /// Checks that the disk has room for a job, and accepted a file a moment ago.
     ///
     /// # Errors
-    /// `DiskShort`, or why the disk accepts no writes.
+    /// `DiskShort`, `EndsWait`, or why the disk accepts no writes.
     fn check_disk(&self) -> Result<(), JobsError> {
         self.check_space()?;
+        let ends = self.ends.load(Ordering::SeqCst);
+        // Of an object store the pulse says whether it is away.
+        if ends > 0 && self.pulse.is_none() {
+            return Err(JobsError::EndsWait { ends });
+        }
         let last = || self.written.lock().unwrap_or_else(PoisonError::into_inner);
         if last().is_some_and(|at| at.elapsed() < WRITTEN_HOLDS) {
             return Ok(());
@@ -151,7 +169,7 @@ impl Queue {
     /// Checks that the disk has room for a job, and accepts writes, and that the object store answered when it was last asked.
     ///
     /// # Errors
-    /// `DiskShort`, `BlobStoreSilent`, or why the disk accepts no writes.
+    /// `DiskShort`, `EndsWait`, `BlobStoreSilent`, or why the disk accepts no writes.
     pub fn check_storage(&self) -> Result<(), JobsError> {
         self.check_pulse()?;
         self.check_disk()
@@ -200,9 +218,28 @@ impl Queue {
         if free < least { Err(JobsError::DiskShort { free, least }) } else { Ok(()) }
     }
 
-    /// Whether the disk has less free space than jobs begin with.
-    pub(super) fn is_disk_short(&self) -> bool {
-        self.folder.free_space().is_ok_and(|free| free < self.config.least_free)
+    /// Checks that the disk would have room for a job without the files of one that has run, and accepts files where these do not fill it.
+    ///
+    /// # Errors
+    /// `DiskShort`, or why the disk accepts no files.
+    pub(super) fn check_disk_without(&self, id: JobId) -> Result<(), JobsError> {
+        let (free, own, least) = (self.folder.free_space()?, self.folder.bytes(id)?, self.config.least_free);
+        if free.saturating_add(own) < least {
+            return Err(JobsError::DiskShort { free, least });
+        }
+        if free < least { Ok(()) } else { self.try_write() }
+    }
+
+    /// Whether an error at the end of a run is one of the storage, which may come back: of the machine and its disk, or since the object
+    /// store does not answer. Blocks on it.
+    pub(super) fn is_storage_away(&self, error: &JobsError) -> bool {
+        if self.pulse.is_some() { self.is_cut_off() } else { error.is_of_machine() }
+    }
+
+    /// Lets no job begin, or be submitted, as long as the result is kept: a run that has ended waits for the storage.
+    pub(super) fn end_waits(&self) -> EndWaits {
+        self.ends.fetch_add(1, Ordering::SeqCst);
+        EndWaits(Arc::clone(&self.ends))
     }
 
     /// Waits until a job can begin (a disk that accepts no writes lets no job be claimed); false if the service shuts down before.
@@ -270,12 +307,14 @@ impl Queue {
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
         let (file, name) = (self.folder.recording(id), recording_name(id, attempt));
-        if !file.exists()
-            && partial_path(&file).exists()
-            && let Err(reason) = self.engine.mend_recording(&file)
-        {
-            tracing::warn!(job = %id, reason, "nothing of the recording can be read");
-            self.folder.remove(id)?;
+        if !file.exists() && partial_path(&file).exists() {
+            match self.engine.mend_recording(&file) {
+                Err(error @ JobsError::Unreadable(_)) => {
+                    tracing::warn!(job = %id, %error);
+                    self.folder.remove(id)?;
+                }
+                mended => mended?,
+            }
         }
         let BlobDigest { bytes, sha256 } = if file.exists() {
             self.blobs.adopt(&file, &name)?

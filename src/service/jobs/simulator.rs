@@ -10,7 +10,7 @@ use super::scene_size;
 use super::spending::Spending;
 use super::study_job;
 use super::what_if_job;
-use super::{JobKind, Phase, Progress};
+use super::{JobKind, JobsError, Phase, Progress};
 use crate::mesh::quality::first_beyond_range;
 use crate::mesh::read::stl::{ClosedSurface, read_stl};
 use crate::mesh::read::{MeshFormat, read_mesh};
@@ -186,8 +186,11 @@ impl Engine for Simulator {
         }
     }
 
-    fn mend_recording(&self, recording: &Path) -> Result<(), String> {
-        reindex_incomplete(recording).map(|_| ()).map_err(|error| error.to_string())
+    fn mend_recording(&self, recording: &Path) -> Result<(), JobsError> {
+        reindex_incomplete(recording).map(|_| ()).map_err(|error| match error.into_io() {
+            Ok(source) => JobsError::file(recording, source),
+            Err(unreadable) => JobsError::Unreadable(unreadable.to_string()),
+        })
     }
 
     fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String> {

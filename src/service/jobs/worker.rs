@@ -28,7 +28,7 @@ const WRITE_ATTEMPTS: u32 = 5;
 const WRITE_PAUSE: Duration = Duration::from_millis(400);
 /// The longest of these pauses.
 const LONGEST_WRITE_PAUSE: Duration = Duration::from_secs(5);
-/// Attempts to keep a recording in a storage that accepts others.
+/// Attempts to keep a recording in a storage that answers.
 const KEEP_ATTEMPTS: u32 = 2;
 /// Pause between two of them.
 const KEEP_PAUSE: Duration = Duration::from_secs(1);
@@ -132,7 +132,7 @@ impl Worker {
                 self.requeue(job, Requeued::Shutdown)
             }
             // The job is not to blame, and waits for room, or for a disk that accepts files.
-            _ if failure_of(&result).is_some_and(|failure| self.is_of_disk(failure)) => {
+            _ if failure_of(&result).is_some_and(|failure| self.is_of_disk(job, failure)) => {
                 self.requeue(job, Requeued::DiskFull)
             }
             // There is room again: others may have taken it, or the recording is too large.
@@ -155,10 +155,9 @@ impl Worker {
         self.queue.metrics.run_ended(control.elapsed());
     }
 
-    /// Whether a run failed since the disk has too little space for any job, or accepts no files, even where it has space.
-    fn is_of_disk(&self, failure: &Failure) -> bool {
-        let accepts_none = || !lacked_room(failure) && self.queue.try_write().is_err();
-        failure.cause == FailureCause::RecordingFailed && (self.queue.is_disk_short() || accepts_none())
+    /// Whether a run failed since the disk, even without its own files, has too little space for any job, or accepts no files.
+    fn is_of_disk(&self, job: &ClaimedJob, failure: &Failure) -> bool {
+        failure.cause == FailureCause::RecordingFailed && self.queue.check_disk_without(job.id).is_err()
     }
 
     /// Whether a run lost its process and might keep it without others beside it, or with more memory.
@@ -253,16 +252,15 @@ impl Worker {
             Err(_) if control.reason() == Some(StopReason::Shutdown) => {
                 return self.requeue(job, Requeued::Shutdown);
             }
-            Err(_) if control.reason() == Some(StopReason::Cancel) => end.ending = Ending::Cancelled,
+            Err(_) if control.reason() == Some(StopReason::Cancel) => {
+                self.forget_files(job);
+                end.ending = Ending::Cancelled;
+            }
+            // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
                 tracing::error!(job = %job.id, %error, "the recording could not be kept");
-                let failure = recording_failed(&error);
-                if self.is_of_disk(&failure) {
-                    return self.requeue(job, Requeued::DiskFull);
-                }
-                // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
                 if end.ending.failure().is_none() {
-                    end.ending = failure.into();
+                    end.ending = recording_failed(&error).into();
                 }
             }
         }
@@ -270,7 +268,7 @@ impl Worker {
     }
 
     /// Stores the recording of a run. A disk that accepts no files, or an object store that does not answer, is waited for until the job
-    /// has to stop: the run has ended, and is not to blame.
+    /// is not wanted here any more: the run has ended, and is not to blame. No other job begins meanwhile.
     fn keep_recording(
         &self,
         job: &ClaimedJob,
@@ -278,17 +276,18 @@ impl Worker {
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
         let _span = tracing::debug_span!("recording").entered();
-        let mut refusals = 0;
+        let (mut refusals, mut waiting) = (0, None);
         loop {
             let kept = self.queue.keep_recording(job.id, job.attempt, complete);
             let Err(error) = &kept else { return kept };
             self.queue.metrics.failed(error);
-            if control.reason().is_some() {
+            if matches!(control.reason(), Some(StopReason::Cancel | StopReason::Shutdown)) {
                 return kept;
             }
             tracing::warn!(job = %job.id, %error, "its recording waits for the storage");
-            // It may have come back a moment ago; a storage that accepts others, but not this one again and again, does not want it.
-            if !self.queue.is_cut_off() && self.queue.try_write().is_ok() {
+            waiting.get_or_insert_with(|| self.queue.end_waits());
+            // It may have come back a moment ago; a storage that answers and refuses this recording again and again does not want it.
+            if !self.queue.is_storage_away(error) {
                 refusals += 1;
                 if refusals == KEEP_ATTEMPTS {
                     return kept;
@@ -315,14 +314,19 @@ impl Worker {
     }
 
     fn requeue(&self, job: &ClaimedJob, why: Requeued) -> Result<(), JobsError> {
-        if let Err(error) = self.queue.folder.remove(job.id) {
-            // The next attempt removes them.
-            tracing::warn!(job = %job.id, %error, "files of the attempt stay");
-        }
+        self.forget_files(job);
         if self.insist(job, async || self.queue.store.requeue(job.seq, job.attempt, why).await)? {
             tracing::info!(job = %job.id, ?why, "returned to the queue");
         }
         Ok(())
+    }
+
+    /// Removes the local files of a run.
+    fn forget_files(&self, job: &ClaimedJob) {
+        if let Err(error) = self.queue.folder.remove(job.id) {
+            // The next attempt or start removes them.
+            tracing::warn!(job = %job.id, %error, "files of the attempt stay");
+        }
     }
 
     /// Changes the row of a job. A store that accepts no writes is waited for until the service shuts down: no other job could begin

@@ -11,7 +11,7 @@ use contuse::scene::{Problem, Problems, problem::Pointer};
 use contuse::service::jobs::engine::{
     CheckedScene, Engine, JsonDocument, MeshFile, NamedUpload, RunOrder, RunReport, ScenePreview,
 };
-use contuse::service::jobs::{JobKind, Phase, Progress};
+use contuse::service::jobs::{JobKind, JobsError, Phase, Progress};
 use contuse::service::meshes::{MeshRefusal, MeshShelf};
 use contuse::step::{Ending, Failure, FailureCause, Interrupt};
 use serde::Deserialize;
@@ -214,11 +214,12 @@ impl Engine for ScriptedEngine {
         Ok(RunReport { ending, summary, progress })
     }
 
-    fn mend_recording(&self, recording: &Path) -> Result<(), String> {
-        let mut bytes = std::fs::read(partial_path(recording)).map_err(|e| e.to_string())?;
+    fn mend_recording(&self, recording: &Path) -> Result<(), JobsError> {
+        let at_path = |error| JobsError::file(recording, error);
+        let mut bytes = std::fs::read(partial_path(recording)).map_err(at_path)?;
         bytes.extend_from_slice(b"mended");
-        std::fs::write(recording, bytes).map_err(|e| e.to_string())?;
-        std::fs::remove_file(partial_path(recording)).map_err(|e| e.to_string())
+        std::fs::write(recording, bytes).map_err(at_path)?;
+        std::fs::remove_file(partial_path(recording)).map_err(at_path)
     }
 
     fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String> {

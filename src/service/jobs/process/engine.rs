@@ -19,7 +19,7 @@ use crate::service::jobs::engine::{
 use crate::service::jobs::failures::{beyond_deadline, killed, out_of_memory, panic_elsewhere};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::jobs::store::Event;
-use crate::service::jobs::{JobKind, Phase, Progress};
+use crate::service::jobs::{JobKind, JobsError, Phase, Progress};
 use crate::service::meshes::{MeshRefusal, MeshShelf, is_id};
 use crate::service::shelves::result_name;
 use crate::step::{Ending, Failure};
@@ -262,7 +262,7 @@ impl Engine for ProcessEngine {
         run.hold(child, &mut order)
     }
 
-    fn mend_recording(&self, recording: &Path) -> Result<(), String> {
+    fn mend_recording(&self, recording: &Path) -> Result<(), JobsError> {
         self.simulator.mend_recording(recording)
     }
 

@@ -6,6 +6,9 @@ use sqlx::sqlite::SqliteError;
 
 /// SQLite's code for a full disk (SQLITE_FULL), in the lower byte of an extended code.
 const SQLITE_FULL: u32 = 13;
+/// SQLite's codes for a file or a table that another process or statement has locked (SQLITE_BUSY, SQLITE_LOCKED).
+const SQLITE_BUSY: u32 = 5;
+const SQLITE_LOCKED: u32 = 6;
 /// SQLite's code for a disk error (SQLITE_IOERR).
 const SQLITE_IOERR: u32 = 10;
 /// SQLite's code for a disk that accepts no writes (SQLITE_READONLY).
@@ -42,7 +45,9 @@ fn fault_of(error: &dyn DatabaseError) -> StoreFault {
     if error.try_downcast_ref::<SqliteError>().is_some() {
         return match code.parse::<u32>().map(|code| code & 0xff) {
             Ok(SQLITE_FULL) => StoreFault::Full,
-            Ok(SQLITE_IOERR | SQLITE_READONLY | SQLITE_CANTOPEN) => StoreFault::Passing,
+            Ok(SQLITE_BUSY | SQLITE_LOCKED | SQLITE_IOERR | SQLITE_READONLY | SQLITE_CANTOPEN) => {
+                StoreFault::Passing
+            }
             _ => StoreFault::Other,
         };
     }
