@@ -137,6 +137,9 @@ fn observation(row: &Row, common: &Common) -> Option<Value> {
         Some(reason) => resource["dataAbsentReason"] = absent("error", reason),
         None => set_value(&mut resource, (quantity.value, &quantity.error), &ucum(unit)),
     }
+    if let Some(value) = resource.get_mut("valueQuantity").filter(|_| row.is_lower_bound) {
+        value["comparator"] = ">=".into();
+    }
     Some(resource)
 }
 
@@ -250,6 +253,10 @@ mod tests {
         let strain = &mut results["tissue"]["peak_principal_strain"];
         (strain["value"], strain["error"]) =
             (0.2602.into(), quantity_of(0.2602, 0.16, false)["error"].take());
+        let stress = &mut results["tissue"]["significant_stress"][0];
+        stress["depth_mm"] = quantity_of(60.0, 3.0, true);
+        stress["reaches"] = json!(["the held nodes"]);
+        let depth = format!("depth-above-{}-pa", stress["threshold_pa"].as_f64().unwrap());
         run.summary["plain_words"] = json!(["One.", "Two."]);
         let criterion = |name: &str, applicable: bool| {
             json!({"name": name, "title": name, "value": 0.5, "unit": "m/s", "applicable": applicable,
@@ -267,6 +274,9 @@ mod tests {
             "Not resolved by the mesh: about 0.2602, with a numerical error of ± 0.16"
         );
         assert_eq!(named(&entries, "impulse")["valueQuantity"]["value"], 0.2);
+        // What the model cuts off is a lower bound.
+        assert_eq!(named(&entries, &depth)["valueQuantity"]["comparator"], ">=");
+        assert!(named(&entries, "impulse")["valueQuantity"].get("comparator").is_none());
         assert_eq!(named(&entries, "plain-words")["valueString"], "One. Two.");
         assert_eq!(named(&entries, "viscous-criterion")["dataAbsentReason"]["text"], "says so");
         assert_eq!(named(&entries, "blunt-criterion")["valueQuantity"]["value"], 0.5);

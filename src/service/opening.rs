@@ -6,7 +6,7 @@ use super::jobs::deletion::REMOVAL_PATIENCE;
 use super::jobs::engine::Engine;
 use super::jobs::pulse::{self, Pulse};
 use super::jobs::queue::{Queue, Storage};
-use super::jobs::recovery::{recover, remove_leftovers};
+use super::jobs::recovery::{recover, recover_later, remove_leftovers};
 use super::jobs::store::{Identity, JobStore, PATIENCE, PROBE_PATIENCE, StoreAddress};
 use super::jobs::{JobsError, ownership, sharing};
 use super::metrics::Metrics;
@@ -73,10 +73,18 @@ pub(super) async fn open_queue(
     };
     let storage = Storage { jobs, blobs, pulse: pulse.clone(), folder };
     let queue = Queue::new(storage, Arc::clone(config), engine, Arc::clone(metrics));
-    recover(&queue).await?;
-    // What the process before this one was asked to delete.
-    let _ = tokio::time::timeout(REMOVAL_PATIENCE, queue.removals.wait_for_all()).await;
-    remove_leftovers(&queue).await?;
+    match recover(&queue).await {
+        Ok(()) => {
+            // What the process before this one was asked to delete.
+            let _ = tokio::time::timeout(REMOVAL_PATIENCE, queue.removals.wait_for_all()).await;
+            remove_leftovers(&queue).await?;
+        }
+        Err(error) if queue.store.shared().is_none() && error.is_of_machine() => {
+            tracing::error!(%error, "jobs of the last process wait for the disk");
+            recover_later(&queue);
+        }
+        Err(error) => return Err(error),
+    }
     if let Some(pulse) = pulse {
         queue.spawn(Pulse::follow(Arc::downgrade(&pulse)));
     }

@@ -27,6 +27,14 @@ const LARGEST_RESIDUAL: f64 = 1e-4;
 /// The same relative to the motion, which impulses on light bodies exceed by far. Impulses that exceed it without a bound cannot stop
 /// what approaches.
 const LARGEST_OF_MOTION: f64 = 1e-3;
+/// The same relative to the free velocities alone: the motion is that of the heavy body where it lies on a light one.
+const LARGEST_OF_FREE: f64 = 1e-2;
+
+/// Whether residuals relative to the motion and to the free velocities are small enough for a step.
+fn are_small([of_motion, of_free]: [f64; 2]) -> bool {
+    of_motion <= LARGEST_OF_MOTION && of_free <= LARGEST_OF_FREE
+}
+
 /// Number of contacts up to which forming W costs no more than slow sweeps.
 const FEW: usize = 100;
 /// Sweeps over so few contacts before Newton's method takes over, and its maximum number of iterations.
@@ -155,13 +163,14 @@ impl<'p> ContactStep<'p> {
         // the sweeps came close, and Newton's method fails, the best iterate is accepted.
         let is_small = report.residual <= LARGEST_RESIDUAL;
         // A heavy body on a light one has impulses so large that a small residual says nothing about what they stop.
-        let is_near = is_small && report.residual_of_motion <= LARGEST_OF_MOTION;
+        let of_velocities = [report.residual_of_motion, report.residual_of_free];
+        let is_near = is_small && are_small(of_velocities);
         if (is_few || !is_near) && !phase.sticks() {
             take_off(&self.contacts, &self.reactions, masses, h, v);
             let most = is_small.then_some(NEWTON_STEPS);
             return self.solve_as_problem(Method::default(), most, masses, h, v);
         }
-        self.accept([report.residual, report.residual_of_motion], false, Some(report.sweeps))
+        self.accept(report.residual, of_velocities, false, Some(report.sweeps))
     }
 
     /// Solves with a solver of the library, starting from the present reactions, which are not in `v`.
@@ -264,23 +273,27 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        self.accept([report.error_scaled, report.error_of_motion], report.is_jammed, None)
+        let of_velocities = [report.error_of_motion, report.error_of_free];
+        self.accept(report.error_scaled, of_velocities, report.is_jammed, None)
     }
 
-    /// Whether a residual above the scene's tolerance is still acceptable, in absolute terms and relative to the motion; if so, it is
-    /// counted. `is_jammed`: reactions were found to grow without bound. `sweeps` is their number, if known.
+    /// Whether a residual above the scene's tolerance is still acceptable, in absolute terms and relative to the motion and to the free
+    /// velocities; if so, it is counted. `is_jammed`: reactions were found to grow without bound. `sweeps` is their number, if known.
     fn accept(
         &mut self,
-        [residual, of_motion]: [f64; 2],
+        residual: f64,
+        of_velocities: [f64; 2],
         is_jammed: bool,
         sweeps: Option<usize>,
     ) -> Result<(), (FailureCause, String)> {
         // If there is no solution, reactions grow until they mask the residual.
-        if is_jammed || residual <= LARGEST_RESIDUAL && of_motion > LARGEST_OF_MOTION {
+        if is_jammed || residual <= LARGEST_RESIDUAL && !are_small(of_velocities) {
             let message = format!(
-                "No reactions of the {} contacts satisfy the contact law: {of_motion:.2e} of the velocities that contact changes remain, \
-                 however large the reactions. Bodies are squeezed between parts that cannot yield, or jammed by friction.",
-                self.contacts.len()
+                "No reactions of the {} contacts satisfy the contact law: {:.2e} of the velocities that contact changes remain, and {:.2e} of \
+                 those of approach, however large the reactions. Bodies are squeezed between parts that cannot yield, or jammed by friction.",
+                self.contacts.len(),
+                of_velocities[0],
+                of_velocities[1]
             );
             return Err((FailureCause::ContactJammed, message));
         }

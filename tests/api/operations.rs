@@ -410,3 +410,15 @@ fn a_run_that_waits_for_the_data_folder_is_cancelled() {
     // Others run again.
     finished(&client, &quick());
 }
+
+#[test]
+fn a_recording_that_fills_the_disk_itself_is_given_up() {
+    let server = Server::with(|config| config.max_attempts = 1);
+    let client = server.client();
+    let scene = serde_json::json!({ "name": "large", "end_time_s": 1e-3, "steps": 1, "ending": "killed" });
+    let job = submit(&client, &scene);
+    let end = wait_for(&client, &job, "failed");
+    assert_eq!(end["failure"]["cause"], "killed", "{end}");
+    assert_eq!(std::fs::read_dir(server.data.path().join("runs")).unwrap().count(), 0);
+    finished(&client, &quick());
+}

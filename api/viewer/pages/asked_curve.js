@@ -1,8 +1,9 @@
 // One curve of an answer: its computed points, and the curve through them with its errors.
 
 import { followEvents, getJson } from "../api.js";
+import { setting } from "../format.js";
 import { fitted } from "../scene/fit.js";
-import { isDepth, possibleOf, questionOf, topOf } from "../scene/question.js";
+import { endOf, isDepth, possibleOf, questionOf, topOf } from "../scene/question.js";
 import { jobOf } from "./asked.js";
 
 /** Why a number of a case is a lower bound, in words. */
@@ -103,7 +104,10 @@ export class AskedCurve {
   #finish({ cases, effort, notice }) {
     [this.points, this.failures] = [[], []];
     cases.forEach((one) => this.#take(one));
-    this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${notice}`;
+    const lasting = cases.filter(({ lower_bounds: bounds }) => bounds?.includes("impulse_n_s")).length;
+    const after = lasting ? `; at ${lasting} of the speeds contact goes on after that, and stress may go deeper` : "";
+    const covered = `Each covers the first ${setting(endOf(this.asked) * 1e3)} ms, which the lowest speed sets${after}: only speeds of one question compare.`;
+    this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${covered} ${notice}`;
     const known = longestKnown(this.points);
     const fit = fitted(known);
     this.curve = fit ? this.#curveOf(fit, known, false) : this.#curveOf(fitted(this.points), this.points, true);

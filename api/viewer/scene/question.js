@@ -44,7 +44,7 @@ export function possibleOf({ number, region, fat, projectile }) {
 }
 
 /** When all runs end [s]: stress goes deeper with time, so that only equal times can be compared. */
-function endOf({ projectile, speeds }) {
+export function endOf({ projectile, speeds }) {
   return Number(Math.max(AT_LEAST_S, (DIAMETERS * projectile.diameter_mm * 1e-3) / speeds[0]).toPrecision(3));
 }
 

@@ -30,6 +30,8 @@ pub struct Row<'a> {
     pub code: Option<String>,
     /// Remark that limits or explains the number.
     pub note: String,
+    /// Whether the number is a lower bound, since the model ends before what it measures.
+    pub is_lower_bound: bool,
     entry: Entry<'a>,
 }
 
@@ -49,7 +51,15 @@ impl<'a> Row<'a> {
         Self::new(title.into(), Entry::Words(words.into()))
     }
     fn new(title: String, entry: Entry<'a>) -> Self {
-        Self { title, is_part: false, of: None, code: None, note: String::new(), entry }
+        Self {
+            title,
+            is_part: false,
+            of: None,
+            code: None,
+            note: String::new(),
+            is_lower_bound: false,
+            entry,
+        }
     }
     /// A quantity of interest, with what it is exactly.
     fn of_interest(of: Of, exactly: &str, quantity: &'a Quantity, code: &str) -> Self {
@@ -211,9 +221,10 @@ fn above(stress: &SignificantStress, is_headline: bool) -> impl Iterator<Item = 
         format!("at least: it reaches {}, where the model ends", stress.reaches.join(", "))
     };
     let row = move |what: &str, quantity, unit| {
-        Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
+        let row = Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
             .note(note.clone())
-            .code(format!("{what}-above-{}-pa", stress.threshold_pa))
+            .code(format!("{what}-above-{}-pa", stress.threshold_pa));
+        Row { is_lower_bound: !stress.reaches.is_empty(), ..row }
     };
     let depth = stress
         .depth_mm

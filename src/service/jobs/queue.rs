@@ -30,6 +30,8 @@ const ROOM_INTERVAL: Duration = Duration::from_secs(2);
 /// Time between two looks at an attempt that is stopping.
 const STOPPING_INTERVAL: Duration = Duration::from_millis(50);
 
+/// Free space without which nothing can be stored [bytes].
+const LEAST_OF_ANY: u64 = 1 << 20;
 /// How long it counts that the disk accepted a file.
 const WRITTEN_HOLDS: Duration = Duration::from_secs(1);
 
@@ -154,7 +156,7 @@ impl Queue {
         self.check_space()?;
         let ends = self.ends.load(Ordering::SeqCst);
         // Of an object store the pulse says whether it is away.
-        if ends > 0 && self.pulse.is_none() {
+        if ends > 0 && !self.has_distant_blobs() {
             return Err(JobsError::EndsWait { ends });
         }
         let last = || self.written.lock().unwrap_or_else(PoisonError::into_inner);
@@ -223,17 +225,24 @@ impl Queue {
     /// # Errors
     /// `DiskShort`, or why the disk accepts no files.
     pub(super) fn check_disk_without(&self, id: JobId) -> Result<(), JobsError> {
-        let (free, own, least) = (self.folder.free_space()?, self.folder.bytes(id)?, self.config.least_free);
+        let (free, own) = (self.folder.free_space()?, self.folder.bytes(id)?);
+        let least = self.config.least_free.max(LEAST_OF_ANY);
         if free.saturating_add(own) < least {
             return Err(JobsError::DiskShort { free, least });
         }
         if free < least { Ok(()) } else { self.try_write() }
     }
 
-    /// Whether an error at the end of a run is one of the storage, which may come back: of the machine and its disk, or since the object
-    /// store does not answer. Blocks on it.
-    pub(super) fn is_storage_away(&self, error: &JobsError) -> bool {
-        if self.pulse.is_some() { self.is_cut_off() } else { error.is_of_machine() }
+    /// Whether an error at the end of a run is one of the storage, which may come back: of the machine and its disk, unless the files of
+    /// the run itself fill that, or since the object store does not answer. Blocks on it.
+    pub(super) fn is_storage_away(&self, id: JobId, error: &JobsError) -> bool {
+        let fills_disk = || error.is_storage_full() && self.check_disk_without(id).is_ok();
+        if self.has_distant_blobs() { self.is_cut_off() } else { error.is_of_machine() && !fills_disk() }
+    }
+
+    /// Whether the blobs are on other machines.
+    pub(super) fn has_distant_blobs(&self) -> bool {
+        self.pulse.is_some()
     }
 
     /// Lets no job begin, or be submitted, as long as the result is kept: a run that has ended waits for the storage.

@@ -15,6 +15,9 @@ use std::time::Duration;
 /// Age from which a blob of stores that are shared is a leftover if no row refers to it.
 const SHARED_LEAST_AGE: Duration = Duration::from_secs(86_400);
 
+/// Pause between two attempts to recover what waits for the disk.
+const RETRY_INTERVAL: Duration = Duration::from_secs(2);
+
 /// Recovers the jobs whose process was lost: those that were running wait again, or end if they lost it too often.
 ///
 /// # Errors
@@ -49,11 +52,44 @@ async fn recover_one(queue: &Arc<Queue>, orphan: &Orphan) -> Result<(), JobsErro
         OrphanEnding::Cancel => Ending::Cancelled,
         OrphanEnding::GiveUp => worker_lost(attempt).into(),
     };
-    let recording = queue.with_files(move |queue| queue.keep_recording(id, attempt, false)).await?;
+    let is_cancelled = ending == Ending::Cancelled;
+    let keep = move |queue: &Queue| match queue.keep_recording(id, attempt, false) {
+        // Waited for: the job is not to blame.
+        Err(error) if queue.has_distant_blobs() || (!is_cancelled && queue.is_storage_away(id, &error)) => {
+            Err(error)
+        }
+        Err(error) => {
+            tracing::error!(job = %id, %error, "the recording could not be kept");
+            queue.folder.remove(id).map(|()| None)
+        }
+        kept => kept,
+    };
+    let recording = queue.with_files(keep).await?;
     let end = JobEnd { ending, summary: None, recording, progress: None };
     queue.store.finish(seq, attempt, &end).await?;
     queue.ring(Some(seq));
     Ok(())
+}
+
+/// Recovers later what waits for the disk. No job begins before.
+pub fn recover_later(queue: &Arc<Queue>) {
+    let (weak, waiting) = (Arc::downgrade(queue), queue.end_waits());
+    queue.spawn(async move {
+        loop {
+            tokio::time::sleep(RETRY_INTERVAL).await;
+            let Some(queue) = weak.upgrade() else { return };
+            match recover(&queue).await {
+                Ok(()) => {
+                    if let Err(error) = remove_leftovers(&queue).await {
+                        tracing::warn!(%error, "files of the last process stay");
+                    }
+                    break;
+                }
+                Err(error) => tracing::warn!(%error, "jobs of the last process wait for the disk"),
+            }
+        }
+        drop(waiting);
+    });
 }
 
 /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads, results. Recordings without

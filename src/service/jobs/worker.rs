@@ -259,6 +259,8 @@ impl Worker {
             // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
                 tracing::error!(job = %job.id, %error, "the recording could not be kept");
+                // They may be what fills the disk.
+                self.forget_files(job);
                 if end.ending.failure().is_none() {
                     end.ending = recording_failed(&error).into();
                 }
@@ -287,7 +289,7 @@ impl Worker {
             tracing::warn!(job = %job.id, %error, "its recording waits for the storage");
             waiting.get_or_insert_with(|| self.queue.end_waits());
             // It may have come back a moment ago; a storage that answers and refuses this recording again and again does not want it.
-            if !self.queue.is_storage_away(error) {
+            if !self.queue.is_storage_away(job.id, error) {
                 refusals += 1;
                 if refusals == KEEP_ATTEMPTS {
                     return kept;

@@ -56,6 +56,9 @@ struct Script {
     leaves_to: Option<PathBuf>,
 }
 
+/// What a run leaves that is killed when its recording fills the disk.
+const NO_ROOM_TO_MEND: &[u8] = b"larger than the free space";
+
 /// The bytes of a recording of the scripted engine.
 pub fn recording(length: usize) -> Vec<u8> {
     (0..length).map(|i| (i * 31 % 251) as u8).collect()
@@ -178,6 +181,10 @@ impl Engine for ScriptedEngine {
         match script.ending.as_deref() {
             Some("panic") => panic!("as the script says, at /secret/path"),
             Some("abort") => std::process::abort(),
+            Some("killed") => {
+                std::fs::write(&partial, NO_ROOM_TO_MEND).unwrap();
+                return Err(failure(FailureCause::Killed));
+            }
             Some("refused") => return Err(failure(FailureCause::InvalidScene)),
             _ => {}
         }
@@ -217,6 +224,9 @@ impl Engine for ScriptedEngine {
     fn mend_recording(&self, recording: &Path) -> Result<(), JobsError> {
         let at_path = |error| JobsError::file(recording, error);
         let mut bytes = std::fs::read(partial_path(recording)).map_err(at_path)?;
+        if bytes == NO_ROOM_TO_MEND {
+            return Err(at_path(std::io::ErrorKind::StorageFull.into()));
+        }
         bytes.extend_from_slice(b"mended");
         std::fs::write(recording, bytes).map_err(at_path)?;
         std::fs::remove_file(partial_path(recording)).map_err(at_path)

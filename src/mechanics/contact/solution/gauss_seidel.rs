@@ -109,7 +109,13 @@ pub fn solve_with_rigid(
     // The scale of the residual; if no contact closes, p = 0 is the solution.
     let closing = all.begin(v);
     if closing == 0.0 {
-        return SolveReport { sweeps: 0, residual: 0.0, residual_of_motion: 0.0, converged: true };
+        return SolveReport {
+            sweeps: 0,
+            residual: 0.0,
+            residual_of_motion: 0.0,
+            residual_of_free: 0.0,
+            converged: true,
+        };
     }
     let scale = Scale { closing, sizes: None };
     let mut sweeps = Sweeps::beginning(options);

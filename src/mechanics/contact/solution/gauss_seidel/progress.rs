@@ -35,6 +35,8 @@ pub struct SolveReport {
     /// The same relative to the motion [-], the free velocities or what impulses change, `(pᵀ W p)^½`, so that growing impulses cannot
     /// hide a contact that nothing can stop.
     pub residual_of_motion: f64,
+    /// The same relative to the free velocities alone, `‖D^½ F‖ / ‖D^−½ q‖` [-]: what a heavy body on a light one keeps of its approach.
+    pub residual_of_free: f64,
     /// The residual is within the tolerance, or at the rounding of the velocities.
     pub converged: bool,
 }
@@ -64,7 +66,8 @@ impl Scale {
     /// The report on sums of the natural map after so many sweeps.
     pub fn report(&self, sweeps: usize, sums: &Sums, tolerance: f64) -> SolveReport {
         let [size, motion] = self.sizes.or(self.found(sums).sizes).unwrap_or([self.closing; 2]);
-        let [residual, residual_of_motion] = [size, motion].map(|size| (sums.change / size).sqrt());
+        let [residual, residual_of_motion, residual_of_free] =
+            [size, motion, self.closing].map(|size| (sums.change / size).sqrt());
         let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
         // Growing impulses must not hide a contact that they do not stop.
         let is_small = residual <= tolerance && residual_of_motion <= largest_of_motion(tolerance);
@@ -72,6 +75,7 @@ impl Scale {
             sweeps,
             residual,
             residual_of_motion,
+            residual_of_free,
             converged: is_small || sums.change.sqrt() <= rounding,
         }
     }
