@@ -211,7 +211,7 @@ fn write_table(rows: &[Row], out: &mut dyn Write) -> io::Result<()> {
             row.error_of_motion,
             match (row.converged, row.is_jammed) {
                 (true, _) => "",
-                (_, true) => "  no solution: reactions without bound",
+                (_, true) => "  probably no solution: reactions grow without bound",
                 _ => "  not converged",
             }
         )?;

@@ -289,7 +289,7 @@ impl<'p> ContactStep<'p> {
         // If there is no solution, reactions grow until they mask the residual.
         if is_jammed || residual <= LARGEST_RESIDUAL && !are_small(of_velocities) {
             let message = format!(
-                "No reactions of the {} contacts satisfy the contact law: {:.2e} of the velocities that contact changes remain, and {:.2e} of \
+                "No reactions of the {} contacts were found that satisfy the contact law: {:.2e} of the velocities that contact changes remain, and {:.2e} of \
                  those of approach, however large the reactions. Bodies are squeezed between parts that cannot yield, or jammed by friction.",
                 self.contacts.len(),
                 of_velocities[0],

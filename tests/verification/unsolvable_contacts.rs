@@ -14,13 +14,15 @@ use serde_json::json;
 /// A contact of a mass with another or with a wall: their numbers, the normal towards the first, and the speed at which the wall approaches.
 type Touch = (Option<usize>, Option<usize>, Vec3, f64);
 
+/// The axes of a contact as rows: normal, and two tangents.
+fn frame(normal: &Vec3) -> Mat3 {
+    let other = if normal.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
+    let t = normal.cross(&other).normalize();
+    Mat3::from_columns(&[*normal, t, normal.cross(&t)]).transpose()
+}
+
 /// W and q of masses [kg] with velocities [m/s].
 fn of_masses(masses: &[(f64, Vec3)], touches: &[Touch]) -> (Vec<f64>, Vec<f64>) {
-    let frame = |normal: &Vec3| {
-        let other = if normal.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
-        let t = normal.cross(&other).normalize();
-        Mat3::from_columns(&[*normal, t, normal.cross(&t)]).transpose()
-    };
     let sides =
         |(a, b, ..): &Touch| [(*a, 1.0), (*b, -1.0)].map(|(mass, sign)| mass.map(|mass| (mass, sign)));
     let rows = 3 * touches.len();
@@ -94,6 +96,52 @@ fn no_squeeze_below_the_tolerance_is_an_error() {
         let (W, q) = squeeze(1e-9);
         let report = solve_from_rest(&problem(&W, &q, mu), Method::Hybrid).1;
         assert!(report.converged && !report.is_jammed, "μ = {mu}: {report:?}");
+    }
+}
+
+/// A mass between two walls that close on it as a wedge, lifted out by a heavier one: Newton steps see reactions without bound.
+#[test]
+fn a_wedged_mass_that_is_lifted_is_not_jammed() {
+    let (sine, cosine) = (0.579_841_313_398_086_1, 0.814_729_434_399_41);
+    let masses = [(1.0, Vec3::zeros()), (1.0 / 0.382_988_457_791_517, Vec3::z() * 2.317_143_611_672_151_3)];
+    let wall = |side: f64| (Some(0), None, Vec3::new(side * cosine, 0.0, sine), cosine);
+    for copies in [1, 3] {
+        let one = [wall(1.0), wall(-1.0), (Some(0), Some(1), Vec3::z(), 0.0)];
+        let touches: Vec<Touch> = one.into_iter().flat_map(|touch| vec![touch; copies]).collect();
+        let (W, mut q) = of_masses(&masses, &touches);
+        // The walls close along x, so that they slide on the mass, too.
+        for (c, touch) in touches.iter().enumerate().filter(|(_, touch)| touch.1.is_none()) {
+            let wall = Vec3::x() * touch.2.x.signum();
+            q[3 * c..3 * c + 3].copy_from_slice((-frame(&touch.2) * wall).as_slice());
+        }
+        let (_, report) = solve_from_rest(&problem(&W, &q, 1.244_132_639_021_750_6), Method::Hybrid);
+        assert!(report.converged && !report.is_jammed, "{copies}: {report:?}");
+    }
+}
+
+/// Contacts of nodes that are driven change nothing, and are none.
+#[test]
+fn contacts_that_cannot_move_are_none() {
+    for integrator in
+        [json!({"kind": "implicit", "step_s": 5e-4}), json!({"kind": "quasi_static", "step_s": 5e-4})]
+    {
+        let scene = json!({
+            "name": "driven", "end_time_s": 0.01,
+            "bodies": [{
+                "name": "plate", "role": "other",
+                "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 1e-5], "max_m": [0.02, 0.02, 0.01], "elements": [2, 2, 2]}},
+                "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                    "material": {"law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 1e7}}],
+                "prescribed": [{"set": "z_min", "displacement_m": [0.001, 0, 0], "ramp": {"kind": "linear", "to_s": 0.01}}]
+            }],
+            "planes": [{"name": "floor", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+            "contact": {"friction": 0.3},
+            "integrator": integrator,
+            "record": {"fields": [], "field_times_s": []}
+        });
+        let plan = plan(&scene);
+        let (outcome, _) = run_on(&plan, State::new(&plan), 1, |_| ());
+        assert_eq!(outcome.ending, Ending::Finished, "{integrator}");
     }
 }
 

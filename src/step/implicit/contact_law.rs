@@ -48,7 +48,8 @@ pub(super) fn solve_contacts(
     } else {
         solve_with_matrix(system, contact, sides, &options, &|c| closing(step, c, sides, v_free))
     };
-    contact.accept_report(&report.map_err(no_problem)?)
+    let report = report.map_err(no_problem)?;
+    report.map_or(Ok(()), |report| contact.accept_report(&report))
 }
 
 /// In quasi-static steps the free motion is large for bodies supported by contact only, and the residual of the law is
@@ -60,14 +61,14 @@ fn tolerance(step: &Step, contact: &ContactStep) -> f64 {
     }
 }
 
-/// Solves with W stored row by row.
+/// Solves with W stored row by row; `None` if no contact can move.
 fn solve_with_matrix(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
     options: &Options,
     closing: &dyn Fn(&Contact) -> Local,
-) -> Result<SolveReport, ProblemError> {
+) -> Result<Option<SolveReport>, ProblemError> {
     let unknowns = contact.unknowns();
     let mut W = system.delassus(contact.results().0, sides, unknowns);
     let rows = unknowns * contact.results().0.len();
@@ -75,6 +76,9 @@ fn solve_with_matrix(
         W = system.delassus(contact.results().0, sides, unknowns);
     }
     let (contacts, reactions) = contact.results();
+    if contacts.is_empty() {
+        return Ok(None);
+    }
     let q: Vec<f64> = contacts.iter().flat_map(|c| closing(c).into_iter().take(unknowns)).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
     let mu: Vec<f64> = contacts.iter().map(|c| c.law.mu()).collect();
@@ -87,22 +91,25 @@ fn solve_with_matrix(
         ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, options))
     }?;
     store(contact, &r, unknowns);
-    Ok(report)
+    Ok(Some(report))
 }
 
-/// Matrix-free: products with W, each a solution with the matrix of the step.
+/// Matrix-free: products with W, each a solution with the matrix of the step; `None` if no contact can move.
 fn solve_matrix_free(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
     options: &Options,
     closing: &dyn Fn(&Contact) -> Local,
-) -> Result<SolveReport, ProblemError> {
+) -> Result<Option<SolveReport>, ProblemError> {
     let mut own = system.own_blocks(contact.results().0, sides);
     if drop_immovable(contact, 3, |c, i| own[c][i][i]) {
         own = system.own_blocks(contact.results().0, sides);
     }
     let (contacts, reactions) = contact.results();
+    if contacts.is_empty() {
+        return Ok(None);
+    }
     let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse).collect();
     let mu: Vec<f64> = contacts.iter().map(|c| c.law.mu()).collect();
@@ -110,7 +117,7 @@ fn solve_matrix_free(
     let mut problem = MatrixFree { product, diagonal: &own, q: &q, mu: &mu };
     let report = solvers::solve_matrix_free(&mut problem, &mut r, options)?;
     store(contact, &r, 3);
-    Ok(report)
+    Ok(Some(report))
 }
 
 /// Stores reactions with `unknowns` components each.

@@ -98,6 +98,7 @@ pub(super) struct Work {
 
 impl SolveReport {
     pub(super) fn new(errors: &Errors, work: &Work, tolerance: f64) -> Self {
+        let converged = errors.scaled <= tolerance && errors.of_motion <= largest_of_motion(tolerance);
         Self {
             solver: work.solver,
             iterations: work.iterations,
@@ -105,8 +106,8 @@ impl SolveReport {
             error_plain: errors.plain,
             error_of_free: errors.of_free,
             error_of_motion: errors.of_motion,
-            converged: errors.scaled <= tolerance && errors.of_motion <= largest_of_motion(tolerance),
-            is_jammed: work.is_jammed,
+            converged,
+            is_jammed: work.is_jammed && !converged,
             failed_contacts: work.failed_contacts,
         }
     }
@@ -131,7 +132,7 @@ pub struct SolveReport {
     /// reactions may grow until the scaled error is small. Otherwise `r` is the best iterate.
     pub converged: bool,
     /// Reactions that change no velocity were found to grow without bound, since the free velocities do work against them: nothing can
-    /// stop these contacts. Sure without friction; with it, stages that remain are omitted.
+    /// stop these contacts. Sure without friction; with it probable, and most of the stages that remain are omitted.
     pub is_jammed: bool,
     /// Contacts without a local solution in the last sweep of Gauss–Seidel: nothing moves them along n, or friction
     /// jams.
