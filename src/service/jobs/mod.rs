@@ -17,6 +17,7 @@ mod allowance;
 pub mod control;
 pub mod data_folder;
 pub mod deletion;
+mod disk;
 pub mod engine;
 mod error;
 pub mod failures;
