@@ -20,7 +20,7 @@ def ask(page, person, low, high):
     page.get_by_label("Who?").select_option(person)
     page.get_by_label("From").fill(low)
     page.get_by_label("To", exact=True).fill(high)
-    page.get_by_role("button", name="Answer").click()
+    page.get_by_role("button", name="Answer", exact=True).click()
 
 
 def test_projectiles_and_people_have_sources(page):
@@ -184,13 +184,13 @@ def test_a_changed_question_leaves_the_answer_of_the_one_before(page, questions)
     question.select_option("force")
     expect(page.get_by_label("Threshold of stress")).to_be_hidden()
     expect(notice).to_be_visible()
-    page.get_by_role("button", name="Answer").click()
+    page.get_by_role("button", name="Answer", exact=True).click()
     expect(notice).to_be_hidden()
     expect(page.locator(".answers")).to_contain_text(re.compile(r"± \d+ N at 90 m/s, .* N at 120 m/s\."), timeout=COMPUTED_MS)
     assert "deeper" not in page.locator(".answers").inner_text()
     # Asked again: the job of before.
     question.select_option("muscle")
-    page.get_by_role("button", name="Answer").click()
+    page.get_by_role("button", name="Answer", exact=True).click()
     expect(page.locator(".answers")).to_contain_text("100 kPa", timeout=COMPUTED_MS)
     assert questions == []
 
@@ -205,7 +205,7 @@ def test_a_question_is_stopped_and_a_job_of_another_is_not_its_answer(page, ques
     page.get_by_role("button", name="Stop").click()
     expect(page.get_by_text(re.compile(r"Stopped: \d of 6 speeds"))).to_be_visible()
     assert questions == ["what-if", "cancel"]
-    expect(page.get_by_role("button", name="Answer")).to_be_enabled()
+    expect(page.get_by_role("button", name="Answer", exact=True)).to_be_enabled()
     expect(page.get_by_role("button", name="Stop")).to_be_hidden()
 
 

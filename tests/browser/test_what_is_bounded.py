@@ -37,7 +37,7 @@ def answered(page):
         page.goto("/")
         page.evaluate("sessionStorage.clear()")
         page.goto(f"/#/ask?hit=flashball_44&where=thigh&who=50&from=60&to=120&kpa=100&number={number}")
-        page.get_by_role("button", name="Answer").click()
+        page.get_by_role("button", name="Answer", exact=True).click()
         expect(page.locator(".answer-curve .computed")).to_have_count(len(cases))
 
     yield answer

@@ -379,7 +379,7 @@ mod tests {
         let warned = |scale_j: f64, turnover_j: f64| {
             let mut pairs = ByPair::default();
             pairs.of(0, || PairLedger { impact_j: 3.0, ..PairLedger::default() });
-            rigid_impact_warning(&Energy { scale_j, turnover_j, pairs, ..Energy::default() }).unwrap()
+            rigid_impact_warning(&Energy { pairs, scale_j, turnover_j, ..Energy::default() }).unwrap()
         };
         assert!(warned(4.0, 4.0).contains("3.000 J were lost so, 75.0 % of the energy of the impact."));
         // Weight has done more work than the bodies had energy at their first impact.
