@@ -371,22 +371,26 @@ fn while_the_data_folder_is_away_jobs_wait_and_recordings_are_not_called_lost() 
     assert_eq!(end["state"], "succeeded", "{end}");
 }
 
+/// A server whose job has moved the data folder away before it ends, that job, and where the folder is.
+fn without_its_folder() -> (Server, String, PathBuf) {
+    let server = Server::start();
+    let elsewhere = server.data.path().with_extension("elsewhere");
+    let scene =
+        serde_json::json!({ "name": "moves", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere });
+    let job = submit(&server.client(), &scene);
+    eventually("the data folder is away", || elsewhere.exists());
+    (server, job, elsewhere)
+}
+
 #[test]
 fn a_run_whose_recording_cannot_be_named_waits_for_the_data_folder() {
-    let data = Arc::new(tempfile::tempdir().unwrap());
-    let server = Server::on(Arc::clone(&data), |_| {});
+    let (server, job, elsewhere) = without_its_folder();
     let client = server.client();
-    let elsewhere = data.path().with_extension("elsewhere");
-    let job = submit(
-        &client,
-        &serde_json::json!({ "name": "left alone", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere }),
-    );
-    eventually("the data folder is away", || elsewhere.exists());
     // Longer than a run is refused by a folder that is there.
     std::thread::sleep(Duration::from_secs(3));
     assert_eq!(client.get(&job).json()["state"], "running");
     assert_eq!(client.get("/readyz").status, 503);
-    std::fs::rename(&elsewhere, data.path()).unwrap();
+    std::fs::rename(&elsewhere, server.data.path()).unwrap();
     let end = wait_for(&client, &job, "succeeded");
     assert_eq!(end["attempts"], 1, "{end}");
     assert_eq!(client.get(&format!("{job}/recording")).body.len(), 1000);
@@ -394,18 +398,11 @@ fn a_run_whose_recording_cannot_be_named_waits_for_the_data_folder() {
 
 #[test]
 fn a_run_that_waits_for_the_data_folder_is_cancelled() {
-    let data = Arc::new(tempfile::tempdir().unwrap());
-    let server = Server::on(Arc::clone(&data), |_| {});
+    let (server, job, elsewhere) = without_its_folder();
     let client = server.client();
-    let elsewhere = data.path().with_extension("elsewhere");
-    let job = submit(
-        &client,
-        &serde_json::json!({ "name": "given up", "end_time_s": 1e-3, "steps": 1, "leaves_to": elsewhere }),
-    );
-    eventually("the data folder is away", || elsewhere.exists());
     client.post(&format!("{job}/cancel"));
     wait_for(&client, &job, "cancelled");
-    std::fs::rename(&elsewhere, data.path()).unwrap();
+    std::fs::rename(&elsewhere, server.data.path()).unwrap();
     assert_eq!(client.get(&format!("{job}/recording")).status, 404);
     // Others run again.
     finished(&client, &quick());

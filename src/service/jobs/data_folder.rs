@@ -6,7 +6,7 @@
 
 use super::{JobId, JobsError};
 use std::fs::{DirEntry, File, TryLockError};
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 /// The data folder, locked for this process during the life of this value.
@@ -52,6 +52,15 @@ impl DataFolder {
     /// If the system does not say.
     pub fn free_space(&self) -> Result<u64, JobsError> {
         free_space(&self.root).map_err(|error| JobsError::file(&self.root, error))
+    }
+
+    /// Checks that the disk accepts a file. It has no name, so that nobody finds it and nothing of it stays.
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn try_write(&self) -> Result<(), JobsError> {
+        let write = || tempfile::tempfile_in(&self.root)?.write_all(&[0; 64 << 10]);
+        write().map_err(|error| JobsError::file(&self.root, error))
     }
 
     /// Size of all files of a run [bytes].

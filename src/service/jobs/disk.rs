@@ -2,7 +2,6 @@
 
 use super::queue::Queue;
 use super::{JobId, JobsError};
-use crate::blobs::Draft;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -22,15 +21,6 @@ impl Drop for EndWaits {
 }
 
 impl Queue {
-    /// Checks that the blob store accepts writes.
-    ///
-    /// # Errors
-    /// Why it does not.
-    pub fn try_write(&self) -> Result<(), JobsError> {
-        let mut draft = Draft::new(self.blobs.unnamed()?, u64::MAX);
-        Ok(draft.append(&vec![0; 64 << 10])?)
-    }
-
     /// Checks that the disk has room for a job, and accepted a file a moment ago.
     ///
     /// # Errors
@@ -46,7 +36,7 @@ impl Queue {
         if last().is_some_and(|at| at.elapsed() < WRITTEN_HOLDS) {
             return Ok(());
         }
-        self.try_write()?;
+        self.folder.try_write()?;
         *last() = Some(Instant::now());
         Ok(())
     }
@@ -70,7 +60,7 @@ impl Queue {
         if free.saturating_add(own) < least {
             return Err(JobsError::DiskShort { free, least });
         }
-        if free < least { Ok(()) } else { self.try_write() }
+        if free < least { Ok(()) } else { self.folder.try_write() }
     }
 
     /// Whether an error at the end of a run is one of the storage, which may come back: of the machine and its disk, unless the files of

@@ -31,12 +31,12 @@ impl At<'_> {
     pub fn error(&self) -> f64 {
         let (mut error, mut unstopped, mut reactions, mut change) = (0.0, 0.0, 0.0, 0.0);
         for (c, &mu) in self.mu.iter().enumerate() {
-            let (r, u) = (local(self.r, c), local(self.u, c));
+            let (r, u, q) = (local(self.r, c), local(self.u, c), local(self.q, c));
             let residual = squared_residual(r, u, mu, 1.0);
             error += residual;
             unstopped += residual.max(u[0].min(0.0).powi(2));
             reactions += squared(r);
-            change += work(r, u) - work(r, local(self.q, c));
+            change += work(r, [u[0] - q[0], u[1] - q[1], u[2] - q[2]]);
         }
         if unstopped == 0.0 {
             return 0.0;
