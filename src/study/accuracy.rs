@@ -2,8 +2,8 @@
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
 //! and one with a looser contact tolerance on the first mesh of all. Generated meshes get √2 times the numbers of
-//! elements from one level to the next, or twice them above the scene's own where √2 cannot refine every direction; meshes from a file
-//! have every element split into eight.
+//! elements from one level to the next, above the scene's own 2, 3, 4, 6 … times its own where √2 cannot refine every direction; meshes
+//! from a file have every element split into eight.
 
 use super::bulk_modulus_choice::{BulkModulusEffect, lower};
 use super::clock::Clock;
@@ -105,7 +105,7 @@ impl<'a> Sequence<'a> {
     /// Runs a level, and decides what follows.
     fn run_level(&mut self, request: &mut RunRequest, mut mesh: LevelMesh) -> Result<Step, RunError> {
         // What it and the next are expected to take; of the first mesh the next is made in advance, to know whether both can be run.
-        let growth = self.meshes.growth_of_time(&mesh, self.done.last());
+        let growth = self.meshes.growth_of_time(&mesh, self.done.last(), None);
         let mut ahead = Ahead { next: None, growth };
         let mut is_only = false;
         if self.clock.is_estimated() && self.done.is_empty() {
@@ -177,6 +177,8 @@ impl<'a> Sequence<'a> {
         if self.clock.is_estimated() && ahead.next.is_none() && !has_stopped {
             let own_s = self.expected_s.unwrap_or(seconds);
             ahead = self.meshes.look_ahead(|next_s| self.clock.is_over_after(next_s), own_s, level);
+        } else if !self.clock.is_estimated() {
+            ahead.growth = self.meshes.growth_of_time(&mesh, self.done.last(), Some(seconds));
         }
         let Ahead { next, growth } = ahead;
         let is_over = is_over(&self.clock, &mut result, coarser, growth * seconds);
@@ -201,7 +203,7 @@ impl<'a> Sequence<'a> {
         // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished && lacks.is_none() {
             let run = Compared::new(result.summary.values(), Vec::new(), result.outcome.steps);
-            self.done.push(Done { level, scene: mesh.scene, run, others: OnceCell::new() });
+            self.done.push(Done { level, scene: mesh.scene, run, seconds, others: OnceCell::new() });
             self.best = Some(result);
             self.has_result.store(true, Ordering::Relaxed);
         }

@@ -30,13 +30,39 @@ const LEAST_ORDER_OF_TIME: f64 = 2.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
-/// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-]: splitting doubles them, and so must the
-/// sequence of a mesh with a thin direction, or its levels would differ in the ratio of thickness to width, too. Below the scene's own
-/// mesh thin directions keep their elements whatever the ratio, so that it is √2 for every generated mesh.
-fn ratio(document: &SceneDocument) -> f64 {
-    let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
-    let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
-    if document.has_mesh_file() || counts.into_iter().any(is_thin) { 2.0 } else { SQRT_2 }
+/// How the numbers of elements grow above the scene's own mesh. Below it thin directions keep their elements whatever the ratio, so that
+/// it is √2 for every generated mesh.
+#[derive(Clone, Copy)]
+enum Growth {
+    /// By √2 from one level to the next, rounded.
+    Roots,
+    /// 2, 3, 4, 6, 8 … times, about √2 from the first of them on: also with one element in a direction, levels do not differ in the ratio of
+    /// thickness to width.
+    Wholes,
+    /// By 2: elements of a mesh from a file are split.
+    Splits,
+}
+
+impl Growth {
+    fn of(document: &SceneDocument) -> Self {
+        let counts = document.bodies.iter().filter_map(|body| body.mesh.as_ref()).map(MeshDocument::counts);
+        let is_thin = |counts: Vec<u32>| counts.into_iter().any(|count| count <= THIN);
+        match document.has_mesh_file() {
+            true => Self::Splits,
+            false if counts.into_iter().any(is_thin) => Self::Wholes,
+            false => Self::Roots,
+        }
+    }
+
+    /// Numbers of elements of a level relative to the scene's own [-].
+    fn factor(self, level: i32) -> f64 {
+        match self {
+            Self::Splits if level > 0 => 2_f64.powi(level),
+            Self::Wholes if level > 0 && level % 2 == 0 => 1.5 * 2_f64.powi(level / 2),
+            Self::Wholes if level > 0 => 2_f64.powi(level / 2 + 1),
+            _ => SQRT_2.powi(level),
+        }
+    }
 }
 
 /// The sequence of meshes of a scene.
@@ -44,8 +70,7 @@ pub(super) struct Meshes<'a> {
     scene: &'a Scene,
     /// Whatever their runs need but the scene.
     pub variants: Variants<'a>,
-    /// Ratio of the numbers of elements from one level to the next, above the scene's own mesh [-].
-    ratio: f64,
+    growth: Growth,
     /// What its bulk moduli change, once that is known.
     pub bulk_modulus: OnceCell<BulkModulusEffect>,
 }
@@ -56,8 +81,9 @@ pub(super) struct Done {
     pub level: i32,
     /// The scene on its mesh.
     pub scene: Scene,
-    /// Its run.
+    /// Its run, and the time that it took [s].
     pub run: Compared,
+    pub seconds: f64,
     /// The same with shorter steps, and with a looser contact tolerance, once an error bar needs them.
     pub others: OnceCell<Result<[Compared; 2], String>>,
 }
@@ -103,7 +129,7 @@ impl<'a> Meshes<'a> {
             threads,
             interrupt,
         };
-        Self { scene, variants, ratio: ratio(document), bulk_modulus: OnceCell::new() }
+        Self { scene, variants, growth: Growth::of(document), bulk_modulus: OnceCell::new() }
     }
 
     /// The level of the scene itself.
@@ -141,23 +167,33 @@ impl<'a> Meshes<'a> {
     }
 
     /// Run time of the level after one in units of its own [-]: h⁻¹ steps, and elements as their number grew from the level `before`,
-    /// where thin directions and regions refined to a given size keep theirs. Infinite for more elements than there may be.
-    pub fn growth_of_time(&self, LevelMesh { level, scene, .. }: &LevelMesh, before: Option<&Done>) -> f64 {
+    /// where thin directions and regions refined to a given size keep theirs; once its own time is known, no faster than that grew, since
+    /// part of the work is the same on all meshes. Infinite for more elements than there may be.
+    pub fn growth_of_time(
+        &self,
+        LevelMesh { level, scene, .. }: &LevelMesh,
+        before: Option<&Done>,
+        seconds: Option<f64>,
+    ) -> f64 {
         let elements = scene.element_count() as f64;
-        let dimensions = before.map_or(ORDER_OF_TIME - 1.0, |before| {
+        let (mut dimensions, mut order) = (ORDER_OF_TIME - 1.0, ORDER_OF_TIME);
+        if let Some(before) = before {
             let ratio = self.factor(*level) / self.factor(before.level);
-            (elements / before.scene.element_count() as f64).log(ratio).clamp(1.0, ORDER_OF_TIME - 1.0)
-        });
+            let grown = elements / before.scene.element_count() as f64;
+            dimensions = grown.log(ratio).clamp(1.0, dimensions);
+            let measured = seconds.map_or(order, |seconds| (seconds / before.seconds.max(f64::MIN_POSITIVE)).log(ratio));
+            order = measured.clamp(LEAST_ORDER_OF_TIME, dimensions + 1.0);
+        }
         let ratio = self.factor(level + 1) / self.factor(*level);
         if elements * ratio.powf(dimensions) > Budget::COMMAND_LINE.elements as f64 {
             return f64::INFINITY;
         }
-        ratio.powf(dimensions + 1.0) * CAUTION
+        ratio.powf(order) * CAUTION
     }
 
     /// Numbers of elements of a level relative to the scene's own [-].
     pub fn factor(&self, level: i32) -> f64 {
-        if level < 0 { SQRT_2.powi(level) } else { self.ratio.powi(level) }
+        self.growth.factor(level)
     }
 
     /// Mesh of a level (0 for that of the document itself), or the reason why there is none: it cannot be made, or exceeds the budget.

@@ -19,6 +19,11 @@ impl Connected {
         self.parent[a.max(b)] = a.min(b);
     }
 
+    /// Whether two contacts are in one group.
+    pub fn are_one(&mut self, a: usize, b: usize) -> bool {
+        self.first(a) == self.first(b)
+    }
+
     /// Ends the growth: [`Self::firsts`] are known.
     pub fn close(&mut self) {
         // A parent is never larger than its child, and comes before it.

@@ -1,6 +1,7 @@
 //! The Delassus operator W of a contact problem: dense, or sparse in blocks of three rows and columns.
 
 use super::local::Local;
+use super::problem::local;
 
 /// One block of W, row by row: the velocity of one contact due to the reaction of another. Need not be symmetric.
 pub type Block = [[f64; 3]; 3];
@@ -149,6 +150,34 @@ impl Delassus {
         }
     }
 
+    /// Whether a reaction of contact `d` changes the velocity of contact `c`, or may.
+    pub fn connects(&self, c: usize, d: usize) -> bool {
+        match self {
+            Self::Dense(W) => W.block(c, d).iter().flatten().any(|x| *x != 0.0),
+            Self::Sparse(W) => W.row(c).any(|(column, _)| column == d),
+        }
+    }
+
+    /// The operator of some contacts, ascending, that no block connects to others.
+    ///
+    /// # Errors
+    /// [`DelassusError::Block`] if they are connected to others.
+    pub fn part(&self, contacts: &[usize]) -> Result<Self, DelassusError> {
+        let nc = contacts.len();
+        match self {
+            Self::Dense(W) => {
+                let rows = contacts.iter().flat_map(|c| 3 * c..3 * c + 3);
+                let row = |i: usize| contacts.iter().flat_map(move |d| local(W.row(i), *d));
+                Self::dense(nc, rows.flat_map(row).collect())
+            }
+            Self::Sparse(W) => {
+                let place = |d: usize| contacts.binary_search(&d).unwrap_or(nc);
+                let row = |(i, c): (usize, &usize)| W.row(*c).map(move |(d, block)| (i, place(d), *block));
+                Self::from_blocks(nc, contacts.iter().enumerate().flat_map(row))
+            }
+        }
+    }
+
     /// Calls `visit` for every stored block `(row, column, block)`, row by row.
     pub fn for_each_block(&self, mut visit: impl FnMut(usize, usize, &Block)) {
         match self {
@@ -188,12 +217,17 @@ impl DenseDelassus {
         })
     }
 
-    fn apply(&self, r: &[f64], q: &[f64], u: &mut [f64]) {
+    /// Row `i` of 3 nc.
+    fn row(&self, i: usize) -> &[f64] {
         let n = 3 * self.contacts;
+        &self.values[i * n..(i + 1) * n]
+    }
+
+    fn apply(&self, r: &[f64], q: &[f64], u: &mut [f64]) {
         // Zero reactions are skipped: most contacts of a dense problem are open.
         let pressed: Vec<usize> = (0..self.contacts).filter(|&d| r[3 * d..3 * d + 3] != [0.0; 3]).collect();
         for (i, (u, q)) in u.iter_mut().zip(q).enumerate() {
-            let row = &self.values[i * n..(i + 1) * n];
+            let row = self.row(i);
             let dot = |d: &usize| {
                 let at = 3 * d;
                 row[at] * r[at] + row[at + 1] * r[at + 1] + row[at + 2] * r[at + 2]

@@ -31,13 +31,12 @@ pub use matrix_free::{MatrixFree, solve_matrix_free};
 pub use method::Method;
 pub use options::{LARGEST_OF_MOTION, Options, SolveReport, largest_of_motion};
 
-use super::delassus::Delassus;
 use super::problem::ContactProblem;
 use options::{Limits, Work};
 use scaled::Scaled;
 
 /// Solves for the reactions: `r` (3 nc) is the initial guess, then the solution. Initial values that are no numbers, or
-/// whose squares overflow, count as zero. Groups of contacts that a sparse W does not connect are solved one by one.
+/// whose squares overflow, count as zero. Groups of contacts that W does not connect are solved one by one.
 ///
 /// The errors are those of the result in the problem as given. Deterministic.
 ///
@@ -45,14 +44,12 @@ use scaled::Scaled;
 /// If `r` does not have three numbers per contact.
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     assert_eq!(r.len(), problem.q().len(), "three reactions per contact");
-    if let Delassus::Sparse(W) = problem.W() {
-        let groups = parts::groups(W, problem.contacts());
-        if groups.len() > 1
-            && let Ok(work) = parts::solve((problem, W), &groups, r, options, solve_connected)
-        {
-            let of_all = SolveReport::new(&problem.errors(r), &work.total, options.tolerance);
-            return SolveReport { converged: of_all.converged && work.all_solved, ..of_all };
-        }
+    let groups = parts::groups(problem.W());
+    if groups.len() > 1
+        && let Ok(work) = parts::solve(problem, &groups, r, options, solve_connected)
+    {
+        let of_all = SolveReport::new(&problem.errors(r), &work.total, options.tolerance);
+        return SolveReport { converged: of_all.converged && work.all_solved, ..of_all };
     }
     solve_connected(problem, r, options)
 }

@@ -4,7 +4,7 @@
 use super::method::Method;
 use super::options::{Options, SolveReport, Work};
 use crate::contact::solution::connected::Connected;
-use crate::contact::solution::delassus::{Delassus, SparseDelassus};
+use crate::contact::solution::delassus::Delassus;
 use crate::contact::solution::problem::{ContactProblem, ProblemError, local, squared};
 
 /// Tolerance of a group and free velocities below which it stays at rest, as fractions of the tolerance of the whole; the errors of all
@@ -12,11 +12,21 @@ use crate::contact::solution::problem::{ContactProblem, ProblemError, local, squ
 const SHARE: f64 = 0.5;
 
 /// Groups of contacts that W connects, directly or through others, each ascending, in the order of their first contacts.
-pub(super) fn groups(W: &SparseDelassus, contacts: usize) -> Vec<Vec<usize>> {
+pub(super) fn groups(W: &Delassus) -> Vec<Vec<usize>> {
+    let contacts = W.contacts();
     let mut connected = Connected::default();
     connected.restart(contacts);
-    for c in 0..contacts {
-        W.row(c).for_each(|(d, _)| connected.join(c, d));
+    match W {
+        Delassus::Sparse(W) => {
+            (0..contacts).for_each(|c| W.row(c).for_each(|(d, _)| connected.join(c, d)));
+        }
+        Delassus::Dense(_) => {
+            for (c, d) in (0..contacts).flat_map(|c| (0..c).map(move |d| (c, d))) {
+                if !connected.are_one(c, d) && (W.connects(c, d) || W.connects(d, c)) {
+                    connected.join(c, d);
+                }
+            }
+        }
     }
     connected.close();
     let mut lists = vec![Vec::new(); contacts];
@@ -48,7 +58,7 @@ impl OfGroups {
 
 /// Solves each group from `r` by `solve`; the limit of iterations is that of each.
 pub(super) fn solve(
-    (problem, W): (&ContactProblem, &SparseDelassus),
+    problem: &ContactProblem,
     groups: &[Vec<usize>],
     r: &mut [f64],
     options: &Options,
@@ -59,7 +69,6 @@ pub(super) fn solve(
     let least = (SHARE * options.tolerance).powi(2) * all / groups.len() as f64;
     let total = Work { solver: Method::Nsgs, iterations: 0, failed_contacts: 0, is_jammed: false };
     let mut work = OfGroups { total, all_solved: true, most: 0 };
-    let mut place = vec![0; problem.contacts()];
     let mut left = problem.contacts();
     for group in groups {
         // A group has a share of the time that is left by its number of contacts.
@@ -72,9 +81,7 @@ pub(super) fn solve(
         let mut of_group = vec![0.0; 3 * group.len()];
         let of_free: f64 = group.iter().map(|c| free(*c)).sum();
         if of_free > least {
-            group.iter().enumerate().for_each(|(i, c)| place[*c] = i);
-            let rows = group.iter().flat_map(|c| W.row(*c).map(|(d, block)| (place[*c], place[d], *block)));
-            let operator = Delassus::from_blocks(group.len(), rows)?;
+            let operator = problem.W().part(group)?;
             let mu = group.iter().map(|c| problem.mu()[*c]).collect();
             of_group = at(r);
             let report = solve(&ContactProblem::new(operator, at(problem.q()), mu)?, &mut of_group, &own);
@@ -113,8 +120,7 @@ mod tests {
     #[test]
     fn chains_that_do_not_touch_are_solved_one_by_one_within_the_tolerance_of_all() {
         let problem = chains(5, 8, &mut Random(3));
-        let Delassus::Sparse(W) = problem.W() else { panic!("sparse") };
-        let found = groups(W, 40);
+        let found = groups(problem.W());
         assert_eq!(found.len(), 5);
         assert_eq!(found[1], (0..8).map(|i| 1 + 5 * i).collect::<Vec<_>>());
         let (mut r, mut whole) = (vec![0.0; 120], vec![0.0; 120]);
