@@ -105,8 +105,8 @@ export class AskedCurve {
     [this.points, this.failures] = [[], []];
     cases.forEach((one) => this.#take(one));
     const lasting = cases.filter(({ lower_bounds: bounds }) => bounds?.includes("impulse_n_s")).length;
-    const after = lasting ? `; at ${lasting} of the speeds contact goes on after that, so that numbers may still grow` : "";
-    const covered = `Each covers the first ${setting(endOf(this.asked) * 1e3)} ms, which the lowest speed sets${after}: only speeds of one question compare.`;
+    const until = lasting ? `after which contact goes on at ${lasting} of the speeds, so that numbers may still grow` : "until contact has ended";
+    const covered = `Each covers ${setting(endOf(this.asked) * 1e3)} ms, ${until}.`;
     this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${covered} ${notice}`;
     const known = longestKnown(this.points);
     const fit = fitted(known);
