@@ -2,7 +2,7 @@
 
 use super::plan::write_table;
 use crate::measure::QuantityOfInterest;
-use crate::measure::summary::{number, rounded};
+use crate::measure::summary::{marked, number, rounded, within};
 use crate::report::csv::text_cell;
 use crate::study::what_if::document::LimitMeasure;
 use crate::study::what_if::limit::Verdict;
@@ -28,7 +28,8 @@ pub(super) fn write_case_line(
 ) -> io::Result<()> {
     let number = |q: QuantityOfInterest| {
         let (title, unit) = (q.short_title(), q.unit());
-        case.numbers.get(&q).map(|n| format!("{title} {} {unit}", with_error(n)))
+        let is_lower_bound = case.lower_bounds.contains(&q);
+        case.numbers.get(&q).map(|n| format!("{title} {} {unit}", with_error(n, is_lower_bound)))
     };
     let numbers: Vec<String> = QuantityOfInterest::HEADLINE.into_iter().filter_map(number).collect();
     let what = if numbers.is_empty() { case.ending.replace('_', " ") } else { numbers.join(", ") };
@@ -118,7 +119,10 @@ fn of_stopped(answer: &Answer) -> &'static str {
 }
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
-    let number = |q: QuantityOfInterest| case.numbers.get(&q).map_or_else(|| "-".into(), with_error);
+    let number = |q: QuantityOfInterest| {
+        let shown = case.numbers.get(&q);
+        shown.map_or_else(|| "-".into(), |shown| with_error(shown, case.lower_bounds.contains(&q)))
+    };
     let mut cells: Vec<String> =
         std::iter::once(case.name.clone()).chain(QuantityOfInterest::HEADLINE.map(number)).collect();
     if case.numbers.is_empty() {
@@ -133,10 +137,9 @@ fn title(answer: &Answer, quantity: QuantityOfInterest) -> String {
     format!("{title} [{unit}]")
 }
 
-/// A number in brackets if it is not resolved or its error is unknown.
-fn with_error(shown: &Number) -> String {
-    let value = number(shown.value);
-    let value = if shown.is_resolved() { value } else { format!("({value})") };
+/// A number with its error, marked as in a summary.
+fn with_error(shown: &Number, is_lower_bound: bool) -> String {
+    let value = marked(&within(shown.value, shown.error), shown.is_resolved(), is_lower_bound);
     shown.error.map_or(value.clone(), |error| format!("{value} ± {}", rounded(error)))
 }
 
@@ -412,10 +415,14 @@ mod tests {
 
     #[test]
     fn numbers_that_are_not_resolved_stand_in_brackets() {
-        assert_eq!(with_error(&Number::new(2730.0, Some(140.0), true)), "2730 ± 140");
-        assert_eq!(with_error(&Number::new(2730.0, Some(140.0), false)), "(2730) ± 140");
-        assert_eq!(with_error(&Number::new(2730.0, Some(2800.0), true)), "(2730) ± 2800");
-        assert_eq!(with_error(&Number::new(0.0, Some(0.0), true)), "0 ± 0");
-        assert_eq!(with_error(&Number::new(2730.0, None, true)), "(2730)");
+        let written = |value, error, may_be_resolved, is_lower_bound| {
+            with_error(&Number::new(value, error, may_be_resolved), is_lower_bound)
+        };
+        assert_eq!(written(2734.0, Some(140.0), true, false), "2730 ± 140");
+        assert_eq!(written(2734.0, Some(140.0), true, true), "≥ 2730 ± 140");
+        assert_eq!(written(2734.0, Some(140.0), false, false), "(2730) ± 140");
+        assert_eq!(written(2734.0, Some(2800.0), true, false), "(2700) ± 2800");
+        assert_eq!(written(0.0, Some(0.0), true, false), "0 ± 0");
+        assert_eq!(written(2734.0, None, true, false), "(2734)");
     }
 }

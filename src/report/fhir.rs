@@ -4,7 +4,7 @@
 
 use super::RecordedRun;
 use super::text::capitalised;
-use crate::measure::summary::{ErrorEstimate, InjuryMeasure, Row, listing, number, rounded};
+use crate::measure::summary::{ErrorEstimate, InjuryMeasure, Row, listing, rounded, within};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -14,6 +14,8 @@ pub const CODE_SYSTEM: &str = "urn:contuse:observation";
 /// System of the digests of scenes.
 const SCENE_SYSTEM: &str = "urn:contuse:scene-sha256";
 const UCUM: &str = "http://unitsofmeasure.org";
+/// Extension of an element without a value.
+const ABSENT: &str = "http://hl7.org/fhir/StructureDefinition/data-absent-reason";
 
 /// A unit in the notation of UCUM.
 fn ucum(unit: &str) -> String {
@@ -95,8 +97,9 @@ fn coded(code: &str, text: &str) -> Value {
     json!({"coding": [{"system": CODE_SYSTEM, "code": code, "display": text}], "text": text})
 }
 
-fn quantity(value: f64, unit: &str) -> Value {
-    json!({"value": value, "unit": unit, "system": UCUM, "code": unit})
+/// A number as it is written elsewhere.
+fn quantity(written: &str, unit: &str) -> Value {
+    json!({"value": written.parse::<f64>().ok(), "unit": unit, "system": UCUM, "code": unit})
 }
 
 /// Whether the numbers of a run are its last word: it ended, the contact too, and nothing is withheld.
@@ -120,8 +123,11 @@ fn without_value(code: &Value, common: &Common) -> Value {
         "method": {"text": "Finite elements with contact, computed on a model; not measured on a person"},
         "note": [{"text": common.run.summary["notice"].as_str().unwrap_or_default()}]
     });
-    if let Some(computed) = common.computed {
-        resource["effectiveDateTime"] = computed.into();
+    match common.computed {
+        Some(computed) => resource["effectiveDateTime"] = computed.into(),
+        None => {
+            resource["_effectiveDateTime"] = json!({"extension": [{"url": ABSENT, "valueCode": "unknown"}]})
+        }
     }
     resource
 }
@@ -149,23 +155,24 @@ fn set_value(resource: &mut Value, (value, error): (f64, &ErrorEstimate), unit: 
     let code = coded("numerical-error", "Estimated numerical error, half width");
     // UCUM's unit of a pure number is not shown in text.
     let unit_text = if unit == "1" { String::new() } else { format!(" {unit}") };
-    match error.half_width() {
-        Some(_) if error.is_resolved() => resource["valueQuantity"] = quantity(value, unit),
-        Some(half_width) => {
+    let half_width = error.half_width();
+    let digits = within(value, half_width);
+    let error_digits = half_width.map(rounded);
+    match &error_digits {
+        Some(_) if error.is_resolved() => resource["valueQuantity"] = quantity(&digits, unit),
+        Some(error) => {
             let text = format!(
-                "Not resolved by the mesh: about {}{unit_text}, with a numerical error of ± {}{unit_text}",
-                number(value),
-                rounded(half_width)
+                "Not resolved by the mesh: about {digits}{unit_text}, with a numerical error of ± {error}{unit_text}"
             );
             resource["dataAbsentReason"] = absent("error", &text);
         }
         None => {
-            let text = format!("Its numerical error was not estimated: about {}{unit_text}", rounded(value));
+            let text = format!("Its numerical error was not estimated: about {digits}{unit_text}");
             resource["dataAbsentReason"] = absent("unknown", &text);
         }
     }
-    resource["component"] = json!([match error.half_width() {
-        Some(half_width) => json!({"code": code, "valueQuantity": quantity(half_width, unit)}),
+    resource["component"] = json!([match error_digits {
+        Some(error) => json!({"code": code, "valueQuantity": quantity(&error, unit)}),
         None =>
             json!({"code": code, "dataAbsentReason": absent("not-performed", "The error was not estimated")}),
     }]);
@@ -180,7 +187,7 @@ fn injury_criterion(criterion: &InjuryMeasure, common: &Common) -> Value {
     let unit = ucum(&criterion.unit);
     match (criterion.value.filter(|_| criterion.applicable), &criterion.error) {
         (Some(value), Some(error)) => set_value(&mut resource, (value, error), &unit),
-        (Some(value), None) => resource["valueQuantity"] = quantity(value, &unit),
+        (Some(value), None) => resource["valueQuantity"] = quantity(&within(value, None), &unit),
         (None, _) => resource["dataAbsentReason"] = absent("not-applicable", &criterion.statement),
     }
     if let Some(notes) = resource["note"].as_array_mut() {
@@ -247,7 +254,7 @@ mod tests {
         let results = &mut run.summary["results"];
         let impact = &mut results["impacts"][0];
         impact["peak_force_n"] = quantity_of(2729.5, 5270.0, false);
-        impact["impulse_n_s"] = quantity_of(0.2, 0.01, true);
+        impact["impulse_n_s"] = quantity_of(0.200_49, 0.0111, true);
         impact["contact_ended"] = true.into();
         results["tissue"]["contact_ended"] = true.into();
         let strain = &mut results["tissue"]["peak_principal_strain"];
@@ -268,10 +275,10 @@ mod tests {
         let force = named(&entries, "peak-force");
         assert!(force.get("valueQuantity").is_none(), "{force}");
         assert!(force["dataAbsentReason"]["text"].as_str().unwrap().contains("± 5300 N"), "{force}");
-        assert_eq!(force["component"][0]["valueQuantity"]["value"], 5270.0);
+        assert_eq!(force["component"][0]["valueQuantity"]["value"], 5300.0);
         assert_eq!(
             named(&entries, "peak-principal-strain")["dataAbsentReason"]["text"],
-            "Not resolved by the mesh: about 0.2602, with a numerical error of ± 0.16"
+            "Not resolved by the mesh: about 0.26, with a numerical error of ± 0.16"
         );
         assert_eq!(named(&entries, "impulse")["valueQuantity"]["value"], 0.2);
         // What the model cuts off is a lower bound.
@@ -296,7 +303,10 @@ mod tests {
         let entries = bundle["entry"].as_array().unwrap();
         let observations = entries.iter().filter(|e| e["resource"]["resourceType"] == "Observation");
         assert!(observations.clone().count() > 5);
-        assert!(observations.clone().all(|e| e["resource"].get("effectiveDateTime").is_none()));
+        for resource in observations.map(|entry| &entry["resource"]) {
+            assert!(resource.get("effectiveDateTime").is_none());
+            assert_eq!(resource["_effectiveDateTime"]["extension"][0]["valueCode"], "unknown");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use super::super::measures::Measures;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Results, Shown};
-use super::written::{number, rounded};
+use super::written::{marked, number, rounded, within};
 use crate::measure::presented_area::Onslaught;
 use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
@@ -60,7 +60,8 @@ impl InjuryMeasure {
         let Some(value) = self.value else { return "-".into() };
         let unit = if self.unit == "-" { String::new() } else { format!(" {}", self.unit) };
         let is_plain = self.error.as_ref().is_none_or(ErrorEstimate::is_resolved);
-        if is_plain { format!("{}{unit}", number(value)) } else { format!("({}){unit}", number(value)) }
+        let digits = within(value, self.error.as_ref().and_then(ErrorEstimate::half_width));
+        format!("{}{unit}", marked(&digits, is_plain, false))
     }
 
     fn refused(self, (why, missing): Refusal) -> Self {
@@ -115,16 +116,17 @@ pub(super) fn injury_measures(
 /// Kinetic energy over the presented area, before the impact.
 fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasure {
     let value = 1e-4 * onslaught.energy_density();
+    let written = number(value);
     let [weakest, strongest] = PENETRATION_J_PER_CM2;
     let on_head = person.is_some_and(|person| person.region == Region::Head);
     let verdict = match value {
         x if x < weakest => {
-            format!("{x:.2} J/cm² is below all regions' 50 % risk ({weakest} to {strongest} J/cm²)")
+            format!("{written} J/cm² is below all regions' 50 % risk ({weakest} to {strongest} J/cm²)")
         }
         x if x <= strongest => {
-            format!("{x:.2} J/cm² lies among the regions' 50 % risks ({weakest} to {strongest} J/cm²)")
+            format!("{written} J/cm² lies among the regions' 50 % risks ({weakest} to {strongest} J/cm²)")
         }
-        x => format!("{x:.2} J/cm² is above all regions' 50 % risk ({weakest} to {strongest} J/cm²)"),
+        _ => format!("{written} J/cm² is above all regions' 50 % risk ({weakest} to {strongest} J/cm²)"),
     };
     InjuryMeasure {
         name: "skin_penetration_energy_density".into(),
@@ -180,7 +182,7 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
     InjuryMeasure {
         value: Some(value),
         applicable: true,
-        statement: format!("{value:.2} is {side} the 50 % risk of AIS 2 or 3 ({BLUNT_CRITERION})"),
+        statement: format!("{} is {side} the 50 % risk of AIS 2 or 3 ({BLUNT_CRITERION})", number(value)),
         ..measure
     }
 }
@@ -244,8 +246,10 @@ fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool
     const LIMIT: f64 = VISCOUS_CRITERION_M_PER_S;
     let risk = format!("the 25 % risk of AIS 4 or more ({LIMIT} m/s)");
     let (half_width, shown) = match error {
-        ErrorEstimate::Estimated(e) => (e.total, format!("{value:.3} m/s (± {})", rounded(e.total))),
-        _ => (0.0, format!("{value:.3} m/s (error not estimated)")),
+        ErrorEstimate::Estimated(e) => {
+            (e.total, format!("{} m/s (± {})", within(value, Some(e.total)), rounded(e.total)))
+        }
+        _ => (0.0, format!("{} m/s (error not estimated)", number(value))),
     };
     // The criterion only grows: a value above the limit stays above it.
     if value - half_width > LIMIT {
@@ -286,7 +290,7 @@ mod tests {
     fn an_impact_that_is_not_over_is_not_below_a_limit() {
         let going_on = said(0.488, None, Some("contact has not ended"));
         assert!(
-            !going_on.applicable && going_on.statement.contains("at least 0.488 m/s"),
+            !going_on.applicable && going_on.statement.contains("at least 0.4880 m/s"),
             "{}",
             going_on.statement
         );
@@ -317,7 +321,7 @@ mod tests {
     fn a_response_is_compared_with_its_error() {
         let below = said(0.5, Some(0.3), None);
         assert!(
-            below.applicable && below.statement.contains("0.500 m/s (± 0.30) is at or below"),
+            below.applicable && below.statement.contains("0.50 m/s (± 0.30) is at or below"),
             "{}",
             below.statement
         );

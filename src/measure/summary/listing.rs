@@ -2,8 +2,8 @@
 
 use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::Quantity;
-use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, Tissue};
-use super::written::{bracketed, error_of, number, seconds, time, with_unit};
+use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
+use super::written::{bare, error_of, marked, number, seconds, with_unit, within};
 
 /// Fraction of the absorbed energy above which work not done through contact gets a row of its own [-].
 const NOTABLE_WORK: f64 = 1e-3;
@@ -30,7 +30,7 @@ pub struct Row<'a> {
     pub code: Option<String>,
     /// Remark that limits or explains the number.
     pub note: String,
-    /// Whether the number is a lower bound, since the model ends before what it measures.
+    /// Whether the number is a lower bound, since the model or the run ends before what it measures.
     pub is_lower_bound: bool,
     entry: Entry<'a>,
 }
@@ -92,6 +92,9 @@ impl<'a> Row<'a> {
     fn code(self, code: impl Into<String>) -> Self {
         Self { code: Some(code.into()), ..self }
     }
+    fn lower_bound(self, is_lower_bound: bool) -> Self {
+        Self { is_lower_bound, ..self }
+    }
 
     /// The quantity with its unit; `None` for words.
     pub fn quantity(&self) -> Option<(&'a Quantity, &'static str)> {
@@ -101,10 +104,10 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The value as text: with its unit, and in brackets unless it is resolved.
+    /// The value as text: with its unit, in brackets unless it is resolved, and as "≥" where it is a lower bound.
     pub fn value(&self) -> String {
         match &self.entry {
-            Entry::Number(quantity, unit) => with_unit(quantity, unit),
+            Entry::Number(quantity, unit) => with_unit(quantity, unit, self.is_lower_bound),
             Entry::Words(words) => words.clone(),
         }
     }
@@ -137,28 +140,29 @@ pub fn listing(results: &Results) -> Vec<Group<'_>> {
 }
 
 fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
-    let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
-    let single = with_unit(&impact.peak_step_force_n, "N");
+    let (bounds, lasts) = (impact.lower_bounds(), !impact.contact_ended);
+    let single = with_unit(&impact.peak_step_force_n, "N", false);
     let mut rows = vec![
         Row::of_interest(Of::PeakForceN, &impact.force_average, &impact.peak_force_n, "peak-force"),
-        Row::words("at", time(&impact.peak_force_time_s)).part(),
+        Row::words("at", with_unit(&impact.peak_force_time_s, "s", false)).part(),
         Row::words("peak force of a single step", single).note("not a converged quantity"),
         Row::of_interest(Of::ImpulseNS, "", &impact.impulse_n_s, "impulse"),
         Row::number("duration of contact", &impact.contact_duration_s, "s")
-            .note(going_on)
+            .note(if lasts { "contact has not ended" } else { "" })
+            .lower_bound(lasts)
             .code("contact-duration"),
     ];
     if !impact.touches_in_points {
-        let axes =
-            [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(|q| bracketed(q, number(q.value)));
+        let axes = [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(bare);
         let nodes = format!("{} nodes across", impact.nodes_across_patch[0]);
         let (mean, largest) = (&impact.patch_area_mm2, &impact.largest_patch_area_mm2);
         rows.push(Row::of_interest(Of::PatchAreaMm2, "mean area", mean, "contact-patch-area-at-peak-force"));
         rows.push(Row::words("spread over", format!("{} mm", axes.join(" × "))).note(nodes).part());
         rows.push(Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area"));
     }
-    if !is_headline {
-        for row in &mut rows {
+    for row in &mut rows {
+        row.is_lower_bound |= row.of.is_some_and(|of| bounds.contains(&of));
+        if !is_headline {
             (row.of, row.code) = (None, None);
         }
     }
@@ -168,7 +172,7 @@ fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
 fn tissue(tissue: &Tissue, headline_stress: Option<usize>) -> Vec<Row<'_>> {
     let mut rows = energies(tissue);
     for (index, stress) in tissue.significant_stress.iter().enumerate() {
-        rows.extend(above(stress, headline_stress == Some(index)));
+        rows.extend(above(stress, tissue, headline_stress == Some(index)));
     }
     rows.extend(tissue.dose_volumes.iter().map(|dose| {
         Row::number(format!("volume of {}", dose.measure.above(dose.threshold)), &dose.volume_mm3, "mm³")
@@ -189,12 +193,12 @@ fn energies(tissue: &Tissue) -> Vec<Row<'_>> {
     let (given, absorbed) = (&tissue.energy_given_j, &tissue.absorbed_energy_j);
     rows.push(Row::of_interest(Of::EnergyGivenJ, "at the end", given, "energy-given"));
     rows.push(Row::of_interest(Of::AbsorbedEnergyJ, "at the end", absorbed, "absorbed-energy"));
-    let by_work = with_unit(&tissue.absorbed_energy_by_work_j, "J");
+    let by_work = with_unit(&tissue.absorbed_energy_by_work_j, "J", false);
     rows.push(Row::words("from the work of the reactions", by_work).part());
     rows.extend(split(&tissue.absorbed_split, absorbed));
     let peak = &tissue.peak_absorbed_energy_j;
     rows.push(Row::number("absorbed energy, at its peak", peak, "J"));
-    rows.push(Row::words("at", time(&tissue.peak_absorbed_energy_time_s)).part());
+    rows.push(Row::words("at", with_unit(&tissue.peak_absorbed_energy_time_s, "s", false)).part());
     rows.extend(split(&tissue.peak_absorbed_split, peak));
     rows.extend(
         tissue.projectile_loss_j.as_ref().map(|lost| Row::number("lost by the projectile", lost, "J")),
@@ -212,25 +216,40 @@ fn split<'a>(split: &'a Split, absorbed: &Quantity) -> impl Iterator<Item = Row<
     parts.into_iter().chain(other).map(|(title, energy)| Row::number(title, energy, "J").part())
 }
 
-/// Depth and volume above a threshold of stress.
-fn above(stress: &SignificantStress, is_headline: bool) -> impl Iterator<Item = Row<'_>> {
+/// Depth and volume above a threshold of stress, and the layers of that volume.
+fn above<'a>(
+    stress: &'a SignificantStress,
+    tissue: &Tissue,
+    is_headline: bool,
+) -> impl Iterator<Item = Row<'a>> + use<'a> {
     let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
-    let note = if stress.reaches.is_empty() {
-        String::new()
+    let (is_cut, is_deeper) = (!stress.reaches.is_empty(), stress.is_deeper(tissue));
+    let end = if is_cut {
+        format!("it reaches {}, where the model ends", stress.reaches.join(", "))
     } else {
-        format!("at least: it reaches {}, where the model ends", stress.reaches.join(", "))
+        String::new()
     };
-    let row = move |what: &str, quantity, unit| {
-        let row = Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
-            .note(note.clone())
-            .code(format!("{what}-above-{}-pa", stress.threshold_pa));
-        Row { is_lower_bound: !stress.reaches.is_empty(), ..row }
+    let going_on = if is_deeper && !is_cut { "contact has not ended".into() } else { end.clone() };
+    let row = |what: &str, quantity, unit| {
+        Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
+            .code(format!("{what}-above-{}-pa", stress.threshold_pa))
     };
-    let depth = stress
-        .depth_mm
-        .as_ref()
-        .map(|depth| Row { of: is_headline.then_some(Of::StressDepthMm), ..row("depth", depth, "mm") });
-    depth.into_iter().chain([row("volume", &stress.volume_mm3, "mm³")])
+    let depth = stress.depth_mm.as_ref().map(|depth| {
+        let row = row("depth", depth, "mm").note(going_on).lower_bound(is_deeper);
+        Row { of: is_headline.then_some(Of::StressDepthMm), ..row }
+    });
+    let volume = row("volume", &stress.volume_mm3, "mm³").note(end).lower_bound(is_cut);
+    let layers = stress.layers.iter().filter(|_| stress.layers.len() > 1);
+    depth.into_iter().chain([volume]).chain(layers.map(|layer| of_layer(layer, stress)))
+}
+
+/// The part of a volume that lies in one layer, as certain as the whole.
+fn of_layer(layer: &StressedLayer, stress: &SignificantStress) -> Row<'static> {
+    let error = &stress.volume_mm3.error;
+    let volume = within(layer.volume_mm3, error.half_width());
+    let volume = marked(&volume, error.is_resolved(), !stress.reaches.is_empty());
+    let between = layer.depth_mm.map(|[from, to]| format!("{from:.1} to {to:.1} mm below the surface"));
+    Row::words(format!("in {}", layer.part), format!("{volume} mm³")).note(between.unwrap_or_default()).part()
 }
 
 /// Strain and stress, exceeded in volumes and at points, and the deflection.
@@ -289,8 +308,8 @@ mod tests {
             rows.map(|row| [row.title.clone(), row.value(), row.remark()]).collect::<Vec<_>>()
         };
         let (plain, loaded) = (shown(1e-4), shown(0.3));
-        assert!(plain.len() == 3 && plain[0][1] == "2.000 J", "{plain:?}");
-        assert!(plain[1][1] == "(1.000) J" && plain[1][2].starts_with("± 3.0 J"), "{plain:?}");
+        assert!(plain.len() == 3 && plain[0][1] == "2.00 J", "{plain:?}");
+        assert!(plain[1][1] == "(1.0) J" && plain[1][2].starts_with("± 3.0 J"), "{plain:?}");
         assert_eq!(loaded[3][..2], ["- work of loads and position projection", "0.3000 J"]);
     }
 }

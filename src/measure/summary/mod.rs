@@ -12,6 +12,7 @@ mod injury;
 mod laws;
 mod listed;
 mod listing;
+mod lower_bounds;
 mod numerics;
 mod of_interest;
 mod quantity;
@@ -29,6 +30,7 @@ pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::{LawRange, LawRate};
 pub use listing::{Group, Row, listing};
+pub use lower_bounds::lower_bounds;
 pub use numerics::{Numerics, numerics_group};
 pub use of_interest::{QuantityOfInterest, QuantityTitle};
 pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
@@ -38,7 +40,7 @@ pub use results::{
     Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use table::render_table;
-pub use written::{number, rounded};
+pub use written::{marked, number, rounded, short, within};
 
 use super::measures::Measures;
 use crate::plan::Plan;
@@ -87,7 +89,7 @@ pub struct Summary {
     /// The numbers, or why they are withheld.
     #[serde(flatten)]
     pub results: Shown,
-    /// The numbers as plain sentences.
+    /// The main numbers and the gravest warning as plain sentences.
     pub plain_words: Vec<String>,
     /// Published injury criteria, each with its source and whether it applies to this scene.
     pub injury_measures: Vec<InjuryMeasure>,
@@ -164,7 +166,8 @@ impl Summary {
         };
         let torn = softening.iter().map(SofteningOfPart::in_words);
         let torn = torn.chain(erosion.iter().map(ErosionOfPart::in_words));
-        let plain_words = plain_words(&results, (ending, time_s), &law_ranges, torn);
+        let warnings = warnings(measures, plan, &numerics, outcome);
+        let plain_words = plain_words(&results, (ending, time_s), torn, warnings.worst());
         Self {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
@@ -174,7 +177,7 @@ impl Summary {
             steps: outcome.map_or(measures.step, |o| o.steps),
             plain_words,
             injury_measures: injury_measures(measures, plan, ending, &results),
-            warnings: warnings(measures, plan, &numerics, outcome),
+            warnings: warnings.into_words(),
             ending: ending.cloned(),
             results,
             numerics,

@@ -15,9 +15,10 @@ pub fn render_table(summary: &Summary) -> String {
     table.outcome(summary);
     table.results(summary);
     table.criteria(&summary.injury_measures);
-    table.sentences("In plain words", &summary.plain_words);
+    table.sentences("In plain words", summary.plain_words.iter());
     table.numerics(summary);
-    table.sentences("Warnings", &summary.warnings);
+    let is_new = |warning: &&String| !summary.plain_words.contains(warning);
+    table.sentences("Warnings", summary.warnings.iter().filter(is_new));
     table.line(&format!("\n{}", summary.notice));
     table.0
 }
@@ -36,13 +37,12 @@ impl Table {
     fn row(&mut self, name: &str, value: &str, remark: &str) {
         self.line(format!("  {name:<42} {value:<24} {remark}").trim_end());
     }
-    fn sentences(&mut self, heading: &str, sentences: &[String]) {
-        if !sentences.is_empty() {
+    fn sentences<'a>(&mut self, heading: &str, sentences: impl Iterator<Item = &'a String>) {
+        let mut sentences = sentences.peekable();
+        if sentences.peek().is_some() {
             self.heading(heading);
-            for words in sentences {
-                self.line(&format!("  {words}"));
-            }
         }
+        sentences.for_each(|words| self.line(&format!("  {words}")));
     }
 
     /// How the run ended.

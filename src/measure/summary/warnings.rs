@@ -82,7 +82,7 @@ enum Gravity {
 
 /// Warnings as they are found.
 #[derive(Default)]
-struct Warnings(Vec<(Gravity, String)>);
+pub(super) struct Warnings(Vec<(Gravity, String)>);
 
 impl Warnings {
     fn add(&mut self, gravity: Gravity, warnings: impl IntoIterator<Item = String>) {
@@ -93,20 +93,26 @@ impl Warnings {
         }
     }
 
+    /// The first of the most severe, unless it is a remark.
+    pub fn worst(&self) -> Option<String> {
+        let severe = self.0.iter().filter(|(gravity, _)| *gravity < Gravity::Remark);
+        severe.min_by_key(|(gravity, _)| *gravity).map(|(_, warning)| warning.clone())
+    }
+
     /// Most severe first; those of one gravity in the order in which they were found.
-    fn into_words(mut self) -> Vec<String> {
+    pub fn into_words(mut self) -> Vec<String> {
         self.0.sort_by_key(|(gravity, _)| *gravity);
         self.0.into_iter().map(|(_, warning)| warning).collect()
     }
 }
 
-/// Warnings of validation, of the stepper and of the measures, most severe first and without repetition.
+/// Warnings of validation, of the stepper and of the measures, without repetition.
 pub(super) fn warnings(
     measures: &Measures,
     plan: &Plan,
     numerics: &Numerics,
     outcome: Option<&Outcome>,
-) -> Vec<String> {
+) -> Warnings {
     let mut all = Warnings::default();
     all.add(Gravity::Remark, measures.scene_warnings.iter().cloned());
     all.add(Gravity::Remark, outcome.iter().flat_map(|outcome| outcome.warnings.iter().cloned()));
@@ -127,13 +133,14 @@ pub(super) fn warnings(
     all.add(Gravity::Remark, sampling_warning(measures).filter(|_| outcome.is_some()));
     contact_warnings(&mut all, measures, plan, outcome);
     resolution_warnings(&mut all, measures);
-    all.into_words()
+    all
 }
 
 /// Warns of windows of the force, and of energy lost in contact so far.
 fn force_warnings(all: &mut Warnings, measures: &Measures, numerics: &Numerics, has_ended: bool) {
     let touched = measures.pairs.values().filter(|pair| has_ended && pair.force.contact_span.is_some());
-    all.add(Gravity::Remark, touched.filter_map(|pair| window_warning(pair, measures.time)));
+    let windows: Vec<Window> = touched.filter_map(Window::of).collect();
+    all.add(Gravity::Remark, window_warnings(&windows, measures.time));
     let fraction = numerics.numerical_contact_dissipation_fraction;
     // At the end the stepper itself issues this warning.
     let is_notable = fraction > CONTACT_DISSIPATION_WARNING && !has_ended;
@@ -265,17 +272,17 @@ fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
         )
     });
     all.add(Gravity::NotResolved, coarse);
-    for pair in measures.pairs.values() {
-        let returned = wave_return(measures, pair).filter(|time| *time < measures.time).map(|time| {
-            format!(
-                "The ends of the model may disturb the result from {} on: a wave from the contact of {} may have returned from them. Make \
-                 the model longer, or end the run earlier.",
-                seconds(time),
-                named(pair)
-            )
-        });
-        all.add(Gravity::Remark, returned);
-    }
+    let returned = |pair: &PairMeasures| wave_return(measures, pair).filter(|time| *time < measures.time);
+    let earliest = measures.pairs.values().filter_map(returned).fold(f64::INFINITY, f64::min);
+    let disturbed = measures.pairs.values().filter(|pair| returned(pair).is_some());
+    let disturbed = first_of(disturbed.map(named)).map(|pairs| {
+        format!(
+            "The ends of the model may disturb the result from {} on: a wave from the contact of {pairs} may have returned from them. Make \
+             the model longer, or end the run earlier.",
+            seconds(earliest)
+        )
+    });
+    all.add(Gravity::Remark, disturbed);
 }
 
 /// The pair in words: the contact of a body with itself has the name of that body twice.
@@ -283,26 +290,44 @@ fn named(pair: &PairMeasures) -> String {
     if pair.is_of_itself() { format!("{} with itself", pair.between[0]) } else { pair.name.clone() }
 }
 
-/// Warns of a force window that is longer than the run, or shorter than two of its steps.
-fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
-    let (window, step) = (pair.force.window()?, pair.force.mean_step());
-    if end < window {
-        return Some(format!(
-            "The run ended after {}, less than the {} over which the force of {} is averaged: it has no peak force.",
-            seconds(end),
-            seconds(window),
-            pair.name
-        ));
+/// The window over which the force of a pair is averaged, and the mean step [s].
+struct Window {
+    pair: String,
+    window: f64,
+    step: f64,
+}
+
+impl Window {
+    fn of(pair: &PairMeasures) -> Option<Self> {
+        Some(Self { pair: named(pair), window: pair.force.window()?, step: pair.force.mean_step() })
     }
-    (window < FEWEST_STEPS_OF_WINDOW * step).then(|| {
+}
+
+/// Warns of force windows that are longer than the run, and of those shorter than two steps; each names the pairs, and has the numbers of
+/// the worst.
+fn window_warnings(windows: &[Window], end: f64) -> impl Iterator<Item = String> {
+    let (long, fitting): (Vec<&Window>, Vec<&Window>) = windows.iter().partition(|of| end < of.window);
+    let short: Vec<&Window> =
+        fitting.into_iter().filter(|of| of.window < FEWEST_STEPS_OF_WINDOW * of.step).collect();
+    let names = |windows: &[&Window]| first_of(windows.iter().map(|of| of.pair.clone()));
+    let longest = long.iter().map(|of| of.window).fold(0.0, f64::max);
+    let without_peak = names(&long).map(|pairs| {
         format!(
-            "The peak force of {} does not converge: it is averaged over {}, less than two steps of {}. \
-             Omit `measures.force_window_s` (the window is then 1/10 of the contact, ten steps at least), or take shorter steps.",
-            pair.name,
-            seconds(window),
-            seconds(step)
+            "The run ended after {}, less than the {} over which the force of {pairs} is averaged: it has no peak force.",
+            seconds(end),
+            seconds(longest)
         )
-    })
+    });
+    let worst = short.iter().min_by(|a, b| (a.window * b.step).total_cmp(&(b.window * a.step)));
+    let unconverged = names(&short).zip(worst).map(|(pairs, worst)| {
+        format!(
+            "The peak force of {pairs} does not converge: it is averaged over {}, less than two steps of {}. \
+             Omit `measures.force_window_s` (the window is then 1/10 of the contact, ten steps at least), or take shorter steps.",
+            seconds(worst.window),
+            seconds(worst.step)
+        )
+    });
+    without_peak.into_iter().chain(unconverged)
 }
 
 fn projection_warning(energy: &Energy) -> Option<String> {
@@ -359,7 +384,29 @@ mod tests {
         ] {
             all.add(gravity, [words.to_owned()]);
         }
+        assert_eq!(all.worst().as_deref(), Some("no impact"));
         assert_eq!(all.into_words(), ["no impact", "not final", "neither", "range", "remark"]);
+    }
+
+    #[test]
+    fn a_remark_is_not_told_with_the_numbers() {
+        let mut all = Warnings::default();
+        all.add(Gravity::Remark, ["remark".to_owned()]);
+        assert_eq!(all.worst(), None);
+    }
+
+    #[test]
+    fn windows_of_many_pairs_are_one_warning() {
+        let of = |pair: &str, window, step| Window { pair: pair.into(), window, step };
+        let pairs = [of("a–b", 1e-6, 1e-6), of("a–c", 1e-6, 2e-6), of("a–d", 1e-5, 1e-6)];
+        let said: Vec<String> = window_warnings(&pairs, 1e-3).collect();
+        assert_eq!(said.len(), 1, "{said:?}");
+        assert!(
+            said[0].contains("of a–b, a–c does") && said[0].contains("two steps of 2.000 µs"),
+            "{said:?}"
+        );
+        let early: Vec<String> = window_warnings(&pairs, 5e-6).collect();
+        assert!(early.len() == 2 && early[0].contains("force of a–d is averaged"), "{early:?}");
     }
 
     #[test]

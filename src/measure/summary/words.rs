@@ -1,18 +1,18 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::laws::{LawRange, ranges_in_words};
+use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::{ErrorEstimate, Quantity};
-use super::results::{ExceededInVolume, Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
-use super::written::{number, rounded, seconds};
+use super::results::{Impact, Results, Shown, SignificantStress, Tissue};
+use super::written::{number, rounded, seconds, within};
 use crate::step::{Ending, Failure};
 
-/// Sentences on the numbers of a run that has reached a time [s], for readers without a technical background.
-/// `torn` holds the sentences on softened and eroded tissue.
+/// A few sentences on the numbers of a run that has reached a time [s], for readers without a technical background: the contact of the
+/// headline and its first threshold of stress. `torn` holds the sentences on softened and eroded tissue, `worst` the gravest warning.
 pub(super) fn plain_words(
     results: &Shown,
     (ending, time): (Option<&Ending>, f64),
-    laws: &[LawRange],
     torn: impl Iterator<Item = String>,
+    worst: Option<String>,
 ) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
@@ -41,16 +41,18 @@ pub(super) fn plain_words(
         words.insert(0, nothing_touched(results, ending == Some(&Ending::Finished)));
         return words;
     }
-    contact(results, &mut words);
+    words.extend(contact(results));
     if let Some(tissue) = &results.tissue {
-        stress(tissue, ending == Some(&Ending::Finished), &mut words);
-        words.extend(tissue.exceeded_in_volume.as_ref().map(strain));
+        let of_headline = results.headline.significant_stress;
+        let stress = of_headline.and_then(|index| tissue.significant_stress.get(index));
+        words.extend(in_tissue(stress, tissue, ending == Some(&Ending::Finished)));
+        words.extend(stress.and_then(reaches_end));
         if results.impacts.iter().any(|impact| impact.on_tissue && impact.contact_span_s.is_some()) {
-            energy(tissue, &mut words);
+            words.push(energy(tissue));
         }
     }
     words.extend(torn);
-    words.extend(ranges_in_words(laws));
+    words.extend(worst.filter(|worst| !words.contains(worst)));
     words
 }
 
@@ -77,15 +79,15 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
 
 /// "123 N (± 4)", or "0.25 (± 0.01)" of a pure number, whose unit is empty; a value that does not exceed its error is marked
 /// as uncertain.
-fn value(quantity: &Quantity, unit: &str) -> String {
+fn value(quantity: &Quantity, unit: &str, is_lower_bound: bool) -> String {
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let digits = within(quantity.value, quantity.error.half_width());
+    let bound = if is_lower_bound { "at least " } else { "" };
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
-        ErrorEstimate::NotEstimated => {
-            format!("about {}{unit} (error not estimated)", rounded(quantity.value))
-        }
+        ErrorEstimate::NotEstimated => format!("{bound}about {digits}{unit} (error not estimated)"),
         ErrorEstimate::Estimated(error) if error.resolved => {
-            format!("{}{unit} (± {})", number(quantity.value), rounded(error.total))
+            format!("{bound}{digits}{unit} (± {})", rounded(error.total))
         }
         ErrorEstimate::Estimated(error) => {
             let is_small = error.total < quantity.value.abs();
@@ -94,112 +96,75 @@ fn value(quantity: &Quantity, unit: &str) -> String {
             } else {
                 "its numerical error exceeds the value"
             };
-            format!("about {}{unit} ({doubt})", rounded(quantity.value))
+            format!("{bound}about {digits}{unit} ({doubt})")
         }
     }
 }
 
-fn contact(results: &Results, words: &mut Vec<String>) {
-    let is_counted = |impact: &&Impact| {
-        if results.tissue.is_some() { impact.on_tissue } else { !impact.is_of_itself() }
+/// Sentence on the contact of the headline.
+fn contact(results: &Results) -> Option<String> {
+    let impact = results.headline_impact().filter(|impact| impact.contact_span_s.is_some())?;
+    let area = if impact.touches_in_points {
+        String::new()
+    } else {
+        format!(", and on up to {}", value(&impact.largest_patch_area_mm2, "mm²", false))
     };
-    for impact in results.impacts.iter().filter(is_counted) {
-        let [a, b] = &impact.between;
-        if impact.contact_span_s.is_none() {
-            words.push(format!("Nothing touched between {a} and {b}."));
-            continue;
-        }
-        let area = if impact.touches_in_points {
-            String::new()
-        } else {
-            format!(", and on up to {}", value(&impact.largest_patch_area_mm2, "mm²"))
-        };
-        words.push(format!(
-            "{a} and {b} pressed against each other with up to {}, {} after the start{area}.",
-            value(&impact.peak_force_n, "N"),
-            seconds(impact.peak_force_time_s.value),
-        ));
-    }
+    let is_other = |other: &&Impact| other.contact_span_s.is_some() && !std::ptr::eq(*other, impact);
+    let others = match results.impacts.iter().filter(is_other).count() {
+        0 => String::new(),
+        1 => " There was one other contact.".into(),
+        count => format!(" There were {count} other contacts."),
+    };
+    let [a, b] = &impact.between;
+    Some(format!(
+        "{a} and {b} pressed against each other with up to {}, {} after the start{area}.{others}",
+        value(&impact.peak_force_n, "N", impact.lower_bounds().contains(&Of::PeakForceN)),
+        seconds(impact.peak_force_time_s.value),
+    ))
 }
 
-fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
+/// Sentence on the depth and the volume above a threshold, and the layers that they are in.
+fn in_tissue(stress: Option<&SignificantStress>, tissue: &Tissue, has_finished: bool) -> Option<String> {
     let until = seconds(tissue.looked_at_until_s);
-    if !has_finished && tissue.significant_stress.is_empty() {
-        words.push(format!("Stresses were not evaluated after {until}: nothing is known about them later."));
-    }
+    let Some(stress) = stress else {
+        return (!has_finished).then(|| {
+            format!("Stresses were not evaluated after {until}: nothing is known about them later.")
+        });
+    };
+    let threshold = number(1e-3 * stress.threshold_pa);
     let so_far =
         if has_finished { String::new() } else { format!(" up to {until}, when it was last evaluated") };
-    for stress in &tissue.significant_stress {
-        let threshold = number(1e-3 * stress.threshold_pa);
-        if stress.layers.is_empty() {
-            words.push(format!("No tissue saw more than {threshold} kPa (von Mises stress){so_far}."));
-            continue;
-        }
-        words.extend(stress.layers.iter().map(|layer| in_layer(layer, stress, &threshold)));
-        words.push(reach(stress, &threshold));
-        words.extend(reaches_end(stress, &threshold));
-    }
-}
-
-/// Sentence on the strain exceeded in a volume.
-fn strain(in_volume: &ExceededInVolume) -> String {
-    let volume = number(in_volume.volume_mm3);
-    format!(
-        "{volume} mm³ of the tissue were stretched by a principal strain (Green–Lagrange) of {} or more.",
-        value(&in_volume.principal_strain.quantity, "")
-    )
-}
-
-/// Sentence on the region of one part above the threshold.
-fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) -> String {
-    let volume = layer.volume_mm3;
-    let volume = if stress.volume_mm3.error.is_resolved() {
-        number(volume)
-    } else {
-        format!("about {}", rounded(volume))
+    let parts: Vec<&str> = stress.layers.iter().map(|layer| &layer.part[..]).collect();
+    let parts = match &parts[..] {
+        [] => return Some(format!("No tissue saw more than {threshold} kPa (von Mises stress){so_far}.")),
+        [part] => (*part).to_owned(),
+        [parts @ .., last] => format!("{} and {last}", parts.join(", ")),
     };
-    let part = &layer.part;
-    match layer.depth_mm {
-        Some([from, to]) => format!(
-            "The {part} between {from:.1} and {to:.1} mm below the surface saw more than {threshold} kPa (von Mises stress), {volume} mm³ of \
-             it."
-        ),
-        None => format!("{volume} mm³ of the {part} saw more than {threshold} kPa (von Mises stress)."),
-    }
+    let is_cut = !stress.reaches.is_empty();
+    let depth = stress.depth_mm.as_ref();
+    let depth = depth.map(|depth| format!(", {} deep", value(depth, "mm", stress.is_deeper(tissue))));
+    Some(format!(
+        "More than {threshold} kPa (von Mises stress) was reached in {parts}{}, in a volume of {}{so_far}.",
+        depth.unwrap_or_default(),
+        value(&stress.volume_mm3, "mm³", is_cut)
+    ))
 }
 
 /// Sentence on a region above the threshold that continues beyond the model.
-pub(super) fn reaches_end(stress: &SignificantStress, threshold: &str) -> Option<String> {
-    (!stress.reaches.is_empty()).then(|| {
-        format!(
-            "The stress of {threshold} kPa reaches {}: the model ends there, so its depth and volume are lower bounds.",
-            stress.reaches.join(" and ")
-        )
-    })
+fn reaches_end(stress: &SignificantStress) -> Option<String> {
+    (!stress.reaches.is_empty())
+        .then(|| format!("This region reaches {}: the model ends there.", stress.reaches.join(" and ")))
 }
 
-/// Sentence on the whole region above the threshold, with its uncertainty.
-fn reach(stress: &SignificantStress, threshold: &str) -> String {
-    let volume = value(&stress.volume_mm3, "mm³");
-    match &stress.depth_mm {
-        Some(depth) => format!(
-            "Overall, the stress of {threshold} kPa reaches {} deep, in a volume of {volume}.",
-            value(depth, "mm")
-        ),
-        None => format!("Overall, the stress of {threshold} kPa is exceeded in a volume of {volume}."),
-    }
-}
-
-fn energy(tissue: &Tissue, words: &mut Vec<String>) {
-    let absorbed = value(&tissue.absorbed_energy_j, "J");
-    let of_loss = tissue
-        .projectile_loss_j
-        .as_ref()
-        .map_or_else(String::new, |loss| format!(", of {} that the projectile lost", value(loss, "J")));
-    let end =
-        if tissue.contact_ended { "" } else { " Contact had not ended: these are not the final numbers." };
+fn energy(tissue: &Tissue) -> String {
+    let of_loss = tissue.projectile_loss_j.as_ref().map_or_else(String::new, |loss| {
+        format!(", of {} that the projectile lost", value(loss, "J", false))
+    });
     let frame = if tissue.has_moving_frame() { ", in the frame of the tissue at first contact" } else { "" };
-    words.push(format!("When the run ended the tissue had taken up {absorbed}{of_loss}{frame}.{end}"));
+    format!(
+        "When the run ended the tissue had been given {}{of_loss}{frame}.",
+        value(&tissue.energy_given_j, "J", false)
+    )
 }
 
 #[cfg(test)]
@@ -254,9 +219,11 @@ mod tests {
 
     #[test]
     fn a_doubt_is_the_right_one() {
-        let said = |total: f64| value(&Quantity::with_mesh_error(0.24, total, false), "");
-        assert_eq!(said(0.02), "about 0.24 (these meshes do not show whether it converges)");
+        let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "", false);
+        assert_eq!(said(0.02), "about 0.244 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
+        let bound = Quantity::with_mesh_error(0.2444, 0.02, true);
+        assert_eq!(value(&bound, "mm", true), "at least 0.244 mm (± 0.020)");
     }
 
     #[test]
@@ -277,9 +244,8 @@ mod tests {
     #[test]
     fn nothing_is_denied_that_was_not_looked_at() {
         let said = |until: f64, stresses: &[f64], has_finished: bool| {
-            let mut words = Vec::new();
-            stress(&tissue(until, stresses), has_finished, &mut words);
-            words.join(" ")
+            let tissue = tissue(until, stresses);
+            in_tissue(tissue.significant_stress.first(), &tissue, has_finished).unwrap_or_default()
         };
         assert_eq!(said(1e-4, &[1e4], true), "No tissue saw more than 10.00 kPa (von Mises stress).");
         assert!(said(0.0, &[], false).contains("nothing is known"));

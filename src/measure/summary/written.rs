@@ -1,71 +1,114 @@
 //! Formatting of numbers for display.
 
 use super::quantity::{ErrorEstimate, Quantity};
+use std::borrow::Cow;
+use std::ops::Range;
 
-/// Formats with four significant digits.
-pub fn number(value: f64) -> String {
-    // A sum of nothing is −0.
-    let value = value + 0.0;
-    let magnitude = value.abs();
-    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
-        return format!("{value:.3e}");
+/// Magnitudes that are written without exponent.
+const PLAIN: Range<f64> = 1e-4..1e7;
+
+/// Decimal exponent of the first digit, after rounding to so many digits; 0 of zero.
+fn order(value: f64, digits: usize) -> i32 {
+    let written = format!("{value:.*e}", digits - 1);
+    written.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or_default()
+}
+
+/// Rounds to a multiple of 10^place.
+fn to_place(value: f64, place: i32) -> String {
+    if !value.is_finite() {
+        return value.to_string();
     }
-    let digits = if magnitude == 0.0 { 0 } else { (3 - magnitude.log10().floor() as i32).clamp(0, 6) };
-    format!("{value:.*}", digits.unsigned_abs() as usize)
+    let unit = 10_f64.powi(place);
+    // Zero, which a sum of nothing writes as −0.
+    if (value / unit).abs() < 0.5 {
+        return "0".into();
+    }
+    let value = if place > 0 { (value / unit).round() * unit } else { value };
+    let digits = |count: i32| count.max(0).unsigned_abs() as usize;
+    if PLAIN.contains(&value.abs()) {
+        format!("{value:.*}", digits(-place))
+    } else {
+        format!("{value:.*e}", digits(order((value / unit).round() * unit, 12) - place))
+    }
+}
+
+/// Rounds to four significant digits.
+pub fn number(value: f64) -> String {
+    to_place(value, order(value, 4) - 3)
+}
+
+/// Rounds to two significant digits, as precise as an error can be.
+pub fn rounded(error: f64) -> String {
+    to_place(error, order(error, 2) - 1)
+}
+
+/// A number that people set: six significant digits, without trailing zeros.
+pub fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    let is_plain = rounded == 0.0 || !rounded.is_finite() || PLAIN.contains(&rounded.abs());
+    if is_plain { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// Rounds a value to the last digit of its error, and to four significant digits at most; those where its error is not known.
+///
+/// The text of a summary, the report and FHIR write every number with an error so.
+pub fn within(value: f64, half_width: Option<f64>) -> String {
+    match half_width.filter(|half_width| *half_width > 0.0 && half_width.is_finite()) {
+        Some(half_width) => to_place(value, (order(half_width, 2) - 1).max(order(value, 4) - 3)),
+        None => number(value),
+    }
+}
+
+/// A value and its doubt: in brackets unless it is resolved, as "≥" where it is a lower bound.
+pub fn marked(value: &str, is_resolved: bool, is_lower_bound: bool) -> String {
+    let bound = if is_lower_bound { "≥ " } else { "" };
+    if is_resolved { format!("{bound}{value}") } else { format!("({bound}{value})") }
+}
+
+/// The factor and the unit in which a time is read.
+fn unit_of_time(time: f64) -> (f64, &'static str) {
+    match time.abs() {
+        t if t >= 1.0 || t == 0.0 => (1.0, " s"),
+        t if t >= 1e-3 => (1e3, " ms"),
+        _ => (1e6, " µs"),
+    }
 }
 
 /// Formats a time in the appropriate unit.
 pub(super) fn seconds(time: f64) -> String {
-    match time.abs() {
-        t if t >= 1.0 || t == 0.0 => format!("{} s", number(time)),
-        t if t >= 1e-3 => format!("{} ms", number(1e3 * time)),
-        _ => format!("{} µs", number(1e6 * time)),
-    }
-}
-
-/// Formats with two significant digits, as precise as an error can be.
-pub fn rounded(error: f64) -> String {
-    if error == 0.0 {
-        return "0".into();
-    }
-    if !(1e-4..1e7).contains(&error) {
-        return format!("{error:.1e}");
-    }
-    let decimals = 1 - error.log10().floor() as i32;
-    if decimals >= 0 {
-        format!("{error:.*}", decimals.unsigned_abs() as usize)
-    } else {
-        let unit = 10_f64.powi(-decimals);
-        format!("{}", (error / unit).round() * unit)
-    }
-}
-
-/// The formatted number, in brackets unless it is resolved.
-pub(super) fn bracketed(quantity: &Quantity, shown: String) -> String {
-    if quantity.error.is_resolved() { shown } else { format!("({shown})") }
-}
-
-/// A time, in brackets unless it is resolved.
-pub(super) fn time(quantity: &Quantity) -> String {
-    bracketed(quantity, seconds(quantity.value))
+    let (scale, unit) = unit_of_time(time);
+    format!("{}{unit}", number(scale * time))
 }
 
 /// The factor and the unit, after a space, in which a quantity is shown.
-fn shown_in(unit: &str) -> (f64, String) {
+fn shown_in(value: f64, unit: &str) -> (f64, Cow<'static, str>) {
     match unit {
-        "-" => (1.0, String::new()),
-        "Pa" | "J/m³" => (1e-3, format!(" k{unit}")),
-        unit => (1.0, format!(" {unit}")),
+        "-" => (1.0, "".into()),
+        "s" => {
+            let (scale, unit) = unit_of_time(value);
+            (scale, unit.into())
+        }
+        "Pa" | "J/m³" => (1e-3, format!(" k{unit}").into()),
+        unit => (1.0, format!(" {unit}").into()),
     }
 }
 
-/// A number with its unit; in brackets if its error is unknown or exceeds the value.
-pub(super) fn with_unit(quantity: &Quantity, unit: &str) -> String {
-    if unit == "s" {
-        return time(quantity);
-    }
-    let (scale, unit) = shown_in(unit);
-    format!("{}{unit}", bracketed(quantity, number(scale * quantity.value)))
+/// The marked value of a quantity, in units of 1/scale.
+fn value_of(quantity: &Quantity, scale: f64, is_lower_bound: bool) -> String {
+    let Quantity { value, error, .. } = quantity;
+    let digits = within(scale * value, error.half_width().map(|half_width| scale * half_width));
+    marked(&digits, error.is_resolved(), is_lower_bound)
+}
+
+/// The marked value of a quantity with its unit.
+pub(super) fn with_unit(quantity: &Quantity, unit: &str, is_lower_bound: bool) -> String {
+    let (scale, unit) = shown_in(quantity.value, unit);
+    format!("{}{unit}", value_of(quantity, scale, is_lower_bound))
+}
+
+/// The marked value of a quantity, without a unit.
+pub(super) fn bare(quantity: &Quantity) -> String {
+    value_of(quantity, 1.0, false)
 }
 
 /// "± 200 N (mesh 150, step 45, contact 5)"; of a time the total.
@@ -75,12 +118,12 @@ pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
         ErrorEstimate::NotEstimated => return "error not estimated".into(),
         ErrorEstimate::NothingTouched => return "nothing touched".into(),
     };
-    if unit == "s" {
-        return format!("± {}", seconds(error.total));
-    }
-    let (scale, unit) = shown_in(unit);
+    let (scale, in_unit) = shown_in(quantity.value, unit);
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    if unit == "s" {
+        return format!("± {total}{in_unit}");
+    }
     // Others are shown only where they are more than rounding.
     let notable = [("bulk modulus", error.bulk_modulus), ("resolution", error.resolution)];
     let notable = notable.into_iter().filter(|(_, part)| *part > 0.01 * error.total);
@@ -88,7 +131,7 @@ pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
         notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
     let others = others.concat();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
-    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
+    format!("± {total}{in_unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
 }
 
 /// A fraction in percent.
@@ -103,11 +146,53 @@ mod tests {
     #[test]
     fn numbers_have_four_digits() {
         assert_eq!(
-            [1234.5678, 0.012_345, 0.0, 3.0e-9, 12.0].map(number),
-            ["1235", "0.01235", "0", "3.000e-9", "12.00"]
+            [1234.5678, 0.012_345, 0.0, 3.0e-9, 12.0, 35649.0, -9.999_96].map(number),
+            ["1235", "0.01235", "0", "3.000e-9", "12.00", "35650", "-10.00"]
         );
         assert_eq!([1e-4, 0.0021, 2.5].map(seconds), ["100.0 µs", "2.100 ms", "2.500 s"]);
         let of_nothing: f64 = [].iter().sum();
         assert_eq!(seconds(of_nothing), "0 s");
+    }
+    #[test]
+    fn names_have_short_numbers() {
+        let all = [120.0, 0.006, -0.1 - 0.2, 0.0, 123_456.78, 1e300, -2.5e-7].map(short);
+        assert_eq!(all, ["120", "0.006", "-0.3", "0", "123457", "1e300", "-2.5e-7"]);
+    }
+
+    #[test]
+    fn a_value_has_no_digit_beyond_its_error() {
+        let written = |value, error| format!("{} ± {}", within(value, Some(error)), rounded(error));
+        for (value, error, expected) in [
+            (2095.4, 147.0, "2100 ± 150"),
+            (0.169, 0.006, "0.1690 ± 0.0060"),
+            (35649.0, 8600.0, "35600 ± 8600"),
+            (9.96, 0.997, "10.0 ± 1.0"),
+            (-25.86, 2.5, "-25.9 ± 2.5"),
+            (270.0, 53_000.0, "0 ± 53000"),
+            (600.0, 5300.0, "600 ± 5300"),
+            (5.4e-11, 2.2e-6, "0 ± 2.2e-6"),
+            (3.21e-5, 8.7e-6, "3.21e-5 ± 8.7e-6"),
+            (9.6e-5, 1.2e-5, "9.6e-5 ± 1.2e-5"),
+            (1.2345e8, 1.5e6, "1.235e8 ± 1500000"),
+            // Four digits at most.
+            (2095.4, 1e-6, "2095 ± 1.0e-6"),
+        ] {
+            assert_eq!(written(value, error), expected);
+        }
+        let unknown = [None, Some(0.0), Some(f64::NAN), Some(f64::INFINITY)];
+        assert!(unknown.iter().all(|error| within(2095.4, *error) == "2095"));
+        assert_eq!([f64::NAN, f64::INFINITY].map(number), ["NaN", "inf"]);
+    }
+
+    #[test]
+    fn a_number_shows_its_doubt() {
+        let unresolved = Quantity::with_mesh_error(2729.5, 5270.0, false);
+        assert_eq!(with_unit(&unresolved, "N", false), "(2700) N");
+        assert_eq!(with_unit(&unresolved, "N", true), "(≥ 2700) N");
+        let resolved = Quantity::with_mesh_error(1e-4, 2.603e-6, true);
+        assert_eq!(with_unit(&resolved, "s", true), "≥ 100.0 µs");
+        assert_eq!(error_of(&resolved, "s"), "± 2.6 µs");
+        let unknown = Quantity { error: ErrorEstimate::NotEstimated, ..resolved };
+        assert_eq!(with_unit(&unknown, "s", false), "(100.0) µs");
     }
 }

@@ -5,7 +5,7 @@ use super::change::edits;
 use super::document::WhatIfDocument;
 use super::misfit::Misfit;
 use super::sampling::points;
-use super::short_number::short;
+use crate::measure::summary::short;
 use crate::scene::document::{ErrorBarsDocument, SceneDocument};
 use serde::Serialize;
 use serde_json::Value;

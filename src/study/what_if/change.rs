@@ -7,7 +7,7 @@ use super::misfit::Misfit;
 use super::named::{limb_mut, limb_of, pair_of, part_of, striker};
 use super::over_surface::{aim, move_over_surface};
 use super::rigid_motion::{carry_body, move_body, rotation_of};
-use super::short_number::short;
+use crate::measure::summary::short;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::generate::limb_segment::LimbSegment;
 use crate::scene::document::{BodyDocument, ContactPairs, SceneDocument};

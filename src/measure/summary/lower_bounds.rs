@@ -1,40 +1,42 @@
 //! Which results of a run are lower bounds, because the model or the run ends before what they measure.
 
-use crate::measure::QuantityOfInterest;
-use crate::measure::summary::{Impact, Results};
+use super::of_interest::QuantityOfInterest;
+use super::results::{Impact, Results, SignificantStress, Tissue};
 use std::collections::BTreeSet;
 
 /// Relative difference of times below which they are the same [-].
 const SAME_TIME: f64 = 1e-6;
 
-/// The results that are lower bounds. The model ends: the depth, where the significant stress reaches an end of the tissue. The
-/// run ends while contact lasts: the impulse; the depth, if it was largest when it was last evaluated; the peak force, if its
-/// window is the last one.
-pub(super) fn lower_bounds(results: &Results) -> BTreeSet<QuantityOfInterest> {
-    let mut bounds = BTreeSet::new();
-    let tissue = results.tissue.as_ref();
-    let significant = tissue.zip(results.headline.significant_stress);
-    if let Some((tissue, stress)) = significant.and_then(|(t, i)| Some((t, t.significant_stress.get(i)?))) {
-        let goes_on = !tissue.contact_ended && is_at(stress.depth_time_s, tissue.looked_at_until_s);
-        // No stress above the threshold has no depth that could go on.
-        if !stress.layers.is_empty() && (goes_on || !stress.reaches.is_empty()) {
-            bounds.insert(QuantityOfInterest::StressDepthMm);
-        }
-    }
-    if let Some((impact, end)) = results.headline_impact().and_then(lasts_until) {
-        bounds.insert(QuantityOfInterest::ImpulseNS);
-        let after_peak = 0.5 * impact.force_window_s.unwrap_or_default();
-        if is_at(impact.peak_force_time_s.value + after_peak, end) {
-            bounds.insert(QuantityOfInterest::PeakForceN);
-        }
+/// The results of the headline that are lower bounds.
+pub fn lower_bounds(results: &Results) -> BTreeSet<QuantityOfInterest> {
+    let mut bounds: BTreeSet<_> =
+        results.headline_impact().into_iter().flat_map(Impact::lower_bounds).collect();
+    let tissue = results.tissue.as_ref().zip(results.headline.significant_stress);
+    let stress = tissue.and_then(|(tissue, index)| Some((tissue, tissue.significant_stress.get(index)?)));
+    if stress.is_some_and(|(tissue, stress)| stress.is_deeper(tissue)) {
+        bounds.insert(QuantityOfInterest::StressDepthMm);
     }
     bounds
 }
 
-/// A contact with its last time, if it had not ended.
-fn lasts_until(impact: &Impact) -> Option<(&Impact, f64)> {
-    let [_, last] = impact.contact_span_s.filter(|_| !impact.contact_ended)?;
-    Some((impact, last))
+impl Impact {
+    /// While contact lasts: the impulse, and the peak force if its window is the last one.
+    pub(super) fn lower_bounds(&self) -> Vec<QuantityOfInterest> {
+        let Some([_, end]) = self.contact_span_s.filter(|_| !self.contact_ended) else { return Vec::new() };
+        let after_peak = 0.5 * self.force_window_s.unwrap_or_default();
+        let is_rising = is_at(self.peak_force_time_s.value + after_peak, end);
+        let force = is_rising.then_some(QuantityOfInterest::PeakForceN);
+        [QuantityOfInterest::ImpulseNS].into_iter().chain(force).collect()
+    }
+}
+
+impl SignificantStress {
+    /// Whether its depth is a lower bound: it reaches an end of the tissue, or was largest when it was last evaluated in contact.
+    pub(super) fn is_deeper(&self, tissue: &Tissue) -> bool {
+        let goes_on = !tissue.contact_ended && is_at(self.depth_time_s, tissue.looked_at_until_s);
+        // No stress above the threshold has no depth that could go on.
+        !self.layers.is_empty() && (goes_on || !self.reaches.is_empty())
+    }
 }
 
 /// Whether a time is not before the end.
