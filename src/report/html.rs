@@ -39,11 +39,11 @@ pub fn page(run: &RecordedRun, origin: &Origin<'_>) -> Result<String, String> {
         section(&mut body, run);
         cards(&mut body, &listing, run.withheld().is_some());
     }
-    let (mut words, warnings) = (strings(&summary["plain_words"]), strings(&summary["warnings"]));
-    words.retain(|sentence| !warnings.contains(sentence));
+    let (words, mut warnings) = (strings(&summary["plain_words"]), strings(&summary["warnings"]));
+    warnings.retain(|warning| !words.contains(warning));
     list(&mut body, "In plain words", &words);
     list(&mut body, "To read before the numbers are used", &warnings);
-    let bodies: Vec<Vec<String>> = simulated(&run.scene).into_iter().map(Vec::from).collect();
+    let bodies: Vec<Vec<String>> = simulated(run).into_iter().map(Vec::from).collect();
     body += "<div class=\"simulated\">";
     table(
         &mut body,
@@ -287,11 +287,11 @@ mod tests {
         for row in listing(run.results().unwrap()).iter().flat_map(|group| &group.rows) {
             assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
         }
-        assert!(numbers.contains("(970.2) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
+        assert!(numbers.contains("(1000) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
         // What a criterion says is written once.
         let criteria = numbers.split_once("Injury criteria").unwrap().1.split_once("</table>").unwrap().0;
         let values: Vec<String> =
-            run.criteria.iter().filter_map(|of| Some(format!("{:.2} {}", of.value?, of.unit))).collect();
+            run.criteria.iter().filter_map(|of| Some(format!("{} {}", number(of.value?), of.unit))).collect();
         assert!(!values.is_empty());
         for value in values {
             assert_eq!(criteria.matches(&value).count(), 1, "{value}: {criteria}");
@@ -317,6 +317,6 @@ mod tests {
         run.summary["results"]["nothing_touched"] = true.into();
         run.take_numbers().unwrap();
         let miss = page(&run, &unknown).unwrap();
-        assert!(miss.contains("Nothing touched") && !miss.contains("970.2"), "{miss}");
+        assert!(miss.contains("Nothing touched") && !miss.contains("(1000) N"), "{miss}");
     }
 }

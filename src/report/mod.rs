@@ -12,6 +12,7 @@ pub mod html;
 pub mod instant;
 mod numbers;
 mod omissions;
+mod parameters;
 mod pictures;
 mod read;
 mod section;
