@@ -112,3 +112,39 @@ fn velocities(plan: &Plan, scene: &Scene) -> [Vec3; 2] {
     let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
     all.fold(nothing, |[low, high], velocity| [low.inf(&velocity), high.sup(&velocity)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_studies_are_those_of_the_documentation() {
+        let text = include_str!("../../docs/materials.md");
+        let table = text
+            .lines()
+            .skip_while(|line| !line.starts_with("| studies up to"))
+            .take_while(|line| !line.is_empty());
+        let rows: Vec<Vec<&str>> =
+            table.map(|line| line.trim_matches('|').split('|').map(str::trim).collect()).collect();
+        let [head, _, studies @ ..] = &rows[..] else { panic!("no table in {text}") };
+        assert_eq!(studies.len(), STUDIED.len());
+        for (cells, of) in studies.iter().zip(&STUDIED) {
+            let speed = cells[0].trim_start_matches("v/c = ").split(':').next();
+            assert_eq!(speed.and_then(|speed| speed.parse().ok()), Some(of.most_speed), "{cells:?}");
+            assert_eq!(cells[1].parse().ok(), Some(of.least_ratio), "{cells:?}");
+            let known = head
+                .iter()
+                .zip(cells)
+                .skip(2)
+                .filter_map(|(name, cell)| Some((*name, cell.strip_suffix(" %")?)));
+            let known: Vec<(&str, u32)> =
+                known.map(|(name, percent)| (name, percent.parse().unwrap())).collect();
+            assert_eq!(known.len(), of.changes.len(), "{cells:?}");
+            for (name, percent) in known {
+                let is_it = |(result, _): &&(&str, u32)| result.contains(name);
+                let change = of.changes.iter().find(is_it).map(|(_, percent)| *percent);
+                assert_eq!(change, Some(percent), "{name} of {cells:?}");
+            }
+        }
+    }
+}

@@ -36,6 +36,9 @@ pub const FINEST: RangeInclusive<i32> = 0..=4;
 /// Default range of meshes.
 pub const USUAL_LEVELS: RangeInclusive<i32> = -1..=1;
 
+/// Ending of a setting that was not run.
+const OMITTED: &str = "omitted";
+
 /// Request for an error study.
 pub struct ErrorRequest<'a> {
     /// Scene with a definite time integration: that of a validated scene, not `auto`, which each setting would choose
@@ -159,16 +162,21 @@ impl Ladder<'_> {
 pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     let (mut rows, mut stopped) = (Vec::<Row>::new(), None);
     // Run the ladder until it ends or is stopped.
-    for (number, setting) in request.ladder.iter().enumerate() {
-        (request.progress)(number, request.ladder.len(), setting);
+    let mut ladder = request.ladder.to_vec();
+    while let Some(setting) = ladder.get(rows.len()).copied() {
+        (request.progress)(rows.len(), ladder.len(), &setting);
         // "Half the step" refers to the actual steps on the scene's own mesh, whatever limited them.
         let own = rows.iter().find(|row| row.setting == Setting::OWN && row.is_finished());
         let longest = own.map(|row| request.document.end_time_s / row.steps as f64 / setting.step_divisor);
-        let row = measure(request, *setting, longest.filter(|_| setting.step_divisor > 1.0));
+        let row = measure(request, setting, longest.filter(|_| setting.step_divisor > 1.0));
+        let has_none = row.ending == OMITTED && setting.mesh_level < 0 && is_mesh(&setting);
         stopped = Some(row.ending.clone()).filter(|ending| is_stop(ending));
         rows.push(row);
         if stopped.is_some() {
             break;
+        }
+        if has_none && !request.document.has_mesh_file() {
+            ladder = with_half_levels(&ladder, rows.len());
         }
     }
     // References, errors and advice need all runs.
@@ -194,12 +202,27 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     }
 }
 
+/// Whether a setting is a level of the scene's own mesh and nothing else.
+fn is_mesh(setting: &Setting) -> bool {
+    *setting == Setting { mesh_level: setting.mesh_level, ..Setting::OWN }
+}
+
+/// A ladder of which the first runs are done, with a mesh below each remaining level: where a generator cannot make a mesh so coarse, too few
+/// are left for a limit.
+fn with_half_levels(ladder: &[Setting], done: usize) -> Vec<Setting> {
+    let (done, rest) = ladder.split_at(done);
+    let below = |of: &Setting| is_mesh(of).then(|| Setting { mesh_factor: FRAC_1_SQRT_2, ..*of });
+    let rest =
+        rest.iter().flat_map(|of| below(of).filter(|it| !ladder.contains(it)).into_iter().chain([*of]));
+    done.iter().copied().chain(rest).collect()
+}
+
 /// `longest`: upper bound of the step [s], if the setting reduces it.
 fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Row {
     let row = Row {
         setting,
         name: setting.name(),
-        ending: "omitted".into(),
+        ending: OMITTED.into(),
         reason: None,
         elements: 0,
         steps: 0,
@@ -245,6 +268,18 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_mesh_that_cannot_be_so_coarse_is_replaced_by_those_between() {
+        let level = |mesh_level| Setting { mesh_level, ..Setting::OWN };
+        let half_step = Setting { step_divisor: 2.0, ..Setting::OWN };
+        let ladder = [level(-1), level(0), level(1), half_step];
+        let names = |ladder: &[Setting]| ladder.iter().map(Setting::name).collect::<Vec<_>>();
+        let longer = with_half_levels(&ladder, 1);
+        let expected = ["mesh -1", "mesh -½", "mesh 0", "mesh +½", "mesh +1", "mesh 0, step / 2"];
+        assert_eq!(names(&longer), expected);
+        assert_eq!(with_half_levels(&longer, 1), longer);
+    }
 
     #[test]
     fn half_levels_are_between_the_levels() {
