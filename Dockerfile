@@ -1,7 +1,7 @@
 # syntax=docker/dockerfile:1
 # The service as a container: built with a toolchain, run on a small Debian without one.
 #
-#   docker build -t contuse .
+#   docker build --build-arg CONTUSE_COMMIT=$(git rev-parse HEAD) -t contuse .    # recordings and reports state the commit
 #   docker run --rm contuse token anna    # the line for the file tokens
 #   docker run -p 8080:8080 -v contuse-data:/data -v ./tokens:/tokens:ro -e CONTUSE_TOKENS_FILE=/tokens contuse
 
@@ -11,6 +11,7 @@ RUN apt-get update \
     && rm -rf /var/lib/apt/lists/*
 WORKDIR /src
 COPY . .
+ARG CONTUSE_COMMIT
 # What was built before is kept between builds, and not in the image.
 RUN --mount=type=cache,target=/usr/local/cargo/registry \
     --mount=type=cache,target=/src/target \

@@ -254,7 +254,7 @@ fn provenance(out: &mut String, run: &RecordedRun, origin: &Origin<'_>) {
     let mut items = Vec::new();
     if let Some(version) = known("engine_version") {
         let commit = known("engine_commit").filter(|commit| *commit != "unknown");
-        items.push(format!("Contuse {version}{}", commit.map_or_else(String::new, |c| format!(" ({c})"))));
+        items.push(format!("Contuse {version} ({})", commit.unwrap_or("commit not stated by its build")));
     }
     items.extend(known("scene_hash").map(|hash| format!("scene: SHA-256 {hash}")));
     if !run.digest.is_empty() {
