@@ -14,7 +14,7 @@ const UNITS: [(&str, &str); 7] = [
     ("_s", "s"),
 ];
 
-/// The members of a document by their names, such as "c10 500 kPa"; the range of validity, which limits no number, is left out.
+/// The members of a document by their names, such as "c10 500 kPa"; without the range of validity.
 pub(super) fn parameters(document: &Value) -> Vec<String> {
     let mut all = Vec::new();
     let members = document.as_object().into_iter().flatten();

@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn a_remark_is_not_told_with_the_numbers() {
+    fn a_remark_is_not_the_worst() {
         let mut all = Warnings::default();
         all.add(Gravity::Remark, ["remark".to_owned()]);
         assert_eq!(all.worst(), None);
