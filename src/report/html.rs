@@ -288,6 +288,11 @@ mod tests {
             assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
         }
         assert!(numbers.contains("(1000) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
+        // The worst warning is among the plain words, and nowhere else.
+        let worst = run.summary["warnings"][0].as_str().unwrap().to_owned();
+        let mut with_worst = run.clone();
+        with_worst.summary["plain_words"] = json!(["A sentence.", worst]);
+        assert_eq!(page(&with_worst, &unknown).unwrap().matches(&escaped(&worst)).count(), 1);
         // What a criterion says is written once.
         let criteria = numbers.split_once("Injury criteria").unwrap().1.split_once("</table>").unwrap().0;
         let values: Vec<String> =

@@ -218,6 +218,24 @@ mod tests {
     }
 
     #[test]
+    fn a_few_sentences_have_the_main_numbers_and_the_worst_warning() {
+        let summary = include_str!("../../../api/examples/summary.response.json");
+        let summary: serde_json::Value = serde_json::from_str(summary).unwrap();
+        let results: Results = serde_json::from_value(summary["results"].clone()).unwrap();
+        assert!(results.tissue.as_ref().is_some_and(|tissue| tissue.significant_stress.len() > 1));
+        let ending = (Some(&Ending::Finished), 1e-4);
+        let worst = "The impact is not over.".to_owned();
+        let words = plain_words(&Shown::Results(results), ending, std::iter::empty(), Some(worst.clone()));
+        let [force, stress, energy, last] = &words[..] else { panic!("{words:?}") };
+        assert!(
+            force.contains("ball and block") && force.contains(" 1000 N (its numerical error"),
+            "{force}"
+        );
+        assert!(stress.contains("10.00 kPa") && stress.contains(" deep, in a volume of "), "{stress}");
+        assert!(energy.contains(" J") && *last == worst, "{words:?}");
+    }
+
+    #[test]
     fn a_doubt_is_the_right_one() {
         let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "", false);
         assert_eq!(said(0.02), "about 0.244 (these meshes do not show whether it converges)");
