@@ -81,11 +81,7 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     }
     for case in answer.cases.iter().filter(|case| !case.reaches.is_empty()) {
         let ends = case.reaches.join(" and ");
-        writeln!(
-            out,
-            "{}: the significant stress reaches {ends}: its depth and volume are lower bounds",
-            case.name
-        )?;
+        writeln!(out, "{}: the significant stress reaches {ends}: its depth is a lower bound", case.name)?;
     }
     for case in &answer.cases {
         let has_grown =

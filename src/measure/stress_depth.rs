@@ -16,6 +16,9 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
 
+/// Most ends of the tissue that are told apart.
+const MOST_ENDS: usize = 32;
+
 /// Fraction of the volume of a part in which the 95th percentile of the strain is exceeded [-].
 const TAIL: f64 = 0.05;
 
@@ -45,8 +48,8 @@ pub struct Exceedance {
     pub largest_numerical: f64,
     /// Time of that volume, and how far a wave can have travelled by then [s, m].
     pub numerical_at: (f64, f64),
-    /// Bit set of the ends of the tissue adjacent to its elements, see [`StressDepth::ends`].
-    pub reached: u32,
+    /// For each of [`StressDepth::ends`] the largest depth of a point above the threshold in an element at it [m]; −∞ where there is none.
+    pub reached: [f64; MOST_ENDS],
     /// Exceedance in each part, in the order of [`TissueParts::names`].
     pub layers: Vec<Layer>,
 }
@@ -65,7 +68,7 @@ impl Exceedance {
             numerical: 0.0,
             largest_numerical: 0.0,
             numerical_at: (0.0, 0.0),
-            reached: 0,
+            reached: [f64::NEG_INFINITY; MOST_ENDS],
             layers: vec![Layer { depth: Region::NOWHERE, volume: 0.0, largest_volume: 0.0 }; part_count],
         }
     }
@@ -83,10 +86,14 @@ impl Exceedance {
         self.layers.iter_mut().for_each(|layer| layer.volume = 0.0);
     }
 
-    /// Adds a point above the threshold, with its reference volume [m³], part and adjacent ends of the tissue.
-    fn add(&mut self, volume: f64, part: usize, ends: u32) {
+    /// Adds a point above the threshold, with its reference volume [m³] and part, in an element at some ends of the tissue (a bit set), at a
+    /// depth [m].
+    fn add(&mut self, volume: f64, part: usize, (ends, depth): (u32, f64)) {
         self.volume += volume;
-        self.reached |= ends;
+        if ends != 0 {
+            let of_end = self.reached.iter_mut().enumerate().filter(|(bit, _)| ends >> bit & 1 == 1);
+            of_end.for_each(|(_, deepest)| *deepest = deepest.max(depth));
+        }
         self.largest_point = self.largest_point.max(volume);
         if let Some(layer) = self.layers.get_mut(part) {
             layer.volume += volume;
@@ -250,10 +257,21 @@ impl StressDepth {
         }
     }
 
+    /// Names of the tissue ends adjacent to the region above a threshold, where that is at least so deep [m].
+    fn reached(&self, exceedance: &Exceedance, least: f64) -> Vec<String> {
+        let ends = self.ends.iter().zip(&exceedance.reached).filter(|(_, depth)| **depth > least);
+        ends.map(|(name, _)| name.clone()).collect()
+    }
+
     /// Names of the tissue ends adjacent to the region above a threshold.
-    pub fn reached(&self, exceedance: &Exceedance) -> Vec<String> {
-        let named = self.ends.iter().enumerate().take(32);
-        named.filter(|(bit, _)| exceedance.reached >> bit & 1 == 1).map(|(_, name)| name.clone()).collect()
+    pub fn ends_of(&self, exceedance: &Exceedance) -> Vec<String> {
+        self.reached(exceedance, f64::NEG_INFINITY)
+    }
+
+    /// Those of them at which the region is as deep as anywhere, but for the edge on which its depth was read: what is beyond may be deeper.
+    pub fn ends_of_depth(&self, exceedance: &Exceedance) -> Vec<String> {
+        let has_depth = self.has_skin() && exceedance.depth > 0.0;
+        if has_depth { self.reached(exceedance, exceedance.depth - exceedance.edge) } else { Vec::new() }
     }
 
     /// Whether the tissue has a surface to measure from, so that depth is defined.
@@ -310,8 +328,9 @@ impl StressDepth {
                 self.energy_density.raise(psi, place, self.time);
                 // Thresholds and doses.
                 let ends = self.at_ends.get(slot).copied().unwrap_or(0);
+                let depth = self.field.as_ref().map_or(0.0, |field| field.point_depth(slot, q));
                 let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
-                above.for_each(|exceedance| exceedance.add(volume, part, ends));
+                above.for_each(|exceedance| exceedance.add(volume, part, (ends, depth)));
                 Dose::add(&mut self.energy_doses, psi, volume);
                 Dose::add(&mut self.strain_doses, strain, volume);
                 // Values exceeded in volumes, and the field.
@@ -345,7 +364,7 @@ impl StressDepth {
 /// For each slot of a plan the bit set of the tissue ends at which its element has nodes.
 fn at_ends(plan: &Plan) -> Vec<u32> {
     let mut of_node = vec![0u32; plan.node_count()];
-    for (bit, end) in plan.measures.tissue_ends.iter().enumerate().take(32) {
+    for (bit, end) in plan.measures.tissue_ends.iter().enumerate().take(MOST_ENDS) {
         end.nodes.iter().for_each(|node| of_node[*node as usize] |= 1 << bit);
     }
     let mut at_ends = vec![0; plan.slot_count()];

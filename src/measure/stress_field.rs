@@ -156,6 +156,11 @@ impl StressField {
         self.vertices.iter().map(|vertex| vertex.depth).reduce(f64::max)
     }
 
+    /// Reference depth of a quadrature point of the element in a slot [m].
+    pub fn point_depth(&self, slot: usize, q: usize) -> f64 {
+        self.elements[slot].depths[q]
+    }
+
     /// Begins a pass over all points. Points that are not added have no stress.
     pub fn begin(&mut self) {
         self.vertices.iter_mut().for_each(|vertex| vertex.sums = [0.0; 3]);

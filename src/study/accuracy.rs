@@ -1,7 +1,7 @@
 //! Runs a scene on successively finer meshes until its numbers are as accurate as requested or the time is over.
 //!
 //! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
-//! and one with a looser contact tolerance on the first mesh of all. Generated meshes get √2 times the numbers of
+//! and one with a looser contact tolerance on the coarser of these. Generated meshes get √2 times the numbers of
 //! elements from one level to the next, above the scene's own 2, 3, 4, 6 … times its own where √2 cannot refine every direction; meshes
 //! from a file have every element split into eight.
 

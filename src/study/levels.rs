@@ -181,7 +181,8 @@ impl<'a> Meshes<'a> {
             let ratio = self.factor(*level) / self.factor(before.level);
             let grown = elements / before.scene.element_count() as f64;
             dimensions = grown.log(ratio).clamp(1.0, dimensions);
-            let measured = seconds.map_or(order, |seconds| (seconds / before.seconds.max(f64::MIN_POSITIVE)).log(ratio));
+            let measured =
+                seconds.map_or(order, |seconds| (seconds / before.seconds.max(f64::MIN_POSITIVE)).log(ratio));
             order = measured.clamp(LEAST_ORDER_OF_TIME, dimensions + 1.0);
         }
         let ratio = self.factor(level + 1) / self.factor(*level);
@@ -256,18 +257,18 @@ impl<'a> Meshes<'a> {
 
     fn bars_of_levels(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
         let used = &done[done.len().saturating_sub(LEVELS_USED)..];
-        let (Some(first), Some(coarsest)) = (done.first(), used.first()) else {
+        let Some(coarsest) = used.first() else {
             return ErrorBars::Unknown("there is no coarser mesh to compare with".into());
         };
-        // Steps and contact once, on the first mesh of all.
-        let others = first
+        // Steps and contact on the coarsest of them.
+        let others = coarsest
             .others
-            .get_or_init(|| steps_and_contact(&self.variants, (&first.scene, first.run.steps), &[]));
+            .get_or_init(|| steps_and_contact(&self.variants, (&coarsest.scene, coarsest.run.steps), &[]));
         let of = |done: &Done| Level { size: self.size(done, mesh, level), run: done.run.clone() };
         let levels = used.iter().map(of).collect();
         let keeps_a_direction = keeps_a_direction(&mesh.document, &coarsest.scene.document);
         others.clone().map_or_else(ErrorBars::Unknown, |others| {
-            let runs = compared_runs(&self.scene.document, first.run.clone(), others, levels);
+            let runs = compared_runs(&self.scene.document, coarsest.run.clone(), others, levels);
             ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, ..runs }))
         })
     }

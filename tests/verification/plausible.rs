@@ -328,14 +328,15 @@ fn what_reaches_an_end_of_the_model_says_so() {
         scene["measures"]["stress_thresholds_pa"] = json!([threshold]);
         let summary = summary(&scene, None);
         let stress = &summary.values().tissue.as_ref().unwrap().significant_stress[0];
-        (stress.reaches.clone(), summary.plain_words.join(" "), render_table(&summary))
+        let ends = [stress.reaches.clone(), stress.depth_reaches.clone()];
+        (ends, summary.plain_words.join(" "), render_table(&summary))
     };
-    let (held, words, table) = reached(1.0, 4e-3);
-    assert!(held.iter().any(|end| end.contains("z_min")), "{held:?}");
+    let (ends, words, table) = reached(1.0, 4e-3);
+    assert!(ends.iter().all(|ends| ends.iter().any(|end| end.contains("z_min"))), "{ends:?}");
     assert!(words.contains("reaches the held nodes") && words.contains("the model ends there"), "{words}");
     assert!(table.contains("(≥ ") && table.contains("it reaches the held nodes"), "{table}");
     let (none, words, _) = reached(2000.0, 6e-4);
-    assert!(none.is_empty() && !words.contains("the model ends there"), "{none:?} {words}");
+    assert!(none.iter().all(Vec::is_empty) && !words.contains("the model ends there"), "{none:?} {words}");
 }
 
 #[test]

@@ -76,7 +76,7 @@ function forceNote({ pair, force_average: average, peak_force_time_s: time }, { 
 function depth(results) {
   const { main } = significant(results);
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
-  const ends = (main?.reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
+  const ends = (main?.depth_reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
   const least = ends.length ? `, or more: it reaches ${ends.join(" and ")}` : "";
   return { label, unit: "mm", quantity: main?.depth_mm, isLeast: ends.length > 0, isOfTheEnd: true, note: main && `below the surface${least}` };
 }

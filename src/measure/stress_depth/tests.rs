@@ -77,22 +77,38 @@ fn what_no_wave_can_have_reached_counts_nowhere() {
     let mut source = None;
     Source::widen(&mut source, Vec3::new(0.5, 0.5, 0.0), 0.3);
     let mut measure = column(3, &[1.0]);
-    measure.at_ends = vec![0, 0, 1];
+    (measure.at_ends, measure.ends) = (vec![0, 0, 1], vec!["the held nodes".into()]);
     // Elements of 1 m: stress within 0.3 m plus that is physical, stress beyond is a mesh artefact.
     measure.begin(1.0, source.map(WaveReach::of));
     feed(&mut measure, 1, 0, 2.0);
     feed(&mut measure, 1, 2, 3.0);
     measure.end();
     let found = &measure.exceedances[0];
-    assert_eq!((found.largest_volume, found.largest_numerical, found.reached), (1.0, 1.0, 0));
+    assert_eq!((found.largest_volume, found.largest_numerical), (1.0, 1.0));
+    assert_eq!(measure.ends_of(found), [""; 0]);
     assert_eq!((measure.von_mises.value, found.numerical_at), (2.0, (1.0, 0.3)));
     assert!((found.depth - 1.0).abs() < 1e-12, "{found:?}");
     // Without a known wave all points count, and regions at an end are reported as such.
     measure.begin(2.0, None);
     feed(&mut measure, 1, 2, 3.0);
     measure.end();
-    assert_eq!((measure.exceedances[0].reached, measure.von_mises.value), (1, 3.0));
-    assert!((measure.exceedances[0].depth - 3.0).abs() < 1e-12);
+    let found = &measure.exceedances[0];
+    assert_eq!((measure.ends_of(found), measure.von_mises.value), (measure.ends.clone(), 3.0));
+    assert!((found.depth - 3.0).abs() < 1e-12 && measure.ends_of_depth(found) == measure.ends);
+}
+
+#[test]
+fn an_end_at_which_the_region_is_shallower_does_not_truncate_its_depth() {
+    let mut measure = column(4, &[1.0]);
+    (measure.at_ends, measure.ends) = (vec![1, 0, 0, 2], vec!["the side".into(), "the bottom".into()]);
+    for (deepest, expected) in [(2, &[][..]), (3, &measure.ends.clone()[1..])] {
+        measure.begin(1.0, None);
+        (0..=deepest).for_each(|slot| feed(&mut measure, 1, slot, 2.0));
+        measure.end();
+        let found = &measure.exceedances[0];
+        assert_eq!(measure.ends_of(found).len(), deepest - 1);
+        assert_eq!(measure.ends_of_depth(found), expected, "{found:?}");
+    }
 }
 
 #[test]

@@ -181,7 +181,8 @@ fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress
         volume_at_end_mm3: mint.quantity(1e9 * e.volume),
         point_spacing_mm: 1e3 * e.largest_point.cbrt(),
         numerical_volume_mm3: 1e9 * e.largest_numerical,
-        reaches: stress.reached(e),
+        reaches: stress.ends_of(e),
+        depth_reaches: stress.ends_of_depth(e),
         layers: stressed_layers(stress, e),
     };
     stress.exceedances.iter().map(of).collect()

@@ -223,13 +223,13 @@ fn above<'a>(
     is_headline: bool,
 ) -> impl Iterator<Item = Row<'a>> + use<'a> {
     let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
-    let (is_cut, is_deeper) = (!stress.reaches.is_empty(), stress.is_deeper(tissue));
-    let end = if is_cut {
-        format!("it reaches {}, where the model ends", stress.reaches.join(", "))
-    } else {
-        String::new()
+    let at_ends = |ends: &[String]| match ends {
+        [] => String::new(),
+        ends => format!("it reaches {}, where the model ends", ends.join(", ")),
     };
-    let going_on = if is_deeper && !is_cut { "contact has not ended".into() } else { end.clone() };
+    let is_deeper = stress.is_deeper(tissue);
+    let has_grown = is_deeper && stress.depth_reaches.is_empty();
+    let going_on = if has_grown { "contact has not ended".into() } else { at_ends(&stress.depth_reaches) };
     let row = |what: &str, quantity, unit| {
         Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
             .code(format!("{what}-above-{}-pa", stress.threshold_pa))
@@ -238,7 +238,8 @@ fn above<'a>(
         let row = row("depth", depth, "mm").note(going_on).lower_bound(is_deeper);
         Row { of: is_headline.then_some(Of::StressDepthMm), ..row }
     });
-    let volume = row("volume", &stress.volume_mm3, "mm³").note(end).lower_bound(is_cut);
+    let volume = row("volume", &stress.volume_mm3, "mm³").note(at_ends(&stress.reaches));
+    let volume = volume.lower_bound(!stress.reaches.is_empty());
     let layers = stress.layers.iter().filter(|_| stress.layers.len() > 1);
     depth.into_iter().chain([volume]).chain(layers.map(|layer| of_layer(layer, stress)))
 }

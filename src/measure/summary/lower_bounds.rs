@@ -31,11 +31,11 @@ impl Impact {
 }
 
 impl SignificantStress {
-    /// Whether its depth is a lower bound: it reaches an end of the tissue, or was largest when it was last evaluated in contact.
+    /// Whether its depth is a lower bound: it ends at an end of the tissue, or was largest when it was last evaluated in contact.
     pub(super) fn is_deeper(&self, tissue: &Tissue) -> bool {
         let goes_on = !tissue.contact_ended && is_at(self.depth_time_s, tissue.looked_at_until_s);
         // No stress above the threshold has no depth that could go on.
-        !self.layers.is_empty() && (goes_on || !self.reaches.is_empty())
+        !self.layers.is_empty() && (goes_on || !self.depth_reaches.is_empty())
     }
 }
 
@@ -74,7 +74,7 @@ mod tests {
             ("/tissue/contact_ended".into(), json!(true)),
             ("/tissue/looked_at_until_s".into(), json!(0.005)),
             (stress("depth_time_s"), json!(0.005)),
-            (stress("reaches"), json!([])),
+            (stress("depth_reaches"), json!([])),
             (stress("layers"), json!([{"part": "block", "depth_mm": [0.0, 2.0], "volume_mm3": 9.0}])),
         ];
         let with = |changed: &[(String, Value)]| {
@@ -82,7 +82,7 @@ mod tests {
             bounds(&all.collect::<Vec<_>>())
         };
         assert_eq!(with(&[]), []);
-        assert_eq!(with(&[(stress("reaches"), json!(["the held nodes “bone”"]))]), [StressDepthMm]);
+        assert_eq!(with(&[(stress("depth_reaches"), json!(["the held nodes “bone”"]))]), [StressDepthMm]);
         let lasts = [(impact("contact_ended"), json!(false)), ("/tissue/contact_ended".into(), json!(false))];
         assert_eq!(with(&lasts), [ImpulseNS, StressDepthMm]);
         // Deepest before the end, and hardest at the end.

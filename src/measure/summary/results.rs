@@ -257,9 +257,12 @@ pub struct SignificantStress {
     /// Volume above the threshold that no wave from the contact can have reached, maximum over the field times [mm³]: a
     /// mesh artefact, excluded from all other numbers.
     pub numerical_volume_mm3: f64,
-    /// Ends of the tissue that the region reaches, as text: the model truncates its depth and volume there.
+    /// Ends of the tissue that the region reaches, as text: the model truncates its volume there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
+    /// Those of them at which it is as deep as anywhere: the model truncates its depth, too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub depth_reaches: Vec<String>,
     /// Parts of the tissue above the threshold.
     pub layers: Vec<StressedLayer>,
 }

@@ -205,6 +205,7 @@ mod tests {
                     point_spacing_mm: 0.0,
                     numerical_volume_mm3: 0.0,
                     reaches: Vec::new(),
+                    depth_reaches: Vec::new(),
                     layers: Vec::new(),
                 })
                 .collect(),

@@ -32,7 +32,7 @@ pub struct Numbers {
     /// Quantities that are not resolved.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub unresolved: BTreeSet<QuantityOfInterest>,
-    /// Ends of the tissue reached by the significant stress: the model truncates its depth and volume there.
+    /// Ends of the tissue that truncate the depth of the significant stress.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
     /// Quantities that are lower bounds.

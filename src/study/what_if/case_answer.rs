@@ -30,7 +30,7 @@ pub struct CaseAnswer {
     /// Why there are no numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Ends of the tissue reached by the significant stress, whose depth and volume are then lower bounds.
+    /// Ends of the tissue at which the significant stress is as deep as anywhere, so that its depth is a lower bound.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
     /// Numbers that are lower bounds: there the tissue ends, or they were still growing when the run ended with contact lasting.

@@ -218,7 +218,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
             })
             .collect(),
         unresolved: all().filter(|(_, number)| number.error.is_unresolved()).map(|(q, _)| q).collect(),
-        reaches: significant.map_or_else(Vec::new, |stress| stress.reaches.clone()),
+        reaches: significant.map_or_else(Vec::new, |stress| stress.depth_reaches.clone()),
         lower_bounds: if is_good { lower_bounds(values) } else { BTreeSet::new() },
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
