@@ -109,6 +109,7 @@ def test_the_answer_is_a_curve_of_computed_points(page, record_property):
     record_property("first_point_s", round(time.monotonic() - asked, 1))
     expect(page.get_by_text("Computed by")).to_be_visible(timeout=COMPUTED_MS)
     record_property("whole_curve_s", round(time.monotonic() - asked, 1))
+    expect(page.get_by_text("Each covers 7.9 ms, until contact has ended.")).to_be_visible()
     computed = picture.locator(".computed").count()
     assert computed + len(re.findall("No number at", page.locator(".answers").inner_text())) > 3
     expect(picture.locator(".proposed")).to_have_count(1)
