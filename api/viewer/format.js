@@ -21,11 +21,20 @@ function superscript(exponent) {
   return String(exponent).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
 }
 
-/** How many digits of a number its error leaves: to the second one of the error, from two to four. */
-export function digitsWithin(value, error) {
-  if (!(error > 0) || !value) return 4;
-  const order = (size) => Math.floor(Math.log10(Math.abs(size)));
-  return Math.min(Math.max(order(value) - order(error) + 2, 2), 4);
+/** Digits of an error, and of a number at most. */
+const [OF_ERROR, MOST] = [2, 6];
+
+/** A number to the decimal place of its error, which has two digits; to four digits where that is not known. */
+export function within(value, error) {
+  if (!(error > 0) || !Number.isFinite(value)) return number(value);
+  // 0.096 has its second digit where 0.10 has none: what counts is the rounded error.
+  const place = Math.floor(Math.log10(Number(error.toPrecision(OF_ERROR)))) - OF_ERROR + 1;
+  const digits = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value))) - place + 1;
+  if (digits > MOST) return number(value, MOST);
+  const rounded = Math.round(value / 10 ** place) * 10 ** place;
+  if (rounded === 0) return "0";
+  const isLong = Math.abs(rounded) < 1e-4 || Math.abs(rounded) >= 1e7;
+  return isLong ? number(rounded, Math.max(1, digits)) : rounded.toFixed(Math.max(0, -place)).replace("-", "−");
 }
 
 /** A number that people set, without zeros that say nothing. */
@@ -36,31 +45,18 @@ export function setting(value) {
 /** Differences below this fraction of what is compared are of rounding [-]. */
 const ROUNDING = 1e-12;
 
-/** A change with its sign; what comes of rounding is none. `scale` is the largest of the numbers that were compared. */
-export function change(value, scale, digits = 4) {
-  if (Math.abs(value) <= ROUNDING * Math.abs(scale)) return "0";
-  return `${value > 0 ? "+" : ""}${number(value, digits)}`;
+/** A change with its sign, to the decimal place of its `error`; what comes of rounding is none. `scale` is the largest of the numbers that were compared. */
+export function change(value, scale, error = null) {
+  const words = Math.abs(value) <= ROUNDING * Math.abs(scale) ? "0" : within(value, error);
+  return value > 0 && words !== "0" ? `+${words}` : words;
 }
 
-/** Of a number this fraction as error makes it an approximate one [-]. */
-const ABOUT = 0.5;
+/** Whether a number is larger than its error. */
+export const exceeds = (value, error) => !(error > 0) || error < Math.abs(value);
 
-/** How sure a number is: "sure"; "about" so much, where the error exceeds half of it; "unresolved", where the error is as large. */
-export function surenessOf(value, error) {
-  if (!(error > 0)) return "sure";
-  if (error >= Math.abs(value)) return "unresolved";
-  return error > ABOUT * Math.abs(value) ? "about" : "sure";
-}
-
-/** Words of a number as sure as it is: what is not resolved, or of unknown error, stands in brackets. */
-export function asSureAs(words, sureness) {
-  if (sureness === "sure") return words;
-  return sureness === "about" ? `about ${words}` : `(${words})`;
-}
-
-/** A number as sure as its error leaves it. Nothing is known of a number without one. */
+/** A number to the decimal place of its error; in brackets where that is as large, or not known. */
 export function bracketed(value, error) {
-  return asSureAs(number(value), surenessOf(value, error));
+  return error != null && exceeds(value, error) ? within(value, error) : `(${within(value, error)})`;
 }
 
 /** A number and its unit. */

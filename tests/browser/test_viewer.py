@@ -197,7 +197,7 @@ def test_downloads_are_what_they_say(page, service):
         total, supplied = (float(next(v for k, v in row.items() if k.startswith(word))) for word in ("sum", "supplied"))
         assert abs(total - supplied) < 0.01 * scale
     profile = read_csv(page, "Depth profile")
-    assert float(profile[0]["depth below the surface [mm]"]) == 0 and len(profile) > 5
+    assert float(profile[0]["depth straight in [mm]"]) == 0 and len(profile) > 5
     layout = json.loads(saved(page, page.get_by_role("button", name="Layout").click).path().read_text())
     assert "/mesh/thigh" in layout["configById"]["3D!mesh"]["topics"]
     # What other viewers are given to open is the recording, under a name that they know as one.
@@ -272,7 +272,7 @@ def test_what_if_answers_with_a_table(page):
     report = saved(page, page.get_by_role("button", name="Report (HTML)").click).path().read_text()
     assert "<html" in report and "not a diagnosis" in report.replace("no diagnosis", "not a diagnosis")
     page.get_by_role("link", name="What if?").click()
-    speed = page.get_by_label("Speed")
+    speed = page.get_by_role("slider", name="Speed")
     speed.focus()
     for _ in range(20):
         page.keyboard.press("ArrowRight")
@@ -289,6 +289,27 @@ def test_what_if_answers_with_a_table(page):
     assert float(cases[1]["energy_given_j"]) > float(cases[0]["energy_given_j"])
 
 
+def test_a_limit_is_found_and_kept_in_the_address(page):
+    page.goto(f"/#/what-if/{JOBS['slow']}")
+    force = page.request.get(f"/v1/jobs/{JOBS['slow']}/summary").json()["results"]["impacts"][0]["peak_force_n"]["value"]
+    page.get_by_label("Limit").fill(f"{force:.0f}")
+    page.get_by_role("button", name="Find the limit").click()
+    expect(page.get_by_text("Done:")).to_be_visible()
+    said = page.locator(".limits li")
+    expect(said).to_contain_text(re.compile(r"^Speed: the peak force stays at or below \d+ N up to [\d.]+ m/s; "))
+    answer = page.request.get(f"/v1/jobs/{page.url.rsplit('=', 1)[1]}/summary").json()["limits"][0]
+    shown = float(re.search(r"up to ([\d.]+) m/s", said.inner_text())[1])
+    assert shown == pytest.approx(answer["kept_at"], abs=5.1) and answer["kept_at"] == pytest.approx(60, abs=2)
+    page.reload()
+    expect(said).to_have_count(1)
+
+
+def test_fat_may_be_as_thick_as_that_of_people(page):
+    fat = page.get_by_label("Thickness of the fat")
+    # From half of the 8 mm of the scene to the 95th percentile of the regions that can be asked about.
+    assert 4 == pytest.approx(1e3 * float(fat.get_attribute("min"))) and 20 < 1e3 * float(fat.get_attribute("max")) < 23
+
+
 def test_sliders_propose_numbers_once_cases_are_spread_over_them(page):
     page.goto(f"/#/what-if/{JOBS['slow']}")
     page.get_by_label("spread over all sliders").check()
@@ -297,7 +318,7 @@ def test_sliders_propose_numbers_once_cases_are_spread_over_them(page):
     proposals = page.locator(".what-if-proposal tbody tr")
     expect(proposals).to_have_count(4)
     before = proposals.nth(0).inner_text()
-    speed = page.get_by_label("Speed")
+    speed = page.get_by_role("slider", name="Speed")
     speed.focus()
     for _ in range(20):
         page.keyboard.press("ArrowRight")

@@ -100,13 +100,21 @@ def test_warnings_are_one_line_with_a_door(page, jobs):
     listed = page.locator(".trust .warnings li")
     expect(listed.first).not_to_be_visible()
     door.click()
+    assert not re.search(r"[a-z]_(s|pa|m)\b", page.locator(".trust").inner_text()), "words, no names of the document"
     for warning in summary["warnings"]:
-        expect(listed.filter(has_text=warning)).to_have_count(1)
+        expect(listed.filter(has_text=re.split("[`(]", warning)[0])).to_have_count(1)
     expect(door).to_have_text(f"All {listed.count()}")
     # The worst is in the line: here, that the mesh resolves too little, with a remedy.
     expect(page.locator(".warning-line")).to_contain_text("too coarse")
     page.get_by_role("link", name="Run it again, refined").click()
     expect(page.get_by_label("Meshes")).to_have_value("refined")
+
+
+def test_names_of_the_document_are_words(page):
+    page.goto("/")
+    words = "async (text) => (await import('/viewer/scene/scene_units.js')).inWords(text)"
+    text = "left_ball comes late: raise end_time_s, or omit `measures.force_window_s` and `valid_to` (at /bodies/1/parts/0/density_kg_per_m3)"
+    assert page.evaluate(words, text) == "left_ball comes late: raise “end time”, or omit “force window” and “valid to” (at bodies › number 2 › parts › number 1 › density)"
 
 
 def test_criteria_are_shown_with_what_they_are_not(page, jobs):
@@ -133,9 +141,10 @@ def test_cards_name_their_threshold_and_their_errors(page, jobs):
 
 
 def test_numbers_have_the_digits_that_their_errors_leave(page, jobs):
-    digits = "async (pairs) => { const f = await import('/viewer/format.js'); return pairs.map(([value, error]) => f.number(value, f.digitsWithin(value, error))); }"
-    pairs = [[5552, 5300], [59.3, 17], [40, 0.75], [1.324, 0.03], [88.56, 250], [2151, 0.001], [0, 1], [7.923, None]]
-    assert page.evaluate(digits, pairs) == ["5600", "59", "40.00", "1.324", "89", "2151", "0", "7.923"]
+    digits = "async (pairs) => { const { within } = await import('/viewer/format.js'); return pairs.map(([value, error]) => within(value, error)); }"
+    # To the second digit of the error, also where that rounds up; no more than six digits, and four without an error.
+    pairs = [[5552, 5300], [59.3, 17], [40, 0.75], [1.324, 0.03], [88.56, 250], [-3, 250], [0.4, 0.0996], [2151, 0.001], [0, 1], [7.923, None]]
+    assert page.evaluate(digits, pairs) == ["5600", "59", "40.00", "1.324", "90", "0", "0.40", "2151.00", "0", "7.923"]
     results = page.request.get(jobs["good"]["links"]["summary"]).json()["results"]
     energy = results["tissue"]["energy_given_j"]
     shown = float(page.get_by_label("The four numbers").get_by_role("article").nth(3).locator("b").inner_text())
@@ -171,7 +180,7 @@ def test_a_depth_profile_is_of_layers(page, jobs):
         page.get_by_role("button", name="Depth profile as CSV").click()
     head, *rows = csv.reader(io.StringIO(download.value.path().read_text()))
     # Skin and fat have no node of their own: all of them are at an interface, in the skin or beside it.
-    assert head == ["depth below the surface [mm]", "muscle [kPa]", "muscle, with its neighbour [kPa]", "fat, with its neighbour [kPa]", "skin, with its neighbour [kPa]"]
+    assert head == ["depth straight in [mm]", "muscle [kPa]", "muscle, with its neighbour [kPa]", "fat, with its neighbour [kPa]", "skin, with its neighbour [kPa]"]
     both = [row for row in rows if row[3] and row[4]]
     assert len(both) == 1, "one interface of skin and fat"
     # Of two nodes that mirror each other either layer may take either.
@@ -184,7 +193,7 @@ def test_a_depth_profile_is_of_layers(page, jobs):
 
 
 def test_a_withheld_run_has_no_result(page, jobs):
-    badge = {"good": "succeeded", "withheld": "no result", "broken": "failed"}
+    badge = {"good": "succeeded", "withheld": "withheld", "broken": "failed"}
     for name, words in badge.items():
         page.goto("/")
         row = page.locator("tr", has=page.locator(f'a[href="#/job/{jobs[name]["id"]}"]'))
@@ -211,7 +220,7 @@ def test_what_cannot_be_compared_is_said(page, jobs):
     expect(rows.nth(3)).to_contain_text("0 (0 %) within the errors")
     # Of two lower bounds there is no difference.
     page.goto(f"/#/compare/{jobs['longer']['id']}/{jobs['longer']['id']}")
-    expect(rows.nth(2)).to_contain_text("at least")
+    expect(rows.nth(2)).to_contain_text("≥")
     expect(rows.nth(2)).to_contain_text("both are lower bounds")
 
 
@@ -219,7 +228,14 @@ def test_no_difference_is_drawn_with_a_run_that_is_withheld(page, jobs):
     page.goto(f"/#/compare/{jobs['good']['id']}/{jobs['withheld']['id']}")
     expect(page.locator(".plots .u-over").first).to_be_visible()
     expect(page.locator(".mesh-view canvas")).to_have_count(2)
-    expect(page.locator("main .warning-line")).to_contain_text("beyond the declared limit of its law")
+    # Pictures and curves say so, in short and with the whole reason.
+    marks = page.locator("main .withheld .term")
+    expect(marks).to_have_text([re.compile("was stretched to")] * 2)
+    expect(marks.first).to_have_attribute("data-about", re.compile("beyond the declared limit of its law"))
+    open_job(page, jobs["withheld"])
+    expect(marks).to_have_count(2)
+    open_job(page, jobs["good"])
+    expect(marks).to_have_count(0)
 
 
 def test_what_matters_most_ranks_what_rises_and_falls(page, jobs):
@@ -235,7 +251,7 @@ def test_what_matters_most_ranks_what_rises_and_falls(page, jobs):
     for shown, name in zip(effects.all(), sorted(effect, key=effect.get, reverse=True)):
         cells = shown.locator("td").all_inner_texts()
         assert cells[0] == name
-        assert float(cells[2]) == pytest.approx(effect[name], rel=1e-3)
+        assert float(cells[2]) == pytest.approx(effect[name], abs=0.06 * answer["cases"][0]["numbers"]["peak_force_n"]["error"])
     expect(effects.filter(has_text="angle")).to_contain_text("not monotone")
     expect(page.locator("thead").first).to_contain_text("depth of stress above")
 
@@ -312,7 +328,7 @@ def test_a_stability_study_is_a_picture_and_a_table_of_cells(page, jobs):
 def test_a_question_is_found_again_after_leaving(page, jobs):
     page.goto("/")
     page.goto(f"/#/what-if/{jobs['good']['id']}")
-    speed = page.get_by_label("Speed")
+    speed = page.get_by_role("slider", name="Speed")
     speed.focus()
     for _ in range(20):
         page.keyboard.press("ArrowRight")
@@ -331,7 +347,7 @@ def test_a_question_is_found_again_after_leaving(page, jobs):
     page.reload()
     expect(page.get_by_text("Done:")).to_be_visible()
     expect(rows).to_have_count(len(answer["cases"]))
-    page.get_by_label("Speed").focus()
+    page.get_by_role("slider", name="Speed").focus()
     page.keyboard.press("ArrowLeft")
     page.get_by_role("button", name="What if?").click()
     expect(rows).to_have_count(3)

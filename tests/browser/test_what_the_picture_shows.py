@@ -21,6 +21,9 @@ def jobs(page):
     # The same 0.5 mm further away: 5 µs later at 100 m/s.
     scene["bodies"][0]["placement"]["translation_m"][2] += 5e-4
     jobs["far"] = post(page, "/v1/jobs", scene)
+    # It ends long before the ball arrives.
+    scene["bodies"][0]["placement"]["translation_m"][2] += 0.3
+    jobs["away"] = post(page, "/v1/jobs", scene)
     yield jobs
     assert page.watch.errors == []
 
@@ -46,6 +49,15 @@ def test_the_first_screen_answers(page, jobs, width, height):
         tops = {round(tool.bounding_box()["y"]) for tool in page.locator(".title .tools > *").all()}
         assert len(tops) == 1, "what can be done with the job is one row"
     page.set_viewport_size({"width": 1440, "height": 1000})
+
+
+def test_a_ball_that_touches_nothing_is_in_the_first_picture(page, jobs):
+    open_job(page, jobs["away"])
+    expect(page.get_by_label("Nothing touched")).to_be_visible()
+    page.evaluate(FRAMES)
+    # The grey of the projectile: neither tissue nor background have it.
+    pixels = picture_of(page.locator(".mesh-view canvas")).tobytes()
+    assert sum(90 < r < 150 and 0 <= g - r < 20 and 5 < b - g < 25 for r, g, b in zip(*[iter(pixels)] * 3)) > 100
 
 
 def test_time_goes_between_frames(page, jobs):
@@ -150,6 +162,9 @@ def test_layers_have_names_and_the_flat_section_a_ruler(page, jobs):
     page.get_by_label("View").select_option("flat")
     page.get_by_role("button", name="Whole").click()
     expect(page.locator(".overlay .layer-name")).to_have_text(["skin", "fat", "muscle", "bone"])
+    # The lines at thresholds have their names, too.
+    names = page.locator(".overlay .contour-name").all_text_contents()
+    assert names and set(names) <= {"10 kPa", "30 kPa", "100 kPa"}
     ticks = [float(tick) for tick in page.locator(".overlay .tick").all_text_contents()]
     assert ticks[0] == 0 and ticks == sorted(ticks) and len(ticks) >= 3
 
@@ -174,6 +189,7 @@ def test_the_pointer_reads_layer_depth_and_stress(page, jobs):
     page.get_by_label("Simulated time", exact=True).fill("0")
     page.get_by_label("View").select_option("flat")
     page.get_by_role("button", name="Impact").click()
+    page.evaluate(FRAMES)
     # Along the line of the impact, at rest: what the ruler says is what the pointer says.
     place = "(depth) => { const ticks = [...document.querySelectorAll('.overlay .tick')]; const at = (i) => Number(ticks[i].getAttribute('y')) - 4;" \
         " const [a, b] = [Number(ticks[0].textContent), Number(ticks[1].textContent)]; return at(0) + (depth - a) / (b - a) * (at(1) - at(0)); }"
@@ -181,7 +197,7 @@ def test_the_pointer_reads_layer_depth_and_stress(page, jobs):
     for depth, layer in [(1, "skin"), (6, "fat"), (20, "muscle")]:
         point_at(page, 0.5, page.evaluate(place, depth) / height)
         words = page.locator(".probe")
-        expect(words).to_contain_text(re.compile(f"^{layer} · .*mm below the surface · stress .*kPa · displacement"))
+        expect(words).to_contain_text(re.compile(f"^{layer} · .*mm below the nearest surface · stress .*kPa · displacement"))
         shown = float(re.search(r"· ([\d.]+)\s*mm below", words.inner_text())[1])
         assert shown == pytest.approx(depth, abs=0.6)
     page.mouse.move(0, 0)
@@ -256,7 +272,7 @@ def test_no_layer_ends_where_elements_change_their_size(page):
 
 
 def test_two_runs_are_compared_at_equal_times(page, jobs):
-    contact = [page.request.get(job["links"]["summary"]).json()["results"]["impacts"][0]["contact_span_s"][0] for job in jobs.values()]
+    contact = [page.request.get(jobs[name]["links"]["summary"]).json()["results"]["impacts"][0]["contact_span_s"][0] for name in ("near", "far")]
     page.goto(f"/#/compare/{jobs['near']['id']}/{jobs['far']['id']}")
     clocks = page.locator(".stage .time-output")
     expect(clocks).to_have_count(3)

@@ -121,6 +121,17 @@ export class BodyMesh {
     }
   }
 
+  /** Where the value is at a level on the edges of the section [m]. */
+  *placesAt(level) {
+    const { positions, values } = this.#shown;
+    for (let c = 0; c < values.length; c++) {
+      const d = c % 3 === 2 ? c - 2 : c + 1;
+      if (values[c] > level === values[d] > level) continue;
+      const t = (level - values[c]) / (values[d] - values[c]);
+      yield [0, 1, 2].map((k) => positions[3 * c + k] + t * (positions[3 * d + k] - positions[3 * c + k]));
+    }
+  }
+
   /** What is at a triangle of the section or of the surface: {part, at rest [m], of(values by node)}; null for a rigid body. */
   at(isSection, triangle, weights) {
     const { cells, partOf, X, parts } = this.#body;

@@ -12,6 +12,8 @@ import { takeRenderer } from "./renderer.js";
 
 /** Names of layers stand so far from the line of the impact, in radii of the first view [-]. */
 const ASIDE = 0.55;
+/** Of two places of a line the one that is less aside has its name, unless it is so many times as much deeper [-]. */
+const STRAIGHT = 4;
 
 export class MeshView {
   element;
@@ -30,6 +32,7 @@ export class MeshView {
   #watcher;
   #hint = html("output", { class: "probe", hidden: true });
   #line = null;
+  #contours = [];
   #aside = 0.03;
 
   constructor(label) {
@@ -95,8 +98,9 @@ export class MeshView {
     this.#overlay.setRuler(line && { origin: line.centre, direction: line.direction, length });
   }
 
-  /** Map, range, thresholds and scale of the colours. */
-  setColours(map, range, { isLog = false, levels = [] } = {}) {
+  /** Map, range, thresholds with the names that their lines in the section get, and scale of the colours. */
+  setColours(map, range, { isLog = false, levels = [], levelNames = [] } = {}) {
+    this.#contours = levels.map((level, i) => ({ level, text: levelNames[i] })).filter(({ text }) => text);
     this.#shared.map.value.image.data.set(lookupTable(map));
     this.#shared.map.value.needsUpdate = true;
     this.#shared.range.value.fromArray(range);
@@ -119,6 +123,7 @@ export class MeshView {
       if (state) mesh.show(state, valuesOf(name, state), cut);
     }
     this.#overlay.setLabels(cut ? this.#labels(cut) : []);
+    this.#overlay.setContours(cut ? this.#contourNames() : []);
     this.draw();
   }
 
@@ -140,6 +145,23 @@ export class MeshView {
       }
     }
     return [...best.values()];
+  }
+
+  /** The name of each threshold where its line in the section is straight below the impact, or nearly so. */
+  #contourNames() {
+    if (!this.#line) return [];
+    const { centre, direction } = this.#line;
+    const shown = [...this.#bodies.values()].filter(({ group, body }) => group.visible && body.role !== "projectile");
+    return this.#contours.flatMap(({ level, text }) => {
+      let [best, at] = [Infinity, null];
+      for (const place of shown.flatMap((mesh) => [...mesh.placesAt(level)])) {
+        const depth = direction.reduce((sum, d, k) => sum + d * (place[k] - centre[k]), 0);
+        const aside = Math.hypot(...direction.map((d, k) => place[k] - centre[k] - depth * d));
+        const score = Math.abs(depth) + STRAIGHT * aside;
+        if (aside < this.#aside && score < best) [best, at] = [score, place];
+      }
+      return at ? [{ text, at }] : [];
+    });
   }
 
   /** Whether the reader has moved the camera. */

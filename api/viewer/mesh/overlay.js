@@ -1,4 +1,4 @@
-// Words over the picture: names of the layers at the cut, and in the flat section a ruler of depth.
+// Words over the picture: names of the layers at the cut and of the lines at thresholds, and in the flat section a ruler of depth.
 
 import * as THREE from "three";
 import { svg } from "../dom.js";
@@ -10,11 +10,17 @@ const [LINE, LETTER] = [19, 7.2];
 export class Overlay {
   element = svg("svg", { class: "overlay", "aria-hidden": "true" });
   #labels = [];
+  #contours = [];
   #ruler = null;
 
   /** `labels` [{text, at}] in space [m]. */
   setLabels(labels) {
     this.#labels = labels;
+  }
+
+  /** Names of lines in the section [{text, at}], in space [m]. */
+  setContours(contours) {
+    this.#contours = contours;
   }
 
   /** `ruler` {origin, direction, length} in space [m], or null. */
@@ -29,7 +35,7 @@ export class Overlay {
       return { x: ((p.x + 1) / 2) * width, y: ((1 - p.y) / 2) * height };
     };
     this.element.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    this.element.replaceChildren(...this.#drawnLabels(place, width, height), ...(isFlat && this.#ruler ? this.#drawnRuler(place, height) : []));
+    this.element.replaceChildren(...this.#drawnLabels(place, width, height), ...this.#drawnContours(place), ...(isFlat && this.#ruler ? this.#drawnRuler(place, height) : []));
   }
 
   #drawnLabels(place, width, height) {
@@ -38,14 +44,32 @@ export class Overlay {
     const longest = Math.max(0, ...labels.map(({ text }) => text.length)) * LETTER;
     const column = width - longest - 14;
     let lowest = 6;
-    return labels.flatMap(({ text, x, y }) => {
-      const at = Math.min(Math.max(y, lowest + LINE / 2), height - LINE);
+    const rows = labels.map((label) => {
+      const at = Math.max(label.y, lowest + LINE / 2);
       lowest = at + LINE / 2;
-      return [
-        ...["leader wide", "leader"].map((name) => svg("path", { d: `M${x.toFixed(1)} ${y.toFixed(1)}L${column - 14} ${at.toFixed(1)}H${column - 4}`, class: name })),
-        svg("circle", { cx: x.toFixed(1), cy: y.toFixed(1), r: 2.6, class: "anchor" }),
-        svg("text", { x: column, y: (at + 4.5).toFixed(1), class: "layer-name" }, text),
-      ];
+      return { ...label, at };
+    });
+    // Those that would leave the picture push the others up.
+    let highest = height - LINE / 2;
+    for (const row of rows.toReversed()) {
+      row.at = Math.min(row.at, highest - LINE / 2);
+      highest = row.at - LINE / 2;
+    }
+    return rows.flatMap(({ text, x, y, at }) => [
+      ...["leader wide", "leader"].map((name) => svg("path", { d: `M${x.toFixed(1)} ${y.toFixed(1)}L${column - 14} ${at.toFixed(1)}H${column - 4}`, class: name })),
+      svg("circle", { cx: x.toFixed(1), cy: y.toFixed(1), r: 2.6, class: "anchor" }),
+      svg("text", { x: column, y: (at + 4.5).toFixed(1), class: "layer-name" }, text),
+    ]);
+  }
+
+  /** Names below their places; of two that would lie on each other the first. */
+  #drawnContours(place) {
+    const drawn = [];
+    return this.#contours.flatMap(({ text, at }) => {
+      const { x, y } = place(at);
+      if (drawn.some((other) => Math.abs(x - other.x) < text.length * LETTER && Math.abs(y - other.y) < LINE)) return [];
+      drawn.push({ x, y });
+      return [svg("text", { x: x.toFixed(1), y: (y + 13).toFixed(1), class: "contour-name" }, text)];
     });
   }
 
@@ -63,7 +87,7 @@ export class Overlay {
         svg("text", { x: 34, y: (y + 4).toFixed(1), class: "tick" }, number(i * step * 1e3, 2).replace(/\.0+$/, "")),
       );
     }
-    parts.push(svg("text", { x: 8, y: Math.max(14, at(0) - 12).toFixed(1), class: "ruler-name" }, "mm below the surface"));
+    parts.push(svg("text", { x: 8, y: Math.max(14, at(0) - 12).toFixed(1), class: "ruler-name" }, "mm straight in, from the surface at rest"));
     return parts;
   }
 }

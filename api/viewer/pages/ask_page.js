@@ -10,6 +10,7 @@ import { BOUNDS, addressOf, questionIn } from "./ask_address.js";
 import { AskForm, numberInput } from "./ask_form.js";
 import { remember, stop } from "./asked.js";
 import { AskedCurve } from "./asked_curve.js";
+import { differenceOf } from "./asked_difference.js";
 import { sentenceOn } from "./asked_words.js";
 
 /** The preset whose materials of muscle, fat and skin are used: they are of the right size at impact rates. */
@@ -36,16 +37,18 @@ class AskPage {
   #ask = button("Answer", () => this.#answer(), { class: "primary" });
   #stop = button("Stop", () => this.#stopAll(), { class: "danger", hidden: true });
   #further = html("div", { class: "tools", hidden: true });
+  #moreFat = button("And with more fat?", () => this.#withMoreFat());
   #before = html("p", { class: "notice-line", hidden: true }, "This is the answer to the question before it was changed. Press Answer for the new one.");
   #state = html("p", { class: "quiet", "aria-live": "polite" }, "The answer is a curve against speed; its first points appear within a minute or two.");
   #picture = html("div");
   #answers = html("ul", { class: "answers" });
-  #panel = html("section", { class: "panel ask-answer", "aria-label": "Answer" }, this.#before, this.#answers, this.#picture, this.#further, this.#state);
+  #difference = html("p", { class: "difference", hidden: true });
+  #panel = html("section", { class: "panel ask-answer", "aria-label": "Answer" }, this.#before, this.#answers, this.#difference, this.#picture, this.#further, this.#state);
 
   constructor(tissue, { more, jobs, ...question }) {
     this.#tissue = tissue;
     this.#more = numberInput("Millimetres more", BOUNDS.more, more);
-    this.#further.append(button("And with more fat?", () => this.#withMoreFat()), html("label", { class: "pair" }, "by", this.#more, "mm"));
+    this.#further.append(this.#moreFat, html("label", { class: "pair" }, "by", this.#more, "mm"));
     this.#form = new AskForm(tissue, question, [this.#ask, this.#stop], () => this.#onChange());
     this.element = html(
       "div",
@@ -85,12 +88,14 @@ class AskPage {
     if (second) this.#withMoreFat(second);
   }
 
+  /** The same with more fat, as it is set, in place of what was asked so before. */
   #withMoreFat(job) {
     const [first] = this.#curves;
     const more = Number(this.#more.value);
     if (!first) return;
     if (!(more >= BOUNDS.more[0] && more <= BOUNDS.more[1])) return (this.#state.textContent = `More fat must be from ${BOUNDS.more.join(" to ")} mm.`);
     const fat = first.asked.fat + more * 1e-3;
+    this.#curves = [first];
     this.#add({ ...first.asked, fat, more }, `${setting(more)} mm more fat: ${setting(fat * 1e3)} mm`, job);
   }
 
@@ -119,7 +124,8 @@ class AskPage {
     const open = this.#curves.filter(({ isOpen }) => isOpen);
     this.#ask.disabled = open.length > 0;
     this.#stop.hidden = !open.some(({ id }) => id);
-    this.#further.hidden = isBefore || this.#curves.length !== 1 || !first.curve;
+    this.#further.hidden = !first.points.length;
+    this.#moreFat.disabled = isBefore || open.length > 0;
     this.#state.textContent = [...new Set((open.length ? open : this.#curves).map(({ state }) => state))].join(" ");
     this.#draw(asked);
   }
@@ -144,6 +150,8 @@ class AskPage {
       html("p", { class: "quiet" }, "● computed, with its numerical error", hasBounds && " · ○ with ↑ computed, at least so much", " · dashed: proposed between them, with a band of both errors", this.#curves.some(({ curve }) => curve?.isLeast) && " · dotted: at least so much, with its error", level != null && " · larger ○ where it crosses"),
       answerTable(answer, isOpen),
     );
+    this.#difference.textContent = differenceOf(this.#curves);
+    this.#difference.hidden = !this.#difference.textContent;
     this.#answers.replaceChildren(...this.#curves.map((curve, i) => {
       const item = html("li", {}, html("span", { class: "swatch", "aria-hidden": "true" }, "■"), " ", html("b", {}, curve.name), ": ", sentenceOn(curve), " ", curve.id ? html("a", { href: `#/job/${curve.id}` }, "all numbers") : "");
       item.firstChild.style.color = lineStyle(i).stroke;

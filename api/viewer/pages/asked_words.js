@@ -1,7 +1,7 @@
 // The answer of a curve in words.
 
-import { bracketed, number, setting } from "../format.js";
-import { crossingOf } from "../plots/answer_curve.js";
+import { bracketed, number, setting, within } from "../format.js";
+import { crossingOf, widthOf } from "../plots/answer_curve.js";
 
 /** Numbers that differ by less than this part are the same [-]. */
 const SAME = 1e-6;
@@ -15,10 +15,10 @@ function beyond(to, start) {
 /** A computed point in words: its number in brackets when the error is as large, or not known; both ends where the error leads beyond what is possible. */
 function pointWords({ value, error, lower, upper, least, speed }, unit) {
   const at = `at ${setting(speed)} m/s`;
-  if (least) return `at least ${number(value)} ${unit} ${at}`;
-  if (error == null) return `(${number(value)}) ${unit} ${at}`;
+  if (least) return `at least ${within(value, error)} ${unit} ${at}`;
+  if (error == null) return `${bracketed(value)} ${unit} ${at}`;
   const isCut = upper - lower < 2 * error * (1 - SAME);
-  const uncertain = isCut ? ` ${unit}, between ${number(lower, 2)} and ${number(upper, 2)} ${unit},` : ` ± ${number(error, 2)} ${unit}`;
+  const uncertain = isCut ? ` ${unit}, between ${within(lower, error)} and ${within(upper, error)} ${unit},` : ` ± ${number(error, 2)} ${unit}`;
   return `${bracketed(value, error)}${uncertain} ${at}`;
 }
 
@@ -29,23 +29,44 @@ function sizeIn({ asked: { number: what }, points }) {
   return isSame ? `${pointWords(first, what.unit)}, and the same at all speeds up to ${setting(last.speed)} m/s.` : `${pointWords(first, what.unit)}, ${pointWords(last, what.unit)}.`;
 }
 
+/**
+ * What is known of the speed from which on the stress is in the layer: {kind, at, low, high} with `low` and `high` the ends of its uncertainty, 0 and
+ * Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "above" or "below" at all speeds; "between" the
+ * curve and the first lower bound above; "bounded" where only lower bounds are known; "many" where it is no one speed.
+ */
+export function crossingKnown({ curve, points }) {
+  const { at, from, to, isAbove, falls } = crossingOf(curve, 0, curve.range);
+  const high = to ?? surelyFrom(points) ?? Infinity;
+  if (at == null && isAbove) return { kind: "above", at, low: 0, high };
+  if (curve.isLeast) return { kind: "bounded", at: null, low: 0, high: to ?? Infinity };
+  if (falls || fallsIn(points)) return { kind: "many", at: null, low: 0, high: Infinity };
+  const [first, last] = curve.range;
+  if (at != null) return { kind: "crosses", at, low: from <= first ? 0 : from, high };
+  const isNext = points.some(({ speed, value }) => speed > last && value > 0);
+  return isNext ? { kind: "between", at, low: from ?? last, high } : { kind: "below", at, low: from ?? last, high: Infinity };
+}
+
 /** From which speed on the stress is in the layer. */
-function crossingIn({ asked: { number: { layer }, threshold }, curve, points }) {
+function crossingIn(one) {
+  const { asked: { number: { layer }, threshold }, curve, points } = one;
   const does = (verb) => `the ${layer} ${verb} ${setting(threshold)} kPa`;
   const ends = points.every(({ value }) => value > 0) ? [points[0].speed, points.at(-1).speed] : curve.range;
   const all = `at all computed speeds, ${ends.map(setting).join(" to ")} m/s`;
-  const { at, from, to, isAbove, falls } = crossingOf(curve, 0, curve.range);
-  const surely = to ?? surelyFrom(points);
-  if (at == null && isAbove) return `${does("exceeds")} ${all}${beyond(surely, ends[0])}. Ask about lower ones.`;
-  if (curve.isLeast) return crossingOfLeast(curve, does);
-  if (falls || fallsIn(points)) return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
-  const [low, high] = curve.range;
-  const next = points.find(({ speed, value }) => speed > high && value > 0);
-  if (at == null && next) return `${does("exceeds")} from a speed between ${setting(high)} and ${setting(next.speed)} m/s on${beyond(surely, next.speed)}.`;
-  if (at == null) return `${does("stays below")} ${all}${from == null ? "" : `; with the uncertainty it may exceed it from ${number(from, 3)} m/s on`}.`;
-  const least = from <= low ? `less than ${setting(low)}` : number(from, 3);
-  const most = surely == null ? `more than ${setting(high)}` : number(surely, 3);
-  return `${does("exceeds")} from ${number(at, 3)} m/s on (between ${least} and ${most} m/s with the uncertainty).`;
+  const { kind, at, low, high } = crossingKnown(one);
+  const [first, last] = curve.range;
+  const surely = Number.isFinite(high) ? high : null;
+  if (kind === "above") return `${does("exceeds")} ${all}${beyond(surely, ends[0])}. Ask about lower ones.`;
+  if (kind === "bounded") return crossingOfLeast(curve, does);
+  if (kind === "many") return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
+  if (kind === "between") {
+    const next = points.find(({ speed, value }) => speed > last && value > 0).speed;
+    return `${does("exceeds")} from a speed between ${setting(last)} and ${setting(next)} m/s on${beyond(surely, next)}.`;
+  }
+  if (kind === "below") return `${does("stays below")} ${all}${low < last ? `; with the uncertainty it may exceed it from ${number(low, 3)} m/s on` : ""}.`;
+  const width = widthOf({ at, from: low || first, to: surely ?? last });
+  const least = low ? within(low, width) : `less than ${setting(first)}`;
+  const most = surely == null ? `more than ${setting(last)}` : within(surely, width);
+  return `${does("exceeds")} from ${within(at, width)} m/s on (between ${least} and ${most} m/s with the uncertainty).`;
 }
 
 /** The same of a curve through lower bounds: it says from which speed on at the latest. */

@@ -1,8 +1,8 @@
 // The four numbers of two runs, and their difference where they can be compared.
 
 import { html, table } from "../dom.js";
-import { change, digitsWithin, timeUnit, withUnit } from "../format.js";
-import { headline, isMiss, mainImpact, resultsOf } from "../summary/headline.js";
+import { change, timeUnit, withUnit } from "../format.js";
+import { contactEnded, headline, isMiss, resultsOf } from "../summary/headline.js";
 import { hasError, numberWithError } from "../summary/quantity.js";
 import { stoppedAt } from "../summary/trust.js";
 
@@ -28,12 +28,7 @@ export function runTitle({ label, job, summary }) {
   return `${label}: ${job.name}${stopped ? ` (${summary.ending} at ${stopped})` : ""}`;
 }
 
-/** Whether the contact that the four numbers speak of has ended. */
-function hasEnded({ summary }) {
-  const results = resultsOf(summary);
-  return (mainImpact(results)?.contact_ended ?? true) && (results.tissue?.contact_ended ?? true);
-}
-
+const hasEnded = ({ summary }) => contactEnded(resultsOf(summary));
 const isSame = (a, b) => Math.abs(a - b) <= SAME * Math.max(Math.abs(a), Math.abs(b));
 const endOf = ({ summary: { time_s: end } }) => withUnit(end * timeUnit(end).factor, timeUnit(end).name);
 
@@ -81,7 +76,7 @@ function numberCell(summary, { quantity, isLeast }) {
   if (!quantity) return "–";
   if (isMiss(summary)) return "nothing touched";
   if (summary.withheld) return "withheld";
-  return html("span", {}, isLeast && "at least ", numberWithError(quantity));
+  return numberWithError(quantity, isLeast);
 }
 
 function notComparable(why) {
@@ -92,10 +87,10 @@ function notComparable(why) {
 function differenceCell(p, q) {
   const [before, after] = [p.quantity, q.quantity];
   const difference = after.value - before.value;
-  const digits = digitsWithin(difference, (before.error?.total ?? 0) + (after.error?.total ?? 0));
-  const words = change(difference, Math.max(Math.abs(before.value), Math.abs(after.value)), digits);
+  const errors = (before.error?.total ?? 0) + (after.error?.total ?? 0);
+  const words = change(difference, Math.max(Math.abs(before.value), Math.abs(after.value)), errors);
   const isBound = p.isLeast || q.isLeast;
-  const fraction = before.value === 0 || isBound ? "" : ` (${change((100 * difference) / before.value, 100, 2)} %)`;
+  const fraction = before.value === 0 || isBound ? "" : ` (${change((100 * difference) / before.value, 100, (100 * errors) / Math.abs(before.value))} %)`;
   const bound = isBound ? `at ${q.isLeast ? "least" : "most"} ` : "";
   return html("span", {}, `${bound}${words}${fraction} `, verdict(p, q, difference));
 }

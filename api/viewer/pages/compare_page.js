@@ -8,6 +8,7 @@ import { MeshView } from "../mesh/mesh_view.js";
 import { contactPlots, energyPlot } from "../plots/run_plots.js";
 import { frameAt, placeOf } from "../recording/between.js";
 import { significantThresholds } from "../summary/headline.js";
+import { withheldLine } from "../summary/trust.js";
 import { numbersTable } from "./compare_numbers.js";
 import { commonBodies, firstTouch, loadRun, readAll } from "./compare_runs.js";
 import { TimeBar } from "../picture/time_bar.js";
@@ -126,7 +127,7 @@ class Comparison {
     this.#views.forEach((view) => view.linkTo(this.#views));
     this.#showClocks();
     this.#loading.before(
-      html("section", { class: "panel" }, this.#remarks(), html("div", { class: "side-by-side" }, stages), this.#timeHolder, this.#note,
+      html("section", { class: "panel" }, withheldLine(this.#runs), html("div", { class: "side-by-side" }, stages), this.#timeHolder, this.#note,
         html("div", { class: "stage-foot" }, this.#clockHolder, this.settings.element, this.settings.details)),
     );
     this.#look();
@@ -160,12 +161,6 @@ class Comparison {
   /** The runs whose numbers are withheld: a difference with them says nothing. */
   get #withheld() {
     return this.#runs.filter(({ summary }) => summary.withheld);
-  }
-
-  /** Why a picture is none of a result, above the pictures. */
-  #remarks() {
-    return this.#withheld.map(({ label, summary }) =>
-      html("p", { class: "warning-line bad" }, html("span", {}, html("span", { class: "badge bad" }, "✗ no result"), ` ${label} is withheld: ${summary.withheld.reason}.`)));
   }
 
   #addView(title) {
@@ -203,13 +198,13 @@ class Comparison {
   }
 
   #settingsChanged(isView = false) {
-    const { field, range, hidden, isLog, levels } = this.settings;
+    const { field, range, hidden, isLog, levels, levelNames } = this.settings;
     const [a, b, difference] = this.#views;
     for (const view of this.#views) {
       for (const name of new Set(this.#runs.flatMap((run) => [...run.recording.drawn.keys()]))) view.setVisible(name, !hidden.has(name));
     }
     if (field) {
-      [a, b].forEach((view) => view.setColours("values", range, { isLog, levels }));
+      [a, b].forEach((view) => view.setColours("values", range, { isLog, levels, levelNames }));
       this.#legends.slice(0, 2).forEach((legend) => legend.show(FIELDS[field], range, "values", { isLog, levels }));
       // Half of the range of the field on either side of nothing.
       const top = range[1] / 2;
@@ -266,7 +261,7 @@ class Comparison {
     this.#plots.forEach((plot) => plot.dispose());
     this.#plots = contactPlots(this.#runs, shared);
     this.#plots.splice(1, 0, energyPlot(this.#runs, shared));
-    this.#curves.replaceChildren(...this.#plots.map((plot) => html("section", { class: "panel" }, plot.element)));
+    this.#curves.replaceChildren(withheldLine(this.#runs) ?? "", ...this.#plots.map((plot) => html("section", { class: "panel" }, plot.element)));
   }
 
   dispose() {

@@ -11,6 +11,7 @@ import { injuryCriteria } from "../summary/criteria.js";
 import { layerSentences } from "../summary/layers.js";
 import { trustPanel } from "../summary/trust.js";
 import { concerns, warningLine } from "../summary/warnings.js";
+import { Skin } from "../mesh/skin.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
 import { pageOfQuestion } from "./asked.js";
@@ -147,7 +148,8 @@ class JobPage {
     const picture = html("div", { class: "stage-holder" });
     const finer = job.links.recording && !job.failure && concerns(summary).some(({ isMeshed }) => isMeshed);
     const remedy = finer && html("a", { class: "button", href: `#/new/${job.id}?accuracy` }, "Run it again, refined");
-    const answer = html("div", { class: "answer" }, headlineCards(summary), layers, warningLine(summary, open, remedy || null));
+    const cards = html("div", {}, headlineCards(summary));
+    const answer = html("div", { class: "answer" }, cards, layers, warningLine(summary, open, remedy || null));
     const rest = html("div", { class: "rest" });
     this.#body.append(
       html("div", { class: "first-screen" }, picture, answer),
@@ -159,7 +161,9 @@ class JobPage {
     );
     if (!opening) return picture.replaceWith(html("p", { class: "panel quiet" }, "There is no recording, so there is no picture."));
     const recording = await this.#showRecording(opening, rest, summary, picture);
-    if (recording) layers.replaceChildren(layerSentences(summary, boneIn(recording)) ?? "");
+    if (!recording) return;
+    layers.replaceChildren(layerSentences(summary, boneIn(recording)) ?? "");
+    cards.replaceChildren(headlineCards(summary, deepestIn(recording)));
   }
 
   /** The answer to a what-if question. */
@@ -241,6 +245,12 @@ function boneIn(recording) {
   if (!line) return null;
   const away = Array.from({ length: bone.X.length / 3 }, (_, i) => Math.hypot(...line.centre.map((c, k) => bone.X[3 * i + k] - c)));
   return { depth_mm: 1e3 * Math.min(...away) };
+}
+
+/** How deep the tissue is where it is deepest [mm]; Infinity where that is not known. */
+function deepestIn(recording) {
+  const line = impactLine(recording);
+  return line ? 1e3 * new Skin(recording.tissue, line.centre).deepest : Infinity;
 }
 
 /** Why a job failed, where, and what to do. */

@@ -1,7 +1,7 @@
 // A form of a scene document by what it is about: projectile, target, impact, accuracy, what is recorded; each input has a JSON pointer.
 
 import { html } from "../dom.js";
-import { inForm, isNumber, meant, shown, words } from "./scene_units.js";
+import { inForm, isNumber, meant, shown, words } from "../scene/scene_units.js";
 
 /** What of a projectile is about the impact: where it comes from and how fast. */
 const OF_IMPACT = ["velocity_m_per_s", "spin_rad_per_s", "placement"];

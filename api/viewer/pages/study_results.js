@@ -1,7 +1,7 @@
 // The results of a study: error against run time of one scene, or the matrix of stiff and extreme cases.
 
 import { button, html, saveFile, select, table } from "../dom.js";
-import { bracketed, number, setting, withUnit } from "../format.js";
+import { number, setting, withUnit } from "../format.js";
 import { errorCost } from "../plots/error_cost.js";
 
 /** How a cell of the matrix ended, as a kind of badge. */
@@ -79,7 +79,7 @@ function errorCell({ ending, values, errors }, quantity) {
   if (values[quantity] == null) return "–";
   const [value, error] = [values[quantity], errors[quantity]];
   if (error == null) return `${number(value)} (error unknown)`;
-  return `${bracketed(value, Math.abs(error * value))} (${percent(error)})`;
+  return `${Math.abs(error) < 1 ? number(value) : `(${number(value)})`} (${percent(error)})`;
 }
 
 /** The cheapest setting for each number and each error that must not be exceeded. */

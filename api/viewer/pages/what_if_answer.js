@@ -1,12 +1,13 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { bracketed, commaSeparated, number, surenessOf } from "../format.js";
+import { bracketed, commaSeparated, exceeds, number } from "../format.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
+import { limitList } from "./what_if_limit.js";
 
 /** The four numbers, by their names on the wire; the depth is that above a threshold [Pa]. */
-function numbersAbove(pascal) {
+export function numbersAbove(pascal) {
   return [
     ["peak_force_n", "peak force [N]"],
     ["largest_patch_area_mm2", "largest patch [mm²]"],
@@ -22,7 +23,7 @@ const readable = (unit) => (unit === "m" ? { unit: "mm", factor: 1e3 } : { unit,
 function words(quantity) {
   if (!quantity) return "–";
   const { value, error } = quantity;
-  if (error == null) return `(${number(value)})`;
+  if (error == null) return bracketed(value);
   return `${bracketed(value, error)}\u00a0±\u00a0${number(error, 2)}`;
 }
 
@@ -37,7 +38,9 @@ export class WhatIfAnswer {
   #numbers;
   #cases = new Map();
   #sensitivities = html("div");
+  #limits = html("div");
   #count = 0;
+  #found = [];
   #isWhole = false;
 
   /**
@@ -76,6 +79,9 @@ export class WhatIfAnswer {
       const base = answer.cases[0]?.numbers;
       this.#sensitivities.replaceChildren(effectsTable(answer.sensitivities, this.#numbers, base, (name) => this.#describe(name)));
     }
+    const titleOf = (key) => titleIn(answer, key) ?? this.#numbers.find(([one]) => one === key)?.[1] ?? key;
+    this.#found = answer.limits;
+    this.#limits.replaceChildren(limitList(this.#found, titleOf, (name) => this.#describe(name)));
     this.errorBars = answer.error_bars;
     this.#show();
   }
@@ -86,6 +92,11 @@ export class WhatIfAnswer {
     const base = cases[0]?.parameters ?? {};
     const changed = ({ parameters }) => Object.entries(parameters).filter(([name, value]) => value !== base[name]);
     return cases.filter(({ origin }) => origin.kind === "case").map((one) => ({ set: Object.fromEntries(changed(one)) }));
+  }
+
+  /** The limits that were asked for. */
+  get askedLimits() {
+    return this.#found.map(({ parameter, measure, at_most }) => ({ parameter, measure, at_most }));
   }
 
   /** The numbers that are shown: [name on the wire, title]. */
@@ -113,10 +124,11 @@ export class WhatIfAnswer {
       });
       return [one.index === 0 ? "as it was" : one.name, ...values, ...this.#numbers.map(([key], i) => this.#cell(one, key, i))];
     });
-    const caption = cases.length < this.#count ? `${cases.length} of ${this.#count} cases` : `${cases.length} cases; what differs from the base is bold`;
+    const caption = cases.length < this.#count ? `${cases.length} of ${this.#count} cases` : `${cases.length === 1 ? "1 case" : `${cases.length} cases`}; what differs from the base is bold`;
     const shown = table(caption, ["case", ...heads, ...this.#numbers.map(([, title]) => title)], rows);
     shown.classList.add("cases");
     this.element.replaceChildren(
+      this.#limits,
       shown,
       ...this.#notes(cases).map((note) => html("p", { class: "quiet" }, note)),
       button("CSV", () => this.#saveCsv(cases, names), { "aria-label": "Cases as CSV" }),
@@ -137,7 +149,7 @@ export class WhatIfAnswer {
     const isCut = cases.some(({ lower_bounds: bounds }) => this.#numbers.some(([key]) => bounds?.includes(key)));
     const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
     return [
-      quantities.some(({ value, error }) => surenessOf(value, error) === "unresolved") && "In brackets: the error is as large as the number.",
+      quantities.some(({ value, error }) => !exceeds(value, error)) && "In brackets: the error is as large as the number.",
       quantities.some(({ error }) => error == null) && `Without ±: the error is not known${this.#isWhole ? "" : " yet"}.`,
       isCut && `≥: at least so much; ${ends.size ? `the stress reaches ${[...ends].join(" and ")}, or ` : ""}the run ended while it was growing.`,
       ...reasons,

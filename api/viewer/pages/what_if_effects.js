@@ -1,7 +1,7 @@
 // What matters most: how far each parameter by itself moves each number from its low to its high end.
 
 import { html, table } from "../dom.js";
-import { change, number } from "../format.js";
+import { change, number, within } from "../format.js";
 
 /**
  * The effects as a table, the largest first. An effect is the largest minus the smallest of the numbers at the low end, in the base
@@ -14,15 +14,16 @@ export function effectsTable(sensitivities, numbers, base, describe) {
   shown.sort((a, b) => order.indexOf(a.quantity) - order.indexOf(b.quantity) || b.effect - a.effect);
   const rows = shown.map((s) => {
     const { label, unit, factor } = describe(s.parameter);
+    const error = base?.[s.quantity]?.error;
     const [low, , high] = s.parameter_values.map((value) => number(value * factor, 3));
     return [
       numbers[order.indexOf(s.quantity)][1],
       label.split(",")[0],
       `${low} → ${high} ${unit === "-" ? "" : unit}`.trim(),
-      change(s.effect, largest(s)).replace("+", ""),
-      html("span", {}, s.values.map((value) => number(value)).join(" → "), " ", s.is_monotone ? "" : html("span", { class: "badge" }, "not monotone")),
+      change(s.effect, largest(s), error).replace("+", ""),
+      html("span", {}, s.values.map((value) => within(value, error)).join(" → "), " ", s.is_monotone ? "" : html("span", { class: "badge" }, "not monotone")),
       s.elasticity == null || !s.is_monotone ? "–" : number(s.elasticity, 2),
-      verdict(s, base?.[s.quantity]?.error),
+      verdict(s, error),
     ];
   });
   const columns = ["number", "parameter", "low → high", "effect: largest − smallest", "at the low end → base → high end", "elasticity", "numerical error"];

@@ -6,7 +6,8 @@ import { withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { significantThreshold } from "../summary/headline.js";
 import { jobOf, remember, stop } from "./asked.js";
-import { WhatIfAnswer } from "./what_if_answer.js";
+import { WhatIfAnswer, numbersAbove } from "./what_if_answer.js";
+import { WhatIfLimit } from "./what_if_limit.js";
 import { parametersOf } from "./what_if_parameters.js";
 import { WhatIfProposal } from "./what_if_proposal.js";
 
@@ -29,6 +30,7 @@ class WhatIfPage {
   #threshold;
   #values = new Map();
   #cases = [];
+  #limits = [];
   #leaving = new AbortController();
   #isOneAtATime = false;
   #isSampled = false;
@@ -54,6 +56,7 @@ class WhatIfPage {
       html("section", { class: "panel" },
         parameters.length ? html("div", { class: "what-if-sliders" }, sliders) : html("p", {}, "This scene has no projectile and no tissue to vary."),
         html("div", { class: "tools" }, this.#ask, this.#stop, alone, sampled),
+        parameters.length ? new WhatIfLimit(parameters, numbersAbove(threshold), (limit) => this.#findLimit(limit)).element : "",
         this.#proposal.element),
       html("section", { class: "panel" }, html("h2", {}, "Answers"), this.#state, this.#answers),
     );
@@ -97,13 +100,24 @@ class WhatIfPage {
   #addCase() {
     const set = Object.fromEntries(this.#values);
     const isNew = this.#values.size > 0 && !this.#cases.some((one) => isSame(one.set, set));
-    if (!this.#cases.length && !isNew && !this.#isOneAtATime && !this.#isSampled) {
+    if (!this.#cases.length && !this.#limits.length && !isNew && !this.#isOneAtATime && !this.#isSampled) {
       this.#state.textContent = "Move a slider first.";
       return;
     }
     if (isNew) this.#cases.push({ set });
     this.#answer().catch((error) => {
       if (isNew) this.#cases.pop();
+      this.#refuse(error);
+    });
+  }
+
+  /** Asks up to which value of a parameter a number stays below a limit, with what was asked before. */
+  #findLimit(limit) {
+    if (this.#ask.disabled) return;
+    const before = this.#limits;
+    if (!before.some((one) => JSON.stringify(one) === JSON.stringify(limit))) this.#limits = [...before, limit];
+    this.#answer().catch((error) => {
+      this.#limits = before;
       this.#refuse(error);
     });
   }
@@ -125,7 +139,7 @@ class WhatIfPage {
   resume(question) {
     const again = async () => {
       const answer = await this.#follow(question);
-      if (answer) this.#cases = answer.asked;
+      if (answer) [this.#cases, this.#limits] = [answer.asked, answer.askedLimits];
     };
     again().catch((error) => this.#refuse(error));
   }
@@ -133,11 +147,12 @@ class WhatIfPage {
   async #answer() {
     this.#ask.disabled = true;
     const asked = (name) => this.#cases.filter((one) => name in one.set).map((one) => one.set[name]);
-    const varied = this.#parameters.filter(({ name, mayEnd }) => asked(name).length || ((this.#isOneAtATime || this.#isSampled) && !mayEnd));
+    const isLimited = (name) => this.#limits.some(({ parameter }) => parameter === name);
+    const varied = this.#parameters.filter(({ name, mayEnd }) => asked(name).length || isLimited(name) || ((this.#isOneAtATime || this.#isSampled) && !mayEnd));
     // Where the ends of the slider may lie beyond the scene, what was asked for is the range.
-    const ends = ({ name, base, low, high, mayEnd }) => (mayEnd ? [base, ...asked(name)] : [low, high]);
+    const ends = ({ name, base, low, high, mayEnd }) => (mayEnd && !isLimited(name) ? [base, ...asked(name)] : [low, high]);
     const parameters = varied.map((one) => ({ name: one.name, change: one.change, low: Math.min(...ends(one)), high: Math.max(...ends(one)) }));
-    const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
+    const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime, limits: this.#limits };
     if (this.#isSampled) question.sample = { method: "sobol", count: this.#sampleCount(), seed: 1 };
     const id = await jobOf(question);
     const page = `#/what-if/${this.#job.id}?job=${id}`;

@@ -1,7 +1,9 @@
 // A recording to look at: the picture, and below it what follows its time.
 
 import { html } from "../dom.js";
+import { nearestApproach } from "../plots/impact_line.js";
 import { significantThresholds, worstOf } from "../summary/headline.js";
+import { withheldLine } from "../summary/trust.js";
 import { Stage } from "./stage.js";
 
 /** The plots, which are drawn when the whole recording is there. */
@@ -35,7 +37,12 @@ export class RunPanel {
       onFrame: () => this.#plots?.show(this.#stage),
       onSettings: () => this.#plots?.setField(this.#stage.settings),
     });
-    this.stage.replaceChildren(this.#stage.element);
+    this.stage.replaceChildren(this.#mark(), this.#stage.element);
+  }
+
+  /** What stands above pictures and curves that are no results. */
+  #mark() {
+    return withheldLine([{ summary: this.#summary }]) ?? "";
   }
 
   /** Shows what has come since. */
@@ -50,17 +57,17 @@ export class RunPanel {
     const { PlotsOfRun } = await loadPlots();
     if (this.#isLeft) return;
     this.#plots = new PlotsOfRun(this.#name, this.#recording, this.#summary, { hasPicture: Boolean(this.#stage), onSeek: (time) => this.#stage?.time.goToTime(time) });
-    this.element.replaceChildren(this.#plots.element);
+    this.element.replaceChildren(this.#mark(), this.#plots.element);
     this.#stage?.finish(this.#worst());
   }
 
-  /** The instant of the largest force [s]: that of the summary, else that of the recorded steps; null without contact. */
+  /** The instant of the largest force [s]: that of the summary, else that of the recorded steps; without contact that at which the projectile is nearest. */
   #worst() {
     const said = worstOf(this.#summary);
     if (said != null) return said;
     const forces = this.#recording.frames.map((frame) => Math.max(0, ...(frame.contacts ?? []).map((c) => c.force)));
     const most = Math.max(...forces);
-    return most > 0 ? this.#recording.frames[forces.indexOf(most)].time : null;
+    return most > 0 ? this.#recording.frames[forces.indexOf(most)].time : nearestApproach(this.#recording)?.time ?? null;
   }
 
   dispose() {

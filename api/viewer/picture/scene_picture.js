@@ -86,7 +86,7 @@ export class ScenePicture {
   #look(isWhole) {
     const { line } = this.#settings;
     const camera = this.#settings.camera(isWhole);
-    this.#view.lookAt(isWhole || !line ? camera : { ...camera, centre: line.centre, radius: WIDER * camera.radius });
+    this.#view.lookAt(isWhole || !line ? camera : { ...camera, centre: camera.isGrown ? camera.centre : line.centre, radius: WIDER * camera.radius });
   }
 
   leave() {

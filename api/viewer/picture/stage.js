@@ -102,11 +102,11 @@ export class Stage {
   }
 
   #settingsChanged(isView = false) {
-    const { field, range, hidden, isLog, levels, line, depth } = this.settings;
+    const { field, range, hidden, isLog, levels, levelNames, line, depth } = this.settings;
     this.#view.setLine(line, depth);
     for (const name of this.#recording.drawn.keys()) this.#view.setVisible(name, !hidden.has(name));
     if (field) {
-      this.#view.setColours("values", range, { isLog, levels });
+      this.#view.setColours("values", range, { isLog, levels, levelNames });
       this.#legend.show(FIELDS[field], range, "values", { isLog, levels });
     }
     if (isView) this.#choose(this.#isWhole);
@@ -133,7 +133,7 @@ export class Stage {
     const values = fields.map((field) => [FIELDS[field], of(field)]).filter(([, value]) => value != null);
     return [
       body.role === "projectile" ? name : part,
-      depth != null && `${withUnit(depth * 1e3, "mm", 2)} below the surface`,
+      depth != null && `${withUnit(depth * 1e3, "mm", 2)} below the nearest surface`,
       ...values.map(([{ label, unit, factor }, value]) => `${label.split(" (")[0]} ${withUnit(Math.abs(value * factor) < LEAST_SHOWN ? 0 : value * factor, unit, 3)}`),
     ].filter(Boolean).join(" · ");
   }

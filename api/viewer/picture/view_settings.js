@@ -1,15 +1,20 @@
 // What is shown in space and how: field, colours, range, cut, bodies, deformation. One panel for all views of a page.
 
 import { button, checkbox, html, select } from "../dom.js";
+import { setting } from "../format.js";
 import { FIELDS } from "../mesh/colours.js";
 import { boxAround } from "../mesh/cells.js";
-import { approachLine, impactLine } from "../plots/impact_line.js";
+import { approachLine, impactLine, nearestApproach } from "../plots/impact_line.js";
 import { mainImpact, resultsOf } from "../summary/headline.js";
 import { MODES, firstMode, rangeOf } from "./colour_range.js";
 
 const STRETCHES = [["0", "undeformed"], ["0.5", "× 0.5"], ["1", "as it is"], ["2", "× 2"], ["5", "× 5"]];
 /** The first view has this radius: in radii of the projectile, and at least [m]. */
 const [AROUND, LEAST] = [2.7, 0.03];
+/** What is no farther than so many radii of that view is in it [-]. */
+const BEYOND = 1.2;
+/** A projectile that is farther has room of so many of its radii [-]. */
+const AROUND_FAR = 2;
 
 /** Fields that the frames of a recording have. */
 function fieldsOf(recording) {
@@ -58,6 +63,12 @@ export class ViewSettings {
   /** Thresholds of the field that is shown. */
   get levels() {
     return this.field === "von_mises_pa" ? this.thresholds : [];
+  }
+
+  /** The same in words. */
+  get levelNames() {
+    const { factor, unit } = FIELDS[this.field] ?? {};
+    return this.levels.map((level) => `${setting(level * factor)} ${unit}`);
   }
 
   get isLog() {
@@ -118,14 +129,28 @@ export class ViewSettings {
     return Math.max(0, Math.min(...ends));
   }
 
-  /** Centre and radius of what is looked at first: around the impact, as far as the largest projectile asks for, or all of the tissue. */
+  /** Centre and radius of what is looked at first: around the impact, as far as the largest projectile asks for, or all of the tissue; `isGrown` for a far projectile. */
   #sphere(isWhole) {
     const { low, high } = this.box ?? { low: [-0.1, -0.1, -0.1], high: [0.1, 0.1, 0.1] };
     const whole = 0.5 * Math.hypot(...low.map((l, k) => (k === this.cutAxis ? 0 : high[k] - l)));
     const middle = low.map((l, k) => (l + high[k]) / 2);
     if (isWhole || !this.line) return { centre: middle, radius: whole };
     const radius = Math.min(whole, Math.max(LEAST, ...this.recordings.map((recording) => AROUND * projectileRadius(recording))));
-    return { centre: this.line.centre.map((c, k) => c + 0.3 * radius * this.line.direction[k]), radius };
+    const centre = this.line.centre.map((c, k) => c + 0.3 * radius * this.line.direction[k]);
+    return this.#withProjectile({ centre, radius });
+  }
+
+  /** A sphere made larger until it holds the projectile that touches nothing, where that is nearest. */
+  #withProjectile({ centre, radius }) {
+    const [first] = this.recordings;
+    const nearest = impactLine(first) ? null : nearestApproach(first, this.line);
+    if (!nearest) return { centre, radius };
+    const away = nearest.position.map((c, k) => c - centre[k]);
+    const distance = Math.hypot(...away);
+    const needed = distance + AROUND_FAR * projectileRadius(first);
+    if (needed <= BEYOND * radius) return { centre, radius };
+    const grown = (radius + needed) / 2;
+    return { centre: centre.map((c, k) => c + ((grown - radius) / distance) * away[k]), radius: grown, isGrown: true };
   }
 
   /** Sphere and direction of a camera in space that sees the cut first. */

@@ -1,7 +1,7 @@
 // One number against speed: computed points with their errors, a proposed curve with its band, and where it crosses a level.
 
 import { html, svg } from "../dom.js";
-import { niceAbove, number, setting } from "../format.js";
+import { niceAbove, setting, within } from "../format.js";
 import { lineStyle } from "./plot.js";
 
 /** Width and height of the picture: words stay readable on a narrow screen. */
@@ -51,6 +51,9 @@ export function crossingOf(curve, level, range) {
   };
 }
 
+/** Half the width of a crossing {at, from, to} with its uncertainty, at the wider side; 0 where that is open. */
+export const widthOf = ({ at, from, to }) => Math.max(at - (from ?? at), (to ?? at) - at);
+
 /** Round numbers from `low` to `high`, about `count` of them. */
 function ticks(low, high, count) {
   const step = niceAbove((high - low) / count);
@@ -59,7 +62,7 @@ function ticks(low, high, count) {
 }
 
 /**
- * The picture below its title. `series` [{name, points: [{speed, value, lower, upper, least}], curve: {value, lower, upper, range, isLeast} | null}], `range` of
+ * The picture below its title. `series` [{name, points: [{speed, value, error, lower, upper, least}], curve: {value, lower, upper, range, isLeast} | null}], `range` of
  * speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`.
  */
 export function answerCurve({ series, range, axis, level, levelName }) {
@@ -86,7 +89,7 @@ export function answerCurve({ series, range, axis, level, levelName }) {
     text([width - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
   ];
   const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text }));
-  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${p.least ? "at least " : ""}${number(p.value, 3)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
+  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${p.least ? "at least " : ""}${within(p.value, p.error)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
   const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
   return html("div", {}, html("p", { class: "curve-title" }, `${axis.label} [${axis.unit}]`), picture);
 }
@@ -107,7 +110,7 @@ function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
       const most = curve.isLeast ? "≤ " : "";
       parts.push(
         svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
-        text([x(found.at) + 10, y(level) + 18], `${most}${number(found.at, 3)} m/s`, { fill: colour, "font-weight": 600 }),
+        text([x(found.at) + 10, y(level) + 18], `${most}${within(found.at, widthOf(found))} m/s`, { fill: colour, "font-weight": 600 }),
       );
     }
   }

@@ -1,7 +1,7 @@
 // The points and the curves of an answer as a table and as comma-separated text, with the ends of their bands.
 
 import { button, html, saveFile, table } from "../dom.js";
-import { commaSeparated, number, setting } from "../format.js";
+import { bracketed, commaSeparated, setting, within } from "../format.js";
 
 /** Proposed speeds of a curve in the text, its ends among them. */
 const PROPOSED = 61;
@@ -27,8 +27,8 @@ export function answerCsv({ series, axis }) {
 /** The computed points as a table that can be opened, and a button for the text. */
 export function answerTable(answer, isOpen) {
   const { series, axis } = answer;
-  const row = (name, { speed, value, lower, upper, least }) =>
-    [name, setting(speed), `${least ? "≥\u00a0" : ""}${number(value)}`, number(lower, 3), least ? "–" : number(upper, 3), originOf(least)];
+  const row = (name, { speed, value, error, lower, upper, least }) =>
+    [name, setting(speed), `${least ? "≥\u00a0" : ""}${bracketed(value, error)}`, within(lower, error), least ? "–" : within(upper, error), originOf(least)];
   const rows = series.flatMap(({ name, points }) => points.map((point) => row(name, point)));
   const caption = `${axis.label}, with its numerical error within what is possible`;
   const columns = ["curve", "speed [m/s]", `number [${axis.unit}]`, `from [${axis.unit}]`, `to [${axis.unit}]`, ""];

@@ -23,8 +23,8 @@ export class DepthProfile {
     this.#plot = new Plot({
       name,
       title: "Depth profile",
-      note: `straight in, below the impact${note}`,
-      x: { label: "depth below the surface", unit: "mm", values: [0] },
+      note: `straight in from the impact, in the tissue as it is deformed${note}`,
+      x: { label: "depth straight in", unit: "mm", values: [0] },
       y: { label: field.label.split(" (")[0], unit: field.unit },
       curves: this.#layers.curves.map(({ label, part, isMixed }) => ({ label, values: [null], style: { ...lineStyle(part), dash: isMixed ? [5, 4] : [] } })),
       levels,

@@ -88,15 +88,32 @@ function inwards(triangles, rest, touched, normal) {
   return mean.map((c) => c / Math.hypot(...mean));
 }
 
+/** The frame in which what flies is nearest to the line's `centre`, or to that of its approach: {time, position}; null where nothing flies. */
+export function nearestApproach(recording, { centre } = approachLine(recording) ?? {}) {
+  const name = flying(recording)?.name;
+  if (!centre || !name) return null;
+  const places = recording.frames.map(({ time, bodies }) => ({ time, state: bodies.get(name) })).filter(({ state }) => state)
+    .map(({ time, state }) => ({ time, position: placeOf(state) }));
+  const away = ({ position }) => Math.hypot(...position.map((c, k) => c - centre[k]));
+  return places.reduce((best, one) => (!best || away(one) < away(best) ? one : best), null);
+}
+
+const placeOf = ({ pose, positions }) => pose?.position ?? middleOf(positions);
+
+/** The first projectile of a scene that moves. */
+function flying({ scene }) {
+  return (scene?.bodies ?? []).find((body) => body.role === "projectile" && Math.hypot(...(body.velocity_m_per_s ?? [0])) > 0);
+}
+
 /** Before anything touches: from the projectile along its velocity to the first node of the tissue near that path; null without one. */
 export function approachLine(recording) {
-  const { tissue, scene, frames } = recording;
-  const projectile = (scene?.bodies ?? []).find((body) => body.role === "projectile" && Math.hypot(...(body.velocity_m_per_s ?? [0])) > 0);
+  const { tissue, frames } = recording;
+  const projectile = flying(recording);
   const state = frames[0]?.bodies.get(projectile?.name);
   if (!tissue || !state) return null;
   const speed = Math.hypot(...projectile.velocity_m_per_s);
   const direction = projectile.velocity_m_per_s.map((v) => v / speed);
-  const from = state.pose?.position ?? middleOf(state.positions);
+  const from = placeOf(state);
   const along = (i) => direction.reduce((sum, d, k) => sum + d * (tissue.X[3 * i + k] - from[k]), 0);
   const off = (i, s) => Math.hypot(...direction.map((d, k) => tissue.X[3 * i + k] - from[k] - s * d));
   const nodes = Array.from({ length: tissue.X.length / 3 }, (_, i) => ({ s: along(i) })).map(({ s }, i) => ({ s, off: off(i, s) }));

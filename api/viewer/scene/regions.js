@@ -14,6 +14,9 @@ export function percentile({ mean, halfWidth, people }, percent) {
   return mean * Math.exp(Math.sqrt(variance) * NORMAL[percent] - variance / 2);
 }
 
+/** The ends of the percentiles of fat over all regions [m]: no limb says which region it is. */
+export const fatRange = () => [Math.min(...REGIONS.map(({ fat }) => percentile(fat, 5))), Math.max(...REGIONS.map(({ fat }) => percentile(fat, 95)))];
+
 const GIBNEY = "Thickness of skin and fat by ultrasound in 388 adults with diabetes: Gibney, Arce, Byron, Hirsch (2010), Curr. Med. Res. Opin. 26, 1519–1530 (means with confidence intervals, from the abstract). Percentiles: log-normal with that mean and spread. ";
 
 /** {id, name, source, skin_m, fat: distribution [m], core: semi-axes of the muscle around the bone [m], bone [m]}. */

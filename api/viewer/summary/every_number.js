@@ -2,8 +2,8 @@
 
 import { table } from "../dom.js";
 import { number } from "../format.js";
-import { resultsOf } from "./headline.js";
-import { bracketed, hasError } from "./quantity.js";
+import { isCut, resultsOf } from "./headline.js";
+import { digits, hasError } from "./quantity.js";
 
 /** What the error of a number is made of. */
 const ERROR_PARTS = ["mesh", "step", "contact", "bulk_modulus", "resolution"];
@@ -11,18 +11,18 @@ const ERROR_PARTS = ["mesh", "step", "contact", "bulk_modulus", "resolution"];
 /** Every number of the summary as a table. */
 export function allNumbers(summary) {
   const rows = [];
-  const walk = (path, value) => {
+  const walk = (path, value, isLeast = false) => {
     if (value && typeof value === "object" && "value" in value && "error" in value) {
       const words = path.join(" › ").replaceAll("_", " ");
       const parts = hasError(value) ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k] ?? 0, 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
-      rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : bracketed(value), ...parts]);
+      rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : digits(value, isLeast), ...parts]);
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {
         const name = Array.isArray(value) ? inner?.pair ?? inner?.part ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;
-        walk([...path, name], inner);
+        walk([...path, name], inner, key === "depth_mm" && isCut(value));
       }
     }
   };
   walk([], resultsOf(summary));
-  return table("Every number, with the parts of its error; in brackets what is not resolved, or has no error; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
+  return table("Every number, with the parts of its error; in brackets what is not resolved, or has no error; ≥ a lower bound; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
 }

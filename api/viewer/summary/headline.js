@@ -23,6 +23,11 @@ export function worstOf(summary) {
   return time > 0 ? time : null;
 }
 
+/** Whether contact has ended: with all that strikes the tissue, else that of the main impact. */
+export function contactEnded(results) {
+  return results.tissue?.contact_ended ?? mainImpact(results)?.contact_ended ?? true;
+}
+
 /** Whether nothing touched in a run: then none of its numbers is of an impact. */
 export function isMiss(summary) {
   return resultsOf(summary).nothing_touched === true;
@@ -49,7 +54,7 @@ export function significantThreshold(summary) {
 }
 
 /**
- * The four numbers: {label, unit, quantity, note}, `isLeast` where it is a lower bound, `isOfTheEnd` where it goes on after contact,
+ * The four numbers: {label, unit, quantity, note}, `isLeast` where it is a lower bound, `isDepth` below the surface, `isOfTheEnd` where it goes on after contact,
  * `average` [s] or a filter's name where it is a mean over time. The quantity is absent where the scene has no contact or no tissue, or the
  * run did not get there.
  */
@@ -61,7 +66,7 @@ export function headline(summary) {
     { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2 },
     depth(results),
-    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(tissue, impact) },
+    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(results, impact) },
   ];
 }
 
@@ -73,15 +78,18 @@ function forceNote({ pair, force_average: average, peak_force_time_s: time }, { 
   return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when].filter(Boolean).join(", ");
 }
 
+/** Whether the depth of a stress is a lower bound: it reaches an end of the tissue. */
+export const isCut = ({ reaches }) => reaches?.length > 0;
+
 function depth(results) {
   const { main } = significant(results);
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
   const ends = (main?.depth_reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
   const least = ends.length ? `, or more: it reaches ${ends.join(" and ")}` : "";
-  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: ends.length > 0, isOfTheEnd: true, note: main && `below the surface${least}` };
+  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: main != null && isCut(main), isOfTheEnd: true, isDepth: true, note: main && `below the nearest surface${least}` };
 }
 
-function energyNote(tissue, impact) {
+function energyNote(results, impact) {
   if (!impact?.contact_span_s) return "at the end";
-  return tissue.contact_ended ? "when contact had ended" : "at the end; contact has not ended";
+  return contactEnded(results) ? "when contact had ended" : "at the end; contact has not ended";
 }

@@ -1,19 +1,16 @@
 // What happened to each layer, a sentence each: how deep, how much, above which stress.
 
 import { html, term } from "../dom.js";
-import { asSureAs, number, surenessOf } from "../format.js";
-import { resultsOf, threshold } from "./headline.js";
-import { hasError, isResolved, sureness } from "./quantity.js";
+import { exceeds, number, within } from "../format.js";
+import { isCut, resultsOf, threshold } from "./headline.js";
+import { hasError, isResolved } from "./quantity.js";
 
 export const ABOUT_STRESS = "von Mises stress: how strongly the tissue is sheared at a place, as one number; a pressure from all sides does not count";
 
+export const ABOUT_DEPTH = "distance of a place from the nearest point of the surface, both as they were before the impact";
+
 /** Depths that differ by less are the same [mm]. */
 const SAME_MM = 0.5;
-
-/** A volume as people read it. */
-function volume(mm3) {
-  return mm3 < 1000 ? `${number(mm3, 2)} mm³` : `${number(mm3 / 1000, 2)} cm³`;
-}
 
 /** Names of the tissue's parts, the outermost first: by the depths at which they were stressed, then as the summary lists them. */
 function partsOf(tissue) {
@@ -25,10 +22,9 @@ function partsOf(tissue) {
   return [...new Set([...[...first].sort((a, b) => a[1] - b[1]).map(([part]) => part), ...listed])];
 }
 
-/** Error of a depth [mm]: that of the whole region where this layer is its end; null where it is not known. */
-function depthError({ depth_mm: depth, layers }, to) {
-  const isEnd = layers.every((layer) => (layer.depth_mm?.[1] ?? 0) <= to);
-  return isEnd && depth && hasError(depth) ? depth.error.total : null;
+/** Whether a layer is the end of the region above a stress: then the error of the depth is that of its end. */
+function isEnd({ layers }, to) {
+  return layers.every((layer) => (layer.depth_mm?.[1] ?? 0) <= to);
 }
 
 /** A depth to a millimetre; in thin layers, and near the surface, to a tenth. */
@@ -36,22 +32,24 @@ function millimetres(depth, thickness) {
   return depth.toFixed(depth < 10 && thickness < 10 ? 1 : 0);
 }
 
-/** "from 10 to 19 ± 4 mm deep"; in brackets where the error exceeds it. */
+/** "from 10.2 to 19.1 ± 4.2 mm deep"; in brackets where the error is as large, or not known; "at least" where the tissue ends there. */
 function extent(stress, [from, to]) {
-  const error = depthError(stress, to);
-  const end = millimetres(to, to - from);
   if (from >= SAME_MM && to - from < SAME_MM) return `only at its top, ${millimetres(from, 0)} mm deep`;
-  const begin = from < SAME_MM ? "to" : `from ${millimetres(from, to - from)} to`;
-  if (error == null) return `${begin} ${end} mm deep`;
-  const sure = surenessOf(to, error);
-  if (sure === "unresolved") return `${begin} (${end}) mm deep`;
-  return `${begin} ${asSureAs(end, sure)} ± ${number(error, 1)} mm deep`;
+  const { depth_mm: depth } = stress;
+  const begin = (words) => (from < SAME_MM ? "to" : `from ${words} to`);
+  if (!isEnd(stress, to) || !depth) return `${begin(millimetres(from, to - from))} ${millimetres(to, to - from)} mm deep`;
+  const least = isCut(stress) ? "at least " : "";
+  const error = hasError(depth) ? depth.error.total : null;
+  if (error == null || !exceeds(to, error)) return `${begin(millimetres(from, to - from))} ${least}(${millimetres(to, to - from)}) mm deep`;
+  return `${begin(within(from, error))} ${least}${within(to, error)} ± ${number(error, 2)} mm deep`;
 }
 
-/** "in 2.2 cm³ of it ± 20 %": the volume of a layer has the relative error of the whole. */
+/** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole. */
 function amount({ volume_mm3: whole }, { volume_mm3: mm3 }) {
-  if (!isResolved(whole)) return `(${volume(mm3)}) of it`;
-  return `${asSureAs(volume(mm3), sureness(whole))} of it ±\u00a0${number((100 * whole.error.total) / whole.value, 1)}\u00a0%`;
+  const [size, unit] = mm3 < 1000 ? [mm3, "mm³"] : [mm3 / 1000, "cm³"];
+  if (!isResolved(whole)) return `in (${number(size, 2)}) ${unit} of it`;
+  const error = (whole.error.total / whole.value) * size;
+  return `in ${within(size, error)} ± ${number(error, 2)} ${unit} of it`;
 }
 
 /** The sentence on one layer, after its name. */
@@ -67,16 +65,18 @@ function sentence(part, tissue) {
   return `${first}; above ${threshold(low.stress.threshold_pa)} ${extent(low.stress, low.layer.depth_mm)}, ${amount(low.stress, low.layer)}.`;
 }
 
-/** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the surface, if it is drawn. */
+/** The sentence on the bone: it is rigid, and either the stress reaches it or ends above it; `depth_mm` of it below the impact, if it is drawn. */
 function onBone(tissue, { depth_mm }) {
   if (depth_mm == null) return "a fixed surface in this model, not a solid of its own.";
-  const words = `rigid in this model, ${number(depth_mm, 2)} mm deep`;
+  const words = `rigid in this model, ${number(depth_mm, 2)} mm deep below the impact`;
   const lowest = tissue.significant_stress[0];
   const to = Math.max(0, ...(lowest?.layers ?? []).map((layer) => layer.depth_mm?.[1] ?? 0));
   if (!lowest || to === 0) return `${words}.`;
-  const above = depth_mm - to;
-  if (above <= SAME_MM) return `${words}; the stress above ${threshold(lowest.threshold_pa)} reaches it.`;
-  return `${words}; the stress above ${threshold(lowest.threshold_pa)} ends ${number(above, 2)} mm before it.`;
+  const [above, error] = [depth_mm - to, lowest.depth_mm?.error?.total];
+  const stress = `the stress above ${threshold(lowest.threshold_pa)}`;
+  if (lowest.reaches?.some((end) => end.startsWith("the held nodes"))) return `${words}; ${stress} reaches it.`;
+  if (above <= Math.max(SAME_MM, error ?? 0)) return `${words}; whether ${stress} reaches it is not resolved.`;
+  return `${words}; ${stress} ends ${error > 0 ? `${within(above, error)} ± ${number(error, 2)}` : `(${number(above, 2)})`} mm before it.`;
 }
 
 /** The sentences on all layers, with the `bone` {depth_mm} where there may be one; null where nothing is known of the tissue. */
@@ -92,7 +92,7 @@ export function layerSentences(summary, bone = null) {
   return html(
     "section",
     { class: "layers", "aria-label": title },
-    html("h2", {}, `${title} `, html("small", {}, term("stress", ABOUT_STRESS), ", at its largest", remark || "")),
+    html("h2", {}, `${title} `, html("small", {}, term("stress", ABOUT_STRESS), " and ", term("depth", ABOUT_DEPTH), " at their largest", remark || "")),
     html("ul", {}, sentences.map((words, i) => item(names[i], words)), bone && !parts.includes("bone") ? item("bone", onBone(tissue, bone)) : null),
   );
 }

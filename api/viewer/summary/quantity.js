@@ -1,44 +1,32 @@
-// A number with its error: as sure as the error leaves it, the same on every page.
+// A number with its error: to the digits that the error leaves, in brackets where it is not resolved; the same on every page.
 
 import { html } from "../dom.js";
-import { asSureAs, digitsWithin, number, surenessOf, withUnit } from "../format.js";
+import { exceeds, withUnit, within } from "../format.js";
 
 /** Whether the error of a number was estimated. */
 export function hasError({ error }) {
   return error != null && typeof error === "object";
 }
 
-/** How sure a number of a summary is: that of [`surenessOf`], or "unknown" where its error was not estimated. */
-export function sureness(quantity) {
-  if (!hasError(quantity)) return "unknown";
-  // Of a peak at a point the program says itself that no mesh resolves it.
-  return quantity.error.resolved ? surenessOf(quantity.value, quantity.error.total) : "unresolved";
-}
-
-/** Whether a number is larger than its error. */
+/** Whether the error of a number is known and smaller than the number. Of a peak at a point the program says itself that no mesh resolves it. */
 export function isResolved(quantity) {
-  return ["sure", "about"].includes(sureness(quantity));
+  return hasError(quantity) && quantity.error.resolved && exceeds(quantity.value, quantity.error.total);
 }
 
-/** A number to the digits that its error leaves, without any remark. */
-export function digitsOf({ value, error }) {
-  return number(value, digitsWithin(value, error?.total));
-}
-
-/** A number as text: about so much where its error exceeds half of it, in brackets where it is not resolved. */
-export function bracketed(quantity) {
-  return asSureAs(digitsOf(quantity), sureness(quantity));
+/** A number as text, to the decimal place of its error: in brackets where it is not resolved, with ≥ where it is a lower bound. */
+export function digits(quantity, isLeast = false) {
+  const words = within(quantity.value, quantity.error?.total);
+  return `${isLeast ? "≥\u00a0" : ""}${isResolved(quantity) ? words : `(${words})`}`;
 }
 
 /** The error of a number as text. */
-export function errorWords(quantity, unit) {
+export function errorWords(quantity, unit = "") {
   if (!hasError(quantity)) return `error ${quantity.error ?? "not estimated"}`;
   return `± ${withUnit(quantity.error.total, unit, 2)}`;
 }
 
 /** A number with its error for a cell of a table. */
-export function numberWithError(quantity, unit = "") {
-  const sure = sureness(quantity);
-  const remark = sure === "unresolved" ? ", not resolved" : "";
-  return html("span", { class: sure === "sure" ? "number" : "number unsure" }, `${bracketed(quantity)} ${errorWords(quantity, unit)}${remark}`);
+export function numberWithError(quantity, isLeast) {
+  const remark = hasError(quantity) && !isResolved(quantity) ? ", not resolved" : "";
+  return html("span", { class: isResolved(quantity) ? "number" : "number unsure" }, `${digits(quantity, isLeast)} ${errorWords(quantity)}${remark}`);
 }

@@ -1,6 +1,6 @@
 // Whether the numbers can be trusted: how the run ended, its checks, its warnings.
 
-import { html } from "../dom.js";
+import { html, term } from "../dom.js";
 import { number, timeUnit, withUnit } from "../format.js";
 
 /** Where a run ended that did not reach its end, in words; null for one that did, or that goes on. */
@@ -17,6 +17,14 @@ export function reason(summary) {
   if (ending === "failed") return `the run failed at ${stoppedAt(summary)}: ${failure?.message ?? "no diagnosis"}`;
   if (ending === "cancelled") return `the run was cancelled at ${stoppedAt(summary)}`;
   return null;
+}
+
+/** A line above pictures and curves of runs [{label, summary}] that are no results; null where all are. */
+export function withheldLine(runs) {
+  const withheld = runs.filter(({ summary }) => summary?.withheld);
+  if (!withheld.length) return null;
+  const items = withheld.map(({ label, summary: { withheld: { reason: why } } }) => html("span", {}, label && ` ${label}:`, " ", term(why.split(/[,;:] /)[0], why), "."));
+  return html("p", { class: "warning-line bad withheld" }, html("span", {}, html("b", {}, "Withheld, no result."), items));
 }
 
 /** Checks, warnings and sources of error, collapsed. */

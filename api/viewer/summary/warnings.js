@@ -1,12 +1,17 @@
 // What to know before the numbers are used: the most severe in one line, with a link to all.
 
 import { html } from "../dom.js";
+import { inWords } from "../scene/scene_units.js";
 import { headline, isMiss } from "./headline.js";
 import { isResolved } from "./quantity.js";
 import { reason, stoppedAt } from "./trust.js";
 
 /** All that is to be known, the worst first: {kind: "bad" | "warn", words, isMeshed?}; `isMeshed` where a finer mesh helps. */
 export function concerns(summary) {
+  return allConcerns(summary).map((one) => ({ ...one, words: inWords(one.words) }));
+}
+
+function allConcerns(summary) {
   const found = [];
   const why = reason(summary);
   if (why) found.push({ kind: "bad", words: why });

@@ -32,7 +32,7 @@ const IN_TEXTS = [["m", 1e3, "mm"], ["metres", 1e3, "mm"], ["kg", 1e3, "g"], ["s
 const NUMBER = String.raw`[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?`;
 const WITH_UNIT = new RegExp(String.raw`(${NUMBER})((?: to (?:${NUMBER}))?) (m|kg|s|Pa|m³)(?![\w/²³])`, "g");
 const NAMED_UNIT = new RegExp(String.raw`\bin (metres|seconds|m|kg|s|Pa)\b(?![/²³])((?: \([^)]*\))?)`, "g");
-const NAME = /`?\b([a-z]\w*_\w+)\b`?/g;
+const NAME = /`?\b((?:[a-z]\w*\.)*[a-z]\w*_\w+)\b`?/g;
 
 const VECTOR_WITH_UNIT = /\(([-−\d.e+, ]+)\) (m|kg|s|Pa)(?![\w/²³])/g;
 /** A number with something else than the unit of its field behind it. */
@@ -61,7 +61,19 @@ export function inForm(text, key = null) {
       return `in ${shown}${allConverted(aside, factor)}`;
     });
   const limit = own && given === text && !WITH_OTHER_UNIT.test(text) ? withOwnUnit(text, own) : given;
-  return limit.replace(NAME, (_, name) => `“${(unitOf(name) ? name.slice(0, -unitOf(name)[0].length) : name).replaceAll("_", " ")}”`);
+  return limit.replace(NAME, (_, name) => quoted(name));
+}
+
+const withoutUnit = (name) => words(name).replace(/ \[.*/, "");
+const quoted = (name) => `“${withoutUnit(name.split(".").at(-1))}”`;
+
+/** A text of the service on a run, with its names of the document as words: those in backticks, those with a unit, and places. */
+export function inWords(text) {
+  const place = (_, pointer) => {
+    const steps = pointer.split("/").filter(Boolean).map((step) => (/^\d+$/.test(step) ? `number ${Number(step) + 1}` : withoutUnit(step)));
+    return steps.length ? ` (at ${steps.join(" › ")})` : "";
+  };
+  return text.replace(/ \(at (\/[^\s)]*)\)/g, place).replace(NAME, (whole, name) => (whole.startsWith("`") || unitOf(name) ? quoted(name) : whole));
 }
 
 /** A limit without units in that of its field. */

@@ -1,0 +1,62 @@
+// What more fat changes, in words: between the first and the second curve of an answer.
+
+import { change, exceeds, number, setting, within } from "../format.js";
+import { widthOf } from "../plots/answer_curve.js";
+import { crossingKnown } from "./asked_words.js";
+
+/** What is known of a crossing, in words; null for nothing. */
+function speedWords({ at, low, high }) {
+  const isOpen = high === Infinity;
+  if (at != null && low && !isOpen) {
+    const width = widthOf({ at, from: low, to: high });
+    return `${within(at, width)} ± ${number(width, 2)} m/s`;
+  }
+  if (low && !isOpen) return `between ${number(low, 3)} and ${number(high, 3)} m/s`;
+  if (at != null) return `about ${number(at, 2)} m/s${low ? `, at least ${number(low, 3)}` : ""}${isOpen ? "" : `, at most ${number(high, 3)}`}`;
+  if (low) return `more than ${number(low, 3)} m/s`;
+  return isOpen ? null : `less than ${number(high, 3)} m/s`;
+}
+
+/** Of crossings: where they are, and whether they differ by more than their errors. */
+function ofCrossings(first, second) {
+  const { number: { layer }, threshold, more, speeds } = second.asked;
+  const [before, after] = [first, second].map(crossingKnown);
+  const [from, to] = [before, after].map(speedWords);
+  const fat = `With ${setting(more)} mm more fat`;
+  if (!from || !to) return `What ${setting(more)} mm more fat changes is not known: one of the curves leaves the speed open.`;
+  if (before.kind === after.kind && ["above", "below"].includes(after.kind)) {
+    return `${fat} no difference is seen: the ${layer} ${after.kind === "above" ? "exceeds" : "stays below"} ${setting(threshold)} kPa with both, ${speeds.map(setting).join(" to ")} m/s.`;
+  }
+  const isClear = after.low >= before.high || before.low >= after.high;
+  const isKnown = [before, after].every(({ at }) => at != null);
+  const verdict = isClear ? "beyond the errors" : isKnown ? "no difference beyond the errors" : "the errors leave open whether it does";
+  return `${fat} the speed at which the ${layer} exceeds ${setting(threshold)} kPa moves from ${from} to ${to}: ${verdict}.`;
+}
+
+/** Of sizes: by how much they differ at equal speeds, where both are known. */
+function ofSizes(first, second) {
+  const { number: what, threshold, more } = second.asked;
+  const isKnown = ({ least, error }) => !least && error != null;
+  const pairs = first.points.filter(isKnown).flatMap((p) => {
+    const q = second.points.find((one) => one.speed === p.speed && isKnown(one));
+    return q ? [{ speed: p.speed, by: q.value - p.value, scale: Math.abs(p.value), error: p.error + q.error }] : [];
+  });
+  const fat = `With ${setting(more)} mm more fat`;
+  if (!pairs.length) return `What ${setting(more)} mm more fat changes is not known: at each speed one of the numbers is a lower bound, or has no known error.`;
+  const words = ({ speed, by, scale, error }) => {
+    const size = change(by, scale, error);
+    return `${exceeds(by, error) ? size : `(${size})`} ± ${number(error, 2)} ${what.unit} at ${setting(speed)} m/s`;
+  };
+  const sizes = [...new Set([pairs[0], pairs.at(-1)])].map(words).join(", ");
+  const clear = pairs.filter(({ by, error }) => Math.abs(by) > error);
+  const which = clear.length === pairs.length ? "all" : `${clear.length} of the`;
+  const left = pairs.length < first.points.length ? " that have both numbers" : "";
+  if (!clear.length) return `${fat} no difference beyond the errors: ${sizes}.`;
+  return `${fat} the ${what.axis(setting(threshold))} changes by ${sizes}; beyond the errors at ${which} ${pairs.length} speeds${left}.`;
+}
+
+/** The difference of the two curves of an answer in a sentence; empty until both are known. */
+export function differenceOf([first, second]) {
+  if (!second || ![first, second].every(({ isOpen, curve }) => !isOpen && curve)) return "";
+  return second.asked.number.layer ? ofCrossings(first, second) : ofSizes(first, second);
+}

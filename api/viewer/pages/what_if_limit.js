@@ -1,0 +1,72 @@
+// Up to which speed, fat, … a number stays below a limit: what is asked, and the answer in words.
+
+import { button, html, select } from "../dom.js";
+import { number, within } from "../format.js";
+
+/** The fields of one limit, which is asked for by a button. */
+export class WhatIfLimit {
+  element;
+  #parameters;
+  #numbers;
+  #parameter;
+  #number;
+  #most = html("input", { type: "number", min: 0, step: "any", "aria-label": "Limit", required: true });
+
+  /** `parameters` of the sliders; `numbers` [[name on the wire, title with unit]]; `onAsk(limit, parameter)`. */
+  constructor(parameters, numbers, onAsk) {
+    this.#parameters = parameters;
+    this.#numbers = numbers;
+    [this.#parameter, this.#number] = [parameters[0]?.name, numbers[0][0]];
+    const choices = parameters.map(({ name, label }) => [name, label.split(",")[0]]);
+    this.element = html("div", { class: "tools what-if-limit" },
+      select("Up to which", choices, this.#parameter, (name) => (this.#parameter = name)),
+      select("stays the", numbers, this.#number, (key) => (this.#number = key)),
+      html("label", { class: "field" }, html("span", {}, "at or below"), this.#most),
+      button("Find the limit", () => this.#most.reportValidity() && onAsk(this.#limit, this.#parameters.find(({ name }) => name === this.#parameter))));
+  }
+
+  get #limit() {
+    return { parameter: this.#parameter, measure: { quantity: this.#number }, at_most: Number(this.#most.value) };
+  }
+}
+
+/** The answers to limits as a list; `titleOf(key)` of a number with its unit, `describe(name)` of a parameter {label, unit, factor}. */
+export function limitList(limits, titleOf, describe) {
+  if (!limits?.length) return "";
+  return html("section", { class: "limits" }, html("h2", {}, "Limits"), html("ul", {}, limits.map((limit) => html("li", {}, limitWords(limit, titleOf, describe)))));
+}
+
+/** A number with its unit from a title such as "peak force [N]": [name, unit]. */
+const splitTitle = (title) => title.match(/^(.*) \[(.*)\]$/)?.slice(1) ?? [title, ""];
+
+/** Where a limit is met, in words; null for nowhere in the range, or without an answer. */
+function placeOf(verdict, words) {
+  if (verdict?.verdict === "kept_up_to") return `up to ${words(verdict.kept_at)}`;
+  return verdict?.verdict === "kept_from" ? `from ${words(verdict.kept_at)} on` : null;
+}
+
+function limitWords(limit, titleOf, describe) {
+  const { parameter, measure, verdict, values, reason, at } = limit;
+  const { label, unit, factor } = describe(parameter);
+  const [name, unitOf] = measure.quantity ? splitTitle(titleOf(measure.quantity)) : [`stress below ${number(1e3 * measure.von_mises_pa_below_depth_m)} mm`, "kPa"];
+  const shown = (amount, digits) => number(measure.quantity ? amount : amount / 1e3, digits);
+  const words = (value, other) => `${other == null ? number(value * factor, 3) : within(value * factor, Math.abs(value - other) * factor)} ${unit === "-" ? "" : unit}`.trim();
+  const [what, most] = [label.split(",")[0], `${shown(limit.at_most)} ${unitOf}`];
+  if (verdict === "no_number") return `${what}: no answer, since at ${words(at)} there is no number (${reason}).`;
+  const atEnds = () => `at both ends of its range (${values.map((value) => shown(value, 3)).join(" and ")} ${unitOf})`;
+  if (verdict === "kept_at_both_ends") return `${what}: the ${name} stays at or below ${most} ${atEnds()}${uncertainty(limit, words)}`;
+  if (verdict === "broken_at_both_ends") return `${what}: the ${name} is above ${most} ${atEnds()}${uncertainty(limit, words)}`;
+  const ends = [limit.if_larger, limit.if_smaller].map((one) => one?.kept_at).filter((one) => one != null);
+  const farthest = ends.reduce((best, one) => (best == null || Math.abs(one - limit.kept_at) > Math.abs(best - limit.kept_at) ? one : best), null);
+  return `${what}: the ${name} stays at or below ${most} ${placeOf(limit, (value) => words(value, farthest))}${uncertainty(limit, words)}`;
+}
+
+/** What the numerical error of the number makes of the limit. */
+function uncertainty({ resolved, relative_error: error, if_larger: larger, if_smaller: smaller }, words) {
+  if (error == null) return "; its numerical error is not known.";
+  const percent = `± ${number(100 * error, 2)} %`;
+  if (resolved === false) return `; the number is not resolved (${percent}), so that the limit may be elsewhere.`;
+  const atBoth = { kept_at_both_ends: "at both ends of the range", broken_at_both_ends: "at neither end of the range" };
+  const ends = [larger, smaller].map((verdict) => placeOf(verdict, (value) => words(value)) ?? atBoth[verdict?.verdict] ?? "not known");
+  return `; with the numerical error of the number, ${percent}: ${[...new Set(ends)].join(" to ")}.`;
+}
