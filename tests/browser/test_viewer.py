@@ -296,16 +296,17 @@ def test_a_limit_is_found_and_kept_in_the_address(page):
     page.get_by_role("button", name="Find the limit").click()
     expect(page.get_by_text("Done:")).to_be_visible()
     said = page.locator(".limits li")
-    expect(said).to_contain_text(re.compile(r"^Speed: the peak force stays at or below \d+ N up to [\d.]+ m/s; "))
+    # This mesh does not resolve the force: the place is in brackets.
+    expect(said).to_have_text(re.compile(r"^Speed: the peak force stays at or below \d+ N up to \(\d+\) m/s; the number is not resolved"))
     answer = page.request.get(f"/v1/jobs/{page.url.rsplit('=', 1)[1]}/summary").json()["limits"][0]
-    shown = float(re.search(r"up to ([\d.]+) m/s", said.inner_text())[1])
-    assert shown == pytest.approx(answer["kept_at"], abs=5.1) and answer["kept_at"] == pytest.approx(60, abs=2)
+    assert answer["kept_at"] == pytest.approx(60, abs=2)
+    assert f"({answer['kept_at']:.0f}) m/s" in said.inner_text()
     page.reload()
     expect(said).to_have_count(1)
 
 
 def test_fat_may_be_as_thick_as_that_of_people(page):
-    fat = page.get_by_label("Thickness of the fat")
+    fat = page.get_by_role("slider", name="Thickness of the fat")
     # From half of the 8 mm of the scene to the 95th percentile of the regions that can be asked about.
     assert 4 == pytest.approx(1e3 * float(fat.get_attribute("min"))) and 20 < 1e3 * float(fat.get_attribute("max")) < 23
 

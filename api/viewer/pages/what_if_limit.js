@@ -1,7 +1,7 @@
 // Up to which speed, fat, … a number stays below a limit: what is asked, and the answer in words.
 
 import { button, html, select } from "../dom.js";
-import { number, within } from "../format.js";
+import { number, setting, within } from "../format.js";
 
 /** The fields of one limit, which is asked for by a button. */
 export class WhatIfLimit {
@@ -45,20 +45,23 @@ function placeOf(verdict, words) {
   return verdict?.verdict === "kept_from" ? `from ${words(verdict.kept_at)} on` : null;
 }
 
+/** A limit in words: its place to the digits that the error of the number leaves, in brackets where that is not resolved, or not known. */
 function limitWords(limit, titleOf, describe) {
-  const { parameter, measure, verdict, values, reason, at } = limit;
+  const { parameter, measure, verdict, values, reason, at, kept_at: keptAt, resolved, relative_error: error } = limit;
   const { label, unit, factor } = describe(parameter);
   const [name, unitOf] = measure.quantity ? splitTitle(titleOf(measure.quantity)) : [`stress below ${number(1e3 * measure.von_mises_pa_below_depth_m)} mm`, "kPa"];
-  const shown = (amount, digits) => number(measure.quantity ? amount : amount / 1e3, digits);
-  const words = (value, other) => `${other == null ? number(value * factor, 3) : within(value * factor, Math.abs(value - other) * factor)} ${unit === "-" ? "" : unit}`.trim();
-  const [what, most] = [label.split(",")[0], `${shown(limit.at_most)} ${unitOf}`];
-  if (verdict === "no_number") return `${what}: no answer, since at ${words(at)} there is no number (${reason}).`;
-  const atEnds = () => `at both ends of its range (${values.map((value) => shown(value, 3)).join(" and ")} ${unitOf})`;
-  if (verdict === "kept_at_both_ends") return `${what}: the ${name} stays at or below ${most} ${atEnds()}${uncertainty(limit, words)}`;
-  if (verdict === "broken_at_both_ends") return `${what}: the ${name} is above ${most} ${atEnds()}${uncertainty(limit, words)}`;
-  const ends = [limit.if_larger, limit.if_smaller].map((one) => one?.kept_at).filter((one) => one != null);
-  const farthest = ends.reduce((best, one) => (best == null || Math.abs(one - limit.kept_at) > Math.abs(best - limit.kept_at) ? one : best), null);
-  return `${what}: the ${name} stays at or below ${most} ${placeOf(limit, (value) => words(value, farthest))}${uncertainty(limit, words)}`;
+  const scale = measure.quantity ? 1 : 1e-3;
+  const words = (value, shown = number(value * factor, 3)) => `${shown} ${unit === "-" ? "" : unit}`.trim();
+  const what = `${label.split(",")[0]}: `;
+  if (verdict === "no_number") return `${what}no answer, since at ${words(at)} there is no number (${reason}).`;
+  const of = `${what}the ${name} ${verdict === "broken_at_both_ends" ? "is above" : "stays at or below"} ${setting(limit.at_most * scale)} ${unitOf}`;
+  const remark = uncertainty(limit, words);
+  if (values) return `${of} at both ends of its range (${values.map((value) => number(value * scale, 3)).join(" and ")} ${unitOf})${remark}`;
+  const widths = [limit.if_larger, limit.if_smaller].map((one) => Math.abs((one?.kept_at ?? keptAt) - keptAt));
+  const width = Math.max(...widths) * factor;
+  const digits = width > 0 ? within(keptAt * factor, width) : number(keptAt * factor, 2);
+  const place = resolved !== false && error != null ? digits : `(${digits})`;
+  return `${of} ${placeOf(limit, () => words(keptAt, place))}${remark}`;
 }
 
 /** What the numerical error of the number makes of the limit. */
@@ -68,5 +71,5 @@ function uncertainty({ resolved, relative_error: error, if_larger: larger, if_sm
   if (resolved === false) return `; the number is not resolved (${percent}), so that the limit may be elsewhere.`;
   const atBoth = { kept_at_both_ends: "at both ends of the range", broken_at_both_ends: "at neither end of the range" };
   const ends = [larger, smaller].map((verdict) => placeOf(verdict, (value) => words(value)) ?? atBoth[verdict?.verdict] ?? "not known");
-  return `; with the numerical error of the number, ${percent}: ${[...new Set(ends)].join(" to ")}.`;
+  return `; with the numerical error of the number, ${percent}: ${[...new Set(ends)].join(", or ")}.`;
 }
