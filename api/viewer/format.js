@@ -22,9 +22,9 @@ function superscript(exponent) {
 }
 
 /** Digits of an error, and of a number at most. */
-const [OF_ERROR, MOST] = [2, 6];
+const [OF_ERROR, MOST] = [2, 4];
 
-/** A number to the decimal place of its error, which has two digits; to four digits where that is not known. */
+/** A number to the decimal place of its error, which has two digits, and to four digits at most; to those where the error is not known. */
 export function within(value, error) {
   if (!(error > 0) || !Number.isFinite(value)) return number(value);
   // 0.096 has its second digit where 0.10 has none: what counts is the rounded error.
@@ -54,9 +54,15 @@ export function change(value, scale, error = null) {
 /** Whether a number is larger than its error. */
 export const exceeds = (value, error) => !(error > 0) || error < Math.abs(value);
 
+/** Words of a number with its doubt: in brackets unless it is resolved, with ≥ where it is a lower bound. */
+export function marked(words, isResolved, isLeast = false) {
+  const bound = `${isLeast ? "≥\u00a0" : ""}${words}`;
+  return isResolved ? bound : `(${bound})`;
+}
+
 /** A number to the decimal place of its error; in brackets where that is as large, or not known. */
-export function bracketed(value, error) {
-  return error != null && exceeds(value, error) ? within(value, error) : `(${within(value, error)})`;
+export function bracketed(value, error, isLeast = false) {
+  return marked(within(value, error), error != null && exceeds(value, error), isLeast);
 }
 
 /** A number and its unit. */

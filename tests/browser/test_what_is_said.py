@@ -142,9 +142,9 @@ def test_cards_name_their_threshold_and_their_errors(page, jobs):
 
 def test_numbers_have_the_digits_that_their_errors_leave(page, jobs):
     digits = "async (pairs) => { const { within } = await import('/viewer/format.js'); return pairs.map(([value, error]) => within(value, error)); }"
-    # To the second digit of the error, also where that rounds up; no more than six digits, and four without an error.
+    # To the second digit of the error, also where that rounds up; no more than four digits, which it has without an error.
     pairs = [[5552, 5300], [59.3, 17], [40, 0.75], [1.324, 0.03], [88.56, 250], [-3, 250], [0.4, 0.0996], [2151, 0.001], [0, 1], [7.923, None]]
-    assert page.evaluate(digits, pairs) == ["5600", "59", "40.00", "1.324", "90", "0", "0.40", "2151.00", "0", "7.923"]
+    assert page.evaluate(digits, pairs) == ["5600", "59", "40.00", "1.324", "90", "0", "0.40", "2151", "0", "7.923"]
     results = page.request.get(jobs["good"]["links"]["summary"]).json()["results"]
     energy = results["tissue"]["energy_given_j"]
     shown = float(page.get_by_label("The four numbers").get_by_role("article").nth(3).locator("b").inner_text())

@@ -72,11 +72,11 @@ function averageWords({ average }) {
   return withUnit(average * factor, name);
 }
 
-function numberCell(summary, { quantity, isLeast }) {
+function numberCell(summary, { quantity, isLeast, isGrowing }) {
   if (!quantity) return "–";
   if (isMiss(summary)) return "nothing touched";
   if (summary.withheld) return "withheld";
-  return numberWithError(quantity, isLeast);
+  return numberWithError(quantity, isLeast || isGrowing);
 }
 
 function notComparable(why) {

@@ -19,12 +19,12 @@ export function numbersAbove(pascal) {
 /** Lengths in metres are read in millimetres. */
 const readable = (unit) => (unit === "m" ? { unit: "mm", factor: 1e3 } : { unit, factor: 1 });
 
-/** A number with its error; in brackets when the error is as large, or not known. */
-function words(quantity) {
+/** A number with its error. */
+function words(quantity, isLeast) {
   if (!quantity) return "–";
   const { value, error } = quantity;
-  if (error == null) return bracketed(value);
-  return `${bracketed(value, error)}\u00a0±\u00a0${number(error, 2)}`;
+  if (error == null) return bracketed(value, null, isLeast);
+  return `${bracketed(value, error, isLeast)}\u00a0±\u00a0${number(error, 2)}`;
 }
 
 /** What an answer calls a number, with the threshold that it is about. */
@@ -139,7 +139,7 @@ export class WhatIfAnswer {
   /** A number of a case on one line; why there is none in place of the first. */
   #cell({ ending, reason, lower_bounds: bounds, numbers }, key, column) {
     if (ending !== "finished") return column === 0 ? html("span", { class: "badge warn", title: reason }, ending.replaceAll("_", " ")) : "";
-    return bounds?.includes(key) ? `≥\u00a0${words(numbers[key])}` : words(numbers[key]);
+    return words(numbers[key], bounds?.includes(key));
   }
 
   /** What the cells do not say, each thing once. */

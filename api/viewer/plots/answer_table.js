@@ -28,7 +28,7 @@ export function answerCsv({ series, axis }) {
 export function answerTable(answer, isOpen) {
   const { series, axis } = answer;
   const row = (name, { speed, value, error, lower, upper, least }) =>
-    [name, setting(speed), `${least ? "≥\u00a0" : ""}${bracketed(value, error)}`, within(lower, error), least ? "–" : within(upper, error), originOf(least)];
+    [name, setting(speed), bracketed(value, error, Boolean(least)), within(lower, error), least ? "–" : within(upper, error), originOf(least)];
   const rows = series.flatMap(({ name, points }) => points.map((point) => row(name, point)));
   const caption = `${axis.label}, with its numerical error within what is possible`;
   const columns = ["curve", "speed [m/s]", `number [${axis.unit}]`, `from [${axis.unit}]`, `to [${axis.unit}]`, ""];

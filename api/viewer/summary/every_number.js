@@ -2,7 +2,7 @@
 
 import { table } from "../dom.js";
 import { number } from "../format.js";
-import { isCut, resultsOf } from "./headline.js";
+import { isDepthLeast, resultsOf } from "./headline.js";
 import { digits, hasError } from "./quantity.js";
 
 /** What the error of a number is made of. */
@@ -10,7 +10,7 @@ const ERROR_PARTS = ["mesh", "step", "contact", "bulk_modulus", "resolution"];
 
 /** Every number of the summary as a table. */
 export function allNumbers(summary) {
-  const rows = [];
+  const [rows, results] = [[], resultsOf(summary)];
   const walk = (path, value, isLeast = false) => {
     if (value && typeof value === "object" && "value" in value && "error" in value) {
       const words = path.join(" › ").replaceAll("_", " ");
@@ -19,10 +19,10 @@ export function allNumbers(summary) {
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {
         const name = Array.isArray(value) ? inner?.pair ?? inner?.part ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;
-        walk([...path, name], inner, key === "depth_mm" && isCut(value));
+        walk([...path, name], inner, key === "depth_mm" && value.layers != null && isDepthLeast(value));
       }
     }
   };
-  walk([], resultsOf(summary));
+  walk([], results);
   return table("Every number, with the parts of its error; in brackets what is not resolved, or has no error; ≥ a lower bound; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
 }

@@ -63,7 +63,7 @@ export function headline(summary) {
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
+    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, isLeast: impact != null && isForceGrowing(impact), average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2 },
     depth(results),
     { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(results, impact) },
@@ -71,22 +71,29 @@ export function headline(summary) {
 }
 
 /** When the force was largest, and over what it is a mean (the steps are of the computation, not of the impact); of several on the tissue, which. */
-function forceNote({ pair, force_average: average, peak_force_time_s: time }, { impacts }, { end_time_s: end }) {
+function forceNote(impact, { impacts }, { end_time_s: end }) {
+  const { pair, force_average: average, peak_force_time_s: time } = impact;
   const { factor, name } = timeUnit(end);
   const when = time && time.value > 0 ? `${number(time.value * factor, 3)} ${name} after the start` : null;
   const isOneOfSeveral = impacts.filter((impact) => impact.on_tissue).length > 1;
-  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when].filter(Boolean).join(", ");
+  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when, isForceGrowing(impact) && "or more: it still grew at the end"].filter(Boolean).join(", ");
 }
 
-/** Whether the depth of a stress is a lower bound: it reaches an end of the tissue. */
-export const isCut = ({ reaches }) => reaches?.length > 0;
+/** Whether a peak force may grow after the run. */
+const isForceGrowing = ({ lower_bounds: bounds }) => bounds?.includes("peak_force_n") ?? false;
+
+/** Whether the depth of a stress is a lower bound, and whether because it may grow after the run, not at an end of the tissue. */
+export const isDepthLeast = ({ depth_is_lower_bound: isLeast }) => isLeast ?? false;
+const isDepthGrowing = (stress) => isDepthLeast(stress) && !stress.depth_reaches?.length;
 
 function depth(results) {
   const { main } = significant(results);
+  const isGrowing = main != null && isDepthGrowing(main);
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
   const ends = (main?.depth_reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
-  const least = ends.length ? `, or more: it reaches ${ends.join(" and ")}` : "";
-  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: main != null && isCut(main), isOfTheEnd: true, isDepth: true, note: main && `below the nearest surface${least}` };
+  const why = [ends.length && `it reaches ${ends.join(" and ")}`, isGrowing && "it still grew at the end"].filter(Boolean);
+  const least = why.length ? `, or more: ${why.join(", and ")}` : "";
+  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: main != null && isDepthLeast(main), isOfTheEnd: true, isDepth: true, note: main && `below the nearest surface${least}` };
 }
 
 function energyNote(results, impact) {

@@ -2,7 +2,7 @@
 
 import { html, term } from "../dom.js";
 import { exceeds, number, within } from "../format.js";
-import { isCut, resultsOf, threshold } from "./headline.js";
+import { isDepthLeast, resultsOf, threshold } from "./headline.js";
 import { hasError, isResolved } from "./quantity.js";
 
 export const ABOUT_STRESS = "von Mises stress: how strongly the tissue is sheared at a place, as one number; a pressure from all sides does not count";
@@ -32,13 +32,13 @@ function millimetres(depth, thickness) {
   return depth.toFixed(depth < 10 && thickness < 10 ? 1 : 0);
 }
 
-/** "from 10.2 to 19.1 ± 4.2 mm deep"; in brackets where the error is as large, or not known; "at least" where the tissue ends there. */
+/** "from 10.2 to 19.1 ± 4.2 mm deep"; in brackets where the error is as large, or not known; "at least" where it is a lower bound. */
 function extent(stress, [from, to]) {
   if (from >= SAME_MM && to - from < SAME_MM) return `only at its top, ${millimetres(from, 0)} mm deep`;
   const { depth_mm: depth } = stress;
   const begin = (words) => (from < SAME_MM ? "to" : `from ${words} to`);
   if (!isEnd(stress, to) || !depth) return `${begin(millimetres(from, to - from))} ${millimetres(to, to - from)} mm deep`;
-  const least = isCut(stress) ? "at least " : "";
+  const least = isDepthLeast(stress) ? "at least " : "";
   const error = hasError(depth) ? depth.error.total : null;
   if (error == null || !exceeds(to, error)) return `${begin(millimetres(from, to - from))} ${least}(${millimetres(to, to - from)}) mm deep`;
   return `${begin(within(from, error))} ${least}${within(to, error)} ± ${number(error, 2)} mm deep`;

@@ -1,7 +1,7 @@
 // A number with its error: to the digits that the error leaves, in brackets where it is not resolved; the same on every page.
 
 import { html } from "../dom.js";
-import { exceeds, withUnit, within } from "../format.js";
+import { exceeds, marked, withUnit, within } from "../format.js";
 
 /** Whether the error of a number was estimated. */
 export function hasError({ error }) {
@@ -15,8 +15,7 @@ export function isResolved(quantity) {
 
 /** A number as text, to the decimal place of its error: in brackets where it is not resolved, with ≥ where it is a lower bound. */
 export function digits(quantity, isLeast = false) {
-  const words = within(quantity.value, quantity.error?.total);
-  return `${isLeast ? "≥\u00a0" : ""}${isResolved(quantity) ? words : `(${words})`}`;
+  return marked(within(quantity.value, quantity.error?.total), isResolved(quantity), isLeast);
 }
 
 /** The error of a number as text. */
