@@ -48,7 +48,7 @@ pub struct Exceedance {
     pub largest_numerical: f64,
     /// Time of that volume, and how far a wave can have travelled by then [s, m].
     pub numerical_at: (f64, f64),
-    /// For each of [`StressDepth::ends`] the largest depth of a point above the threshold in an element at it [m]; −∞ where there is none.
+    /// For each of [`StressDepth::ends`] the largest depth of the elements at it that have a point above the threshold [m]; −∞ without one.
     pub reached: [f64; MOST_ENDS],
     /// Exceedance in each part, in the order of [`TissueParts::names`].
     pub layers: Vec<Layer>,
@@ -86,8 +86,8 @@ impl Exceedance {
         self.layers.iter_mut().for_each(|layer| layer.volume = 0.0);
     }
 
-    /// Adds a point above the threshold, with its reference volume [m³] and part, in an element at some ends of the tissue (a bit set), at a
-    /// depth [m].
+    /// Adds a point above the threshold, with its reference volume [m³] and part, in an element of some depth [m] at some ends of the tissue (a
+    /// bit set).
     fn add(&mut self, volume: f64, part: usize, (ends, depth): (u32, f64)) {
         self.volume += volume;
         if ends != 0 {
@@ -259,19 +259,19 @@ impl StressDepth {
 
     /// Names of the tissue ends adjacent to the region above a threshold, where that is at least so deep [m].
     fn reached(&self, exceedance: &Exceedance, least: f64) -> Vec<String> {
-        let ends = self.ends.iter().zip(&exceedance.reached).filter(|(_, depth)| **depth > least);
+        let ends = self.ends.iter().zip(&exceedance.reached).filter(|(_, depth)| **depth >= least);
         ends.map(|(name, _)| name.clone()).collect()
     }
 
     /// Names of the tissue ends adjacent to the region above a threshold.
     pub fn ends_of(&self, exceedance: &Exceedance) -> Vec<String> {
-        self.reached(exceedance, f64::NEG_INFINITY)
+        self.reached(exceedance, 0.0)
     }
 
-    /// Those of them at which the region is as deep as anywhere, but for the edge on which its depth was read: what is beyond may be deeper.
+    /// Those of them with elements of the region that are as deep as it is anywhere: what is beyond may be deeper.
     pub fn ends_of_depth(&self, exceedance: &Exceedance) -> Vec<String> {
         let has_depth = self.has_skin() && exceedance.depth > 0.0;
-        if has_depth { self.reached(exceedance, exceedance.depth - exceedance.edge) } else { Vec::new() }
+        if has_depth { self.reached(exceedance, exceedance.depth) } else { Vec::new() }
     }
 
     /// Whether the tissue has a surface to measure from, so that depth is defined.
@@ -328,7 +328,8 @@ impl StressDepth {
                 self.energy_density.raise(psi, place, self.time);
                 // Thresholds and doses.
                 let ends = self.at_ends.get(slot).copied().unwrap_or(0);
-                let depth = self.field.as_ref().map_or(0.0, |field| field.point_depth(slot, q));
+                let deepest = |field: &StressField| field.deepest_corner(slot);
+                let depth = self.field.as_ref().filter(|_| ends != 0).map_or(0.0, deepest);
                 let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                 above.for_each(|exceedance| exceedance.add(volume, part, (ends, depth)));
                 Dose::add(&mut self.energy_doses, psi, volume);

@@ -156,9 +156,10 @@ impl StressField {
         self.vertices.iter().map(|vertex| vertex.depth).reduce(f64::max)
     }
 
-    /// Reference depth of a quadrature point of the element in a slot [m].
-    pub fn point_depth(&self, slot: usize, q: usize) -> f64 {
-        self.elements[slot].depths[q]
+    /// Largest reference depth of a corner of the element in a slot [m].
+    pub fn deepest_corner(&self, slot: usize) -> f64 {
+        let Corners { count, vertices, .. } = &self.elements[slot];
+        vertices[..*count].iter().map(|vertex| self.vertices[*vertex as usize].depth).fold(0.0, f64::max)
     }
 
     /// Begins a pass over all points. Points that are not added have no stress.

@@ -54,7 +54,9 @@ pub(super) fn results(measures: &Measures, plan: &Plan, ending: Option<&Ending>,
         significant_stress: tissue.as_ref().and_then(|t| (!t.significant_stress.is_empty()).then_some(0)),
     };
     let nothing_touched = ending.is_some() && has_missed(measures, plan);
-    Results { nothing_touched, impacts, tissue, headline }
+    let mut results = Results { nothing_touched, impacts, tissue, headline };
+    results.mark_lower_bounds();
+    results
 }
 
 /// Whether nothing touched the tissue, or, without tissue, nothing touched at all; false if loads act on the tissue as
@@ -107,6 +109,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         contact_duration_s: mint.quantity(force.contact_time()),
         contact_span_s: force.contact_span,
         contact_ended: !force.is_in_contact(),
+        lower_bounds: Vec::new(),
         touches_in_points: pair.is_of_points,
         patch_area_mm2: mint.quantity(1e6 * patch.area),
         patch_long_axis_mm: mint.quantity(1e3 * patch.axes[0]),
@@ -183,6 +186,7 @@ fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress
         numerical_volume_mm3: 1e9 * e.largest_numerical,
         reaches: stress.ends_of(e),
         depth_reaches: stress.ends_of_depth(e),
+        depth_is_lower_bound: false,
         layers: stressed_layers(stress, e),
     };
     stress.exceedances.iter().map(of).collect()

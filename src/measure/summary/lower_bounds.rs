@@ -19,6 +19,18 @@ pub fn lower_bounds(results: &Results) -> BTreeSet<QuantityOfInterest> {
     bounds
 }
 
+impl Results {
+    /// Has each impact and each threshold say which of its numbers are lower bounds.
+    pub(super) fn mark_lower_bounds(&mut self) {
+        self.impacts.iter_mut().for_each(|impact| impact.lower_bounds = impact.lower_bounds());
+        let Some(tissue) = &mut self.tissue else { return };
+        let bounds: Vec<bool> = tissue.significant_stress.iter().map(|of| of.is_deeper(tissue)).collect();
+        for (stress, bound) in tissue.significant_stress.iter_mut().zip(bounds) {
+            stress.depth_is_lower_bound = bound;
+        }
+    }
+}
+
 impl Impact {
     /// While contact lasts: the impulse, and the peak force if its window is the last one.
     pub(super) fn lower_bounds(&self) -> Vec<QuantityOfInterest> {
@@ -59,7 +71,15 @@ mod tests {
             let (parent, name) = pointer.rsplit_once('/').unwrap();
             results.pointer_mut(parent).unwrap()[name] = value.clone();
         }
-        lower_bounds(&serde_json::from_value(results).unwrap()).into_iter().collect()
+        let mut results: Results = serde_json::from_value(results).unwrap();
+        results.mark_lower_bounds();
+        let found: Vec<_> = lower_bounds(&results).into_iter().collect();
+        // The same on the wire.
+        let of_depth = results.tissue.as_ref().unwrap().significant_stress[0].depth_is_lower_bound;
+        assert_eq!(of_depth, found.contains(&StressDepthMm));
+        assert!(results.impacts[0].lower_bounds.iter().all(|of| found.contains(of)));
+        assert_eq!(results.impacts[0].lower_bounds.len() + usize::from(of_depth), found.len());
+        found
     }
 
     #[test]

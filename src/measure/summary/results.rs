@@ -1,5 +1,6 @@
 //! Numbers of the summary.
 
+use super::of_interest::QuantityOfInterest;
 use super::quantity::Quantity;
 use super::written::number;
 use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
@@ -98,6 +99,9 @@ pub struct Impact {
     pub contact_span_s: Option<[f64; 2]>,
     /// Whether contact has ended.
     pub contact_ended: bool,
+    /// Its numbers that are lower bounds, since contact lasts: `impulse_n_s`, and `peak_force_n` if it was largest at the end.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lower_bounds: Vec<QuantityOfInterest>,
     /// Whether both sides are rigid and touch in points: then there is no patch.
     pub touches_in_points: bool,
     /// Patch area, averaged over the window of the peak force; a node counts as in contact until it was last pressed the length of
@@ -263,6 +267,9 @@ pub struct SignificantStress {
     /// Those of them at which it is as deep as anywhere: the model truncates its depth, too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub depth_reaches: Vec<String>,
+    /// Whether the depth is a lower bound: there, or since it was largest when it was last evaluated in contact.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub depth_is_lower_bound: bool,
     /// Parts of the tissue above the threshold.
     pub layers: Vec<StressedLayer>,
 }

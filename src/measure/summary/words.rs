@@ -206,6 +206,7 @@ mod tests {
                     numerical_volume_mm3: 0.0,
                     reaches: Vec::new(),
                     depth_reaches: Vec::new(),
+                    depth_is_lower_bound: false,
                     layers: Vec::new(),
                 })
                 .collect(),
