@@ -16,7 +16,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
 
-/// Most ends of the tissue that are told apart.
+/// Most ends of the tissue that are distinguished.
 const MOST_ENDS: usize = 32;
 
 /// Fraction of the volume of a part in which the 95th percentile of the strain is exceeded [-].

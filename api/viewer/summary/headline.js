@@ -80,7 +80,7 @@ function forceNote(impact, { impacts }, { end_time_s: end }) {
 }
 
 /** Whether a peak force may grow after the run. */
-const isForceGrowing = ({ lower_bounds: bounds }) => bounds?.includes("peak_force_n") ?? false;
+const isForceGrowing = ({ peak_force_is_lower_bound: isLeast }) => isLeast ?? false;
 
 /** Whether the depth of a stress is a lower bound, and whether because it may grow after the run, not at an end of the tissue. */
 export const isDepthLeast = ({ depth_is_lower_bound: isLeast }) => isLeast ?? false;

@@ -324,7 +324,7 @@ mod tests {
             contact_duration_s: quantity(),
             contact_span_s: Some([0.0, 1.0]),
             contact_ended: true,
-            lower_bounds: Vec::new(),
+            peak_force_is_lower_bound: false,
             touches_in_points: false,
             patch_area_mm2: quantity(),
             patch_long_axis_mm: quantity(),

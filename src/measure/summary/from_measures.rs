@@ -109,7 +109,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         contact_duration_s: mint.quantity(force.contact_time()),
         contact_span_s: force.contact_span,
         contact_ended: !force.is_in_contact(),
-        lower_bounds: Vec::new(),
+        peak_force_is_lower_bound: false,
         touches_in_points: pair.is_of_points,
         patch_area_mm2: mint.quantity(1e6 * patch.area),
         patch_long_axis_mm: mint.quantity(1e3 * patch.axes[0]),

@@ -22,7 +22,10 @@ pub fn lower_bounds(results: &Results) -> BTreeSet<QuantityOfInterest> {
 impl Results {
     /// Has each impact and each threshold say which of its numbers are lower bounds.
     pub(super) fn mark_lower_bounds(&mut self) {
-        self.impacts.iter_mut().for_each(|impact| impact.lower_bounds = impact.lower_bounds());
+        for impact in &mut self.impacts {
+            impact.peak_force_is_lower_bound =
+                impact.lower_bounds().contains(&QuantityOfInterest::PeakForceN);
+        }
         let Some(tissue) = &mut self.tissue else { return };
         let bounds: Vec<bool> = tissue.significant_stress.iter().map(|of| of.is_deeper(tissue)).collect();
         for (stress, bound) in tissue.significant_stress.iter_mut().zip(bounds) {
@@ -77,8 +80,7 @@ mod tests {
         // The same on the wire.
         let of_depth = results.tissue.as_ref().unwrap().significant_stress[0].depth_is_lower_bound;
         assert_eq!(of_depth, found.contains(&StressDepthMm));
-        assert!(results.impacts[0].lower_bounds.iter().all(|of| found.contains(of)));
-        assert_eq!(results.impacts[0].lower_bounds.len() + usize::from(of_depth), found.len());
+        assert_eq!(results.impacts[0].peak_force_is_lower_bound, found.contains(&PeakForceN));
         found
     }
 

@@ -1,6 +1,5 @@
 //! Numbers of the summary.
 
-use super::of_interest::QuantityOfInterest;
 use super::quantity::Quantity;
 use super::written::number;
 use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
@@ -99,9 +98,9 @@ pub struct Impact {
     pub contact_span_s: Option<[f64; 2]>,
     /// Whether contact has ended.
     pub contact_ended: bool,
-    /// Its numbers that are lower bounds, since contact lasts: `impulse_n_s`, and `peak_force_n` if it was largest at the end.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub lower_bounds: Vec<QuantityOfInterest>,
+    /// Whether the peak force is a lower bound, since contact lasts and its window is the last one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub peak_force_is_lower_bound: bool,
     /// Whether both sides are rigid and touch in points: then there is no patch.
     pub touches_in_points: bool,
     /// Patch area, averaged over the window of the peak force; a node counts as in contact until it was last pressed the length of

@@ -54,7 +54,7 @@ impl DataFolder {
         free_space(&self.root).map_err(|error| JobsError::file(&self.root, error))
     }
 
-    /// Checks that the disk accepts a file. It has no name, so that nobody finds it and nothing of it stays.
+    /// Checks that the disk accepts a file. It has no name, so that no listing meets it and nothing of it stays.
     ///
     /// # Errors
     /// Why it does not.

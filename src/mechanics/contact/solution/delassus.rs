@@ -1,7 +1,6 @@
 //! The Delassus operator W of a contact problem: dense, or sparse in blocks of three rows and columns.
 
 use super::local::Local;
-use super::problem::local;
 
 /// One block of W, row by row: the velocity of one contact due to the reaction of another. Need not be symmetric.
 pub type Block = [[f64; 3]; 3];
@@ -167,7 +166,8 @@ impl Delassus {
         match self {
             Self::Dense(W) => {
                 let rows = contacts.iter().flat_map(|c| 3 * c..3 * c + 3);
-                let row = |i: usize| contacts.iter().flat_map(move |d| local(W.row(i), *d));
+                let row =
+                    |i: usize| contacts.iter().flat_map(move |d| W.row(i)[3 * d..3 * d + 3].iter().copied());
                 Self::dense(nc, rows.flat_map(row).collect())
             }
             Self::Sparse(W) => {
