@@ -273,3 +273,19 @@ impl<'a> Meshes<'a> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[allow(clippy::float_cmp)] // powers of two are exact
+    fn thin_layers_have_whole_numbers_of_elements_on_every_finer_mesh() {
+        let factors = |growth: Growth| (0..7).map(|level| growth.factor(level)).collect::<Vec<_>>();
+        assert_eq!(factors(Growth::Wholes), [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0]);
+        assert_eq!(factors(Growth::Splits)[..4], [1.0, 2.0, 4.0, 8.0]);
+        for growth in [Growth::Roots, Growth::Wholes, Growth::Splits] {
+            assert_eq!(growth.factor(-1), 1.0 / SQRT_2);
+        }
+    }
+}
