@@ -416,3 +416,30 @@ fn contact_problems_start_from_given_reactions() {
         assert!(answer.contains(said), "{answer}");
     }
 }
+
+/// Reactions beside which the free velocities are lost in rounding hide neither a contact that opens nor one that must be stopped.
+#[test]
+fn reactions_beyond_rounding_are_no_start() {
+    let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+    let between_two =
+        |i: usize, j: usize| if (i < 3) == (j < 3) { unit(i % 3, j % 3) } else { -unit(i % 3, j % 3) };
+    let problem = |contacts: usize, w: &dyn Fn(usize, usize) -> f64, q: &[f64]| {
+        let n = 3 * contacts;
+        let W = Delassus::dense(contacts, (0..n * n).map(|k| w(k / n, k % n)).collect()).unwrap();
+        ContactProblem::new(W, q.to_vec(), vec![0.5; contacts]).unwrap()
+    };
+    let opening = problem(2, &between_two, &[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]);
+    let approaching = problem(1, &unit, &[-1.0, 0.1, 0.0]);
+    for large in [1e8, 1e16, 1e100] {
+        let start = [large, 0.0, 0.0, large, 0.0, 0.0];
+        let errors = opening.errors(&start);
+        assert!(errors.of_motion >= 1.0 - 1e-12, "{large}: {errors:?}");
+        for method in [Method::Hybrid, Method::Nsgs, Method::Newton, Method::Uzawa, Method::Proximal] {
+            for problem in [&opening, &approaching] {
+                let mut r = start[..problem.q().len()].to_vec();
+                let report = solve(problem, &mut r, &Options { method, ..Options::default() });
+                assert!(report.converged && size(&r) < 1.1, "{large}, {method:?}: {report:?}, {r:?}");
+            }
+        }
+    }
+}

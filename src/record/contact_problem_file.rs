@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 /// Order of the rows.
 const FRAME: &str = "per contact (n,t1,t2): index 3*c is normal";
 /// Default remedy for a file that cannot be read.
-const REMEDY: &str = "write it as docs/contact-solvers.md says under \"Problems of one's own\"";
+const REMEDY: &str = "write it as docs/contact-solvers.md says under \"Your own problems\"";
 
 /// A contact problem with its name.
 #[derive(Clone, Debug, PartialEq)]

@@ -37,20 +37,20 @@ pub(super) fn length(t1: f64, t2: f64) -> f64 {
     (t1 * t1 + t2 * t2).sqrt()
 }
 
-/// Residual of the law, `F = r − Proj_Kμ(r − ρ (u + μ ‖u_t‖ n))`, zero exactly at a solution.
+/// Residual of the law, `F = r − Proj_Kμ(r − ρ (u + μ ‖u_t‖ n))`, zero exactly at a solution. Where the projection changes nothing it is the
+/// velocity, with all digits however large the reaction.
 ///
 /// `mu = ∞` stands for full stick: then `F_n = r_n − ⟨r_n − ρ u_n⟩`, and `F_t` is `ρ u_t` where the contact presses
 /// and `r_t` where it does not.
 #[inline]
 pub fn natural_map(r: Local, u: Local, mu: f64, rho: f64) -> Local {
     if mu.is_infinite() {
-        let pressed = (r[0] - rho * u[0]).max(0.0);
-        let t = if pressed > 0.0 { [rho * u[1], rho * u[2]] } else { [r[1], r[2]] };
-        return [r[0] - pressed, t[0], t[1]];
+        return if r[0] > rho * u[0] { u.map(|u| rho * u) } else { r };
     }
-    let slip = length(u[1], u[2]);
-    let p = proj_coulomb_cone([r[0] - rho * (u[0] + mu * slip), r[1] - rho * u[1], r[2] - rho * u[2]], mu);
-    [r[0] - p[0], r[1] - p[1], r[2] - p[2]]
+    let step = [rho * (u[0] + mu * length(u[1], u[2])), rho * u[1], rho * u[2]];
+    let from = [r[0] - step[0], r[1] - step[1], r[2] - step[2]];
+    let p = proj_coulomb_cone(from, mu);
+    if p == from { step } else { [r[0] - p[0], r[1] - p[1], r[2] - p[2]] }
 }
 
 /// Coefficient of friction from which the natural map hides the velocity of approach: it divides it by `√(1 + μ²)` [-].

@@ -5,7 +5,7 @@ use crate::contact::solution::problem::{local, squared, squared_motion, work};
 
 /// Ratio of reactions to the motion from which they may be without bound [-]. They are a thousand times as large where a body of a
 /// millionth of the mass of another is between it and a wall.
-const UNBOUNDED: f64 = 1e6;
+pub(super) const UNBOUNDED: f64 = 1e6;
 /// Distance of unbounded reactions from their cones, as a fraction of their size.
 const OUTSIDE: f64 = 1e-2;
 /// Part of the work of the free velocities on unbounded reactions that these do not stop.

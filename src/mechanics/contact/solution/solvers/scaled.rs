@@ -4,7 +4,7 @@
 //! every contact, and the scaled error of [`ContactProblem::error_scaled`] is `‖F̂‖ / max(‖r̂‖, ‖q̂‖)` with the
 //! natural map F̂ at ρ = 1.
 
-use super::measure::At;
+use super::measure::{At, UNBOUNDED};
 use super::options::largest_of_motion;
 use crate::contact::solution::delassus::{Block, Delassus};
 use crate::contact::solution::local::Local;
@@ -74,7 +74,11 @@ impl Scaled {
             }
             scaled
         });
-        let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Reactions that hide the free velocities are no guess.
+        let [q_size, r_size] = [&q, &r].map(|x| x.iter().map(|x| x * x).sum::<f64>().sqrt());
+        if r_size > UNBOUNDED * q_size {
+            r.fill(0.0);
+        }
         let u = q.clone();
         let mut scaled = Self {
             contacts,
