@@ -61,7 +61,7 @@ function remarkOn(a, b) {
 function obstacleOfNumbers(p, q) {
   if (!p.quantity || !q.quantity) return "not in both";
   if (p.label !== q.label) return "above different thresholds";
-  if (p.isLeast && q.isLeast) return "both are lower bounds";
+  if (isCut(p) && isCut(q)) return "both are lower bounds";
   if (p.average == null || p.average === q.average || isSame(p.average, q.average)) return null;
   return `averaged over ${averageWords(p)} and ${averageWords(q)}; one window for both makes them so`;
 }
@@ -72,11 +72,14 @@ function averageWords({ average }) {
   return withUnit(average * factor, name);
 }
 
-function numberCell(summary, { quantity, isLeast, isGrowing }) {
+/** Whether a number is a lower bound whatever the time, not the value up to the end of the run. */
+const isCut = ({ isLeast, isGrowing }) => isLeast && !isGrowing;
+
+function numberCell(summary, { quantity, isLeast }) {
   if (!quantity) return "–";
   if (isMiss(summary)) return "nothing touched";
   if (summary.withheld) return "withheld";
-  return numberWithError(quantity, isLeast || isGrowing);
+  return numberWithError(quantity, isLeast);
 }
 
 function notComparable(why) {
@@ -89,9 +92,9 @@ function differenceCell(p, q) {
   const difference = after.value - before.value;
   const errors = (before.error?.total ?? 0) + (after.error?.total ?? 0);
   const words = change(difference, Math.max(Math.abs(before.value), Math.abs(after.value)), errors);
-  const isBound = p.isLeast || q.isLeast;
+  const isBound = isCut(p) || isCut(q);
   const fraction = before.value === 0 || isBound ? "" : ` (${change((100 * difference) / before.value, 100, (100 * errors) / Math.abs(before.value))} %)`;
-  const bound = isBound ? `at ${q.isLeast ? "least" : "most"} ` : "";
+  const bound = isBound ? `at ${isCut(q) ? "least" : "most"} ` : "";
   return html("span", {}, `${bound}${words}${fraction} `, verdict(p, q, difference));
 }
 
@@ -99,8 +102,8 @@ function verdict(p, q, difference) {
   if (!hasError(p.quantity) || !hasError(q.quantity)) return html("span", { class: "badge" }, "errors unknown");
   const errors = p.quantity.error.total + q.quantity.error.total;
   // A bound says something only on its own side.
-  if (p.isLeast || q.isLeast) {
-    const isClear = (q.isLeast ? difference : -difference) > errors;
+  if (isCut(p) || isCut(q)) {
+    const isClear = (isCut(q) ? difference : -difference) > errors;
     return html("span", { class: isClear ? "badge good" : "badge" }, isClear ? "beyond the errors" : "open: a lower bound");
   }
   const isClear = Math.abs(difference) > errors;

@@ -54,7 +54,7 @@ export function significantThreshold(summary) {
 }
 
 /**
- * The four numbers: {label, unit, quantity, note}, `isLeast` where it is a lower bound, `isDepth` below the surface, `isOfTheEnd` where it goes on after contact,
+ * The four numbers: {label, unit, quantity, note}, `isLeast` where it is a lower bound, `isGrowing` if since it may grow after the run, `isDepth` below the surface, `isOfTheEnd` where it goes on after contact,
  * `average` [s] or a filter's name where it is a mean over time. The quantity is absent where the scene has no contact or no tissue, or the
  * run did not get there.
  */
@@ -63,7 +63,7 @@ export function headline(summary) {
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, isLeast: impact != null && isForceGrowing(impact), average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
+    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, isLeast: impact != null && isForceGrowing(impact), isGrowing: true, average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
     { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2 },
     depth(results),
     { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(results, impact) },
@@ -93,7 +93,7 @@ function depth(results) {
   const ends = (main?.depth_reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
   const why = [ends.length && `it reaches ${ends.join(" and ")}`, isGrowing && "it still grew at the end"].filter(Boolean);
   const least = why.length ? `, or more: ${why.join(", and ")}` : "";
-  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: main != null && isDepthLeast(main), isOfTheEnd: true, isDepth: true, note: main && `below the nearest surface${least}` };
+  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: main != null && isDepthLeast(main), isGrowing, isOfTheEnd: true, isDepth: true, note: main && `below the nearest surface${least}` };
 }
 
 function energyNote(results, impact) {
