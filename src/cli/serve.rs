@@ -233,6 +233,9 @@ pub fn purge(args: &PurgeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         CliError::Other(format!("{text}{remedy}").into())
     })?;
     writeln!(out, "deleted {} job(s) and {} mesh(es)", purged.jobs, purged.meshes)?;
+    if purged.unreadable > 0 {
+        writeln!(out, "{} more cannot be read: `contuse doctor` lists what is damaged", purged.unreadable)?;
+    }
     Ok(Exit::Success)
 }
 

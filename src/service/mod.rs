@@ -78,8 +78,17 @@ async fn keep_for_days(queue: Arc<Queue>, days: u32) {
             _ = closing.wait_for(|closing| *closing) => return,
         }
         match queue.purge(days).await {
-            Ok(Purged { jobs: 0, meshes: 0 }) => {}
-            Ok(Purged { jobs, meshes }) => tracing::info!(jobs, meshes, days, "purged what is too old"),
+            Ok(Purged { jobs, meshes, unreadable }) => {
+                if jobs + meshes > 0 {
+                    tracing::info!(jobs, meshes, days, "purged what is too old");
+                }
+                if unreadable > 0 {
+                    tracing::error!(
+                        unreadable,
+                        "what is too old stays, as it cannot be read: `contuse doctor` lists it"
+                    );
+                }
+            }
             // Goes on when it does.
             Err(JobsError::BlobStoreSilent) => continue,
             Err(error) => tracing::error!(%error, "could not purge what is too old"),

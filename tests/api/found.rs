@@ -49,6 +49,43 @@ fn a_row_that_cannot_be_read_does_not_hide_the_others() {
 }
 
 #[test]
+fn a_damaged_row_is_reported_and_everything_else_goes_on() {
+    let damages = [
+        "UPDATE jobs SET attempts = 'x' WHERE seq = 1",
+        "UPDATE jobs SET attempts = 1099511627776, state = 'running' WHERE seq = 1",
+        "UPDATE jobs SET owner = x'ff', state = 'queued' WHERE seq = 1",
+        "UPDATE jobs SET memory_bytes = 'x', state = 'queued' WHERE seq = 1",
+        "UPDATE jobs SET trace = x'ff', state = 'queued' WHERE seq = 1",
+    ];
+    let mut data = {
+        let server = Server::start();
+        finished(&server.client(), &quick());
+        server.stop()
+    };
+    for damage in damages {
+        change(data.path(), damage);
+        assert_eq!(diagnosis(data.path()).unreadable, [1], "{damage}");
+        let server = Server::on(data, |_| {});
+        finished(&server.client(), &quick());
+        eventually("it has ended", || {
+            let metrics = server.client().get("/metrics").text();
+            metrics.contains("contuse_jobs{state=\"queued\"} 0")
+                && metrics.contains("contuse_jobs{state=\"running\"} 0")
+        });
+        data = server.stop();
+    }
+    // The others are purged; with its owner, it cannot even be named.
+    change(data.path(), "UPDATE jobs SET owner = x'ff' WHERE seq = 1");
+    let purge = Command::new(env!("CARGO_BIN_EXE_contuse"))
+        .args(["purge", "--older-than-days", "0", "--data"])
+        .arg(data.path())
+        .output()
+        .unwrap();
+    let words = String::from_utf8(purge.stdout).unwrap();
+    assert!(words.contains("deleted 5 job(s)") && words.contains("1 more cannot be read"), "{words}");
+}
+
+#[test]
 fn what_other_users_can_read_is_reported() {
     let server = Server::start();
     finished(&server.client(), &quick());

@@ -1,6 +1,7 @@
 //! The contract, and what processes that share a database rely on. The database is that of `CONTUSE_TEST_POSTGRES`, in which every store
 //! gets a schema of its own.
 
+use crate::job_contract::damaged::{check_damaged, check_wrong_clock};
 use crate::job_contract::upgraded::{COUNTED, Words, check_upgraded, filling};
 use crate::job_contract::{check, new, queue_of, submitted};
 use contuse::service::jobs::store::{
@@ -73,6 +74,21 @@ async fn a_filled_database_of_each_earlier_version_is_taken_up() {
         let store = PostgresStore::open(&url, Duration::from_secs(1)).await.unwrap();
         Box::pin(check_upgraded(&store)).await;
     }
+}
+
+#[tokio::test]
+async fn a_damaged_row_does_not_stop_the_others() {
+    let Some(url) = schema().await else { return };
+    let pool = sqlx::PgPool::connect(&url).await.unwrap();
+    let change = async |change| {
+        sqlx::query(sqlx::AssertSqlSafe(change)).execute(&pool).await.unwrap();
+    };
+    // Leases end at once.
+    let store = PostgresStore::open(&url, Duration::ZERO).await.unwrap();
+    check_wrong_clock(&store, change).await;
+    change("DELETE FROM jobs".to_owned()).await;
+    let damages = ["id = 'x' || seq", "attempts = 1099511627776", "attempts = 9223372036854775807"];
+    check_damaged(&store, change, &damages).await;
 }
 
 #[tokio::test]

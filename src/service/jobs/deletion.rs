@@ -21,6 +21,8 @@ pub struct Purged {
     pub jobs: u64,
     /// Meshes, counted for each owner.
     pub meshes: u64,
+    /// Jobs and meshes that are old enough, and stay since they cannot be read.
+    pub unreadable: u64,
 }
 
 impl Queue {
@@ -122,18 +124,19 @@ impl Queue {
     /// If the store or the files fail, or the object store does not answer.
     pub async fn purge(self: &Arc<Self>, older_than_days: u32) -> Result<Purged, JobsError> {
         let mut purged = Purged::default();
-        loop {
-            let jobs = self.store.expired_jobs(older_than_days, PURGED_AT_ONCE).await?;
-            if jobs.is_empty() {
-                break;
-            }
-            for (owner, id) in jobs {
+        let mut last = Some(i64::MIN);
+        while let Some(after) = last {
+            let (jobs, next) = self.store.expired_jobs(older_than_days, after, PURGED_AT_ONCE).await?;
+            (purged.unreadable, last) = (purged.unreadable + jobs.unreadable, next);
+            for (owner, id) in jobs.found {
                 // Otherwise removals would pile up.
                 self.check_pulse()?;
                 purged.jobs += u64::from(self.delete(&owner, id).await?);
             }
         }
-        for (owner, id) in self.store.expired_meshes(older_than_days).await? {
+        let meshes = self.store.expired_meshes(older_than_days).await?;
+        purged.unreadable += meshes.unreadable;
+        for (owner, id) in meshes.found {
             self.check_pulse()?;
             let deletion = self.delete_mesh(&owner, &id).await?;
             purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. }));
@@ -187,7 +190,7 @@ mod tests {
         assert!(pulse.ask());
         queue.blobs_answer().await;
         assert_eq!(queue.unless_silent(std::future::ready(7)).await.unwrap(), 7);
-        assert_eq!(queue.purge(0).await.unwrap(), Purged { jobs: 1, meshes: 0 });
+        assert_eq!(queue.purge(0).await.unwrap(), Purged { jobs: 1, ..Purged::default() });
         queue.removals.wait_for_all().await;
         assert_eq!(queue.store.blobs().await.unwrap().names.len(), 0, "nothing is left of either");
     }

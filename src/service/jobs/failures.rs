@@ -43,6 +43,14 @@ pub fn internal() -> Failure {
     }
 }
 
+/// A job whose row in the store is damaged.
+pub(super) fn unreadable() -> Failure {
+    Failure {
+        remedy: "Submit the job again, and tell the operator: `contuse doctor` lists what is damaged.".into(),
+        ..Failure::of_no_run(FailureCause::Internal, "The job store is damaged: it cannot read this job.")
+    }
+}
+
 /// A scene that has become invalid since it was accepted.
 pub(super) fn invalid_scene(problems: &Problems) -> Failure {
     let errors = problems.0.iter().filter(|problem| problem.is_error());

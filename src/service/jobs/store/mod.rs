@@ -23,7 +23,7 @@ pub use job::{Job, JobLinks, NOTICE};
 pub use postgres::PostgresStore;
 pub use quotas::{Kept, Quotas};
 pub use records::{
-    CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, Identity, JobEnd, KnownBlobs,
+    CancelAnswer, Change, ClaimedJob, DeleteAnswer, Event, EventRow, Expired, Identity, JobEnd, KnownBlobs,
     MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Requeued, Submitted,
 };
 
@@ -87,11 +87,17 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Keys of the results by content that only this job uses.
     fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>>;
 
-    /// Owners and ids of jobs that ended more than some days ago, at most `limit`.
-    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>>;
+    /// Of the jobs after number `after`, the first `limit` that ended more than some days ago, or any days if 0; and the number of the
+    /// last one, if there is one.
+    fn expired_jobs(
+        &self,
+        older_than_days: u32,
+        after: i64,
+        limit: u32,
+    ) -> Answer<'_, (Expired<JobId>, Option<i64>)>;
 
-    /// Owners and ids of meshes uploaded more than some days ago.
-    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>>;
+    /// Meshes uploaded more than some days ago, or any days if 0.
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Expired<String>>;
 
     /// Latest request of the owner of a job.
     fn request(&self, seq: i64) -> Answer<'_, OwnerRequest>;

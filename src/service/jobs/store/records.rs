@@ -234,10 +234,19 @@ pub struct KnownBlobs {
 
 impl KnownBlobs {
     /// Counts a row that cannot be read.
-    pub fn doubt(&mut self, error: &JobsError) {
-        tracing::error!(%error, "a row of the job store cannot be read");
+    pub fn doubt(&mut self, seq: Option<i64>, error: &JobsError) {
+        tracing::error!(seq, %error, "a row of the job store cannot be read");
         self.unreadable += 1;
     }
+}
+
+/// What is old enough to be deleted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Expired<Id> {
+    /// Owners and ids.
+    pub found: Vec<(String, Id)>,
+    /// Rows that cannot be read.
+    pub unreadable: u64,
 }
 
 /// Outcome of the deletion of a mesh.

@@ -1,5 +1,7 @@
 //! Guarantees of every job store, without HTTP.
 
+#[path = "tests/damaged.rs"]
+pub mod damaged;
 #[path = "tests/upgraded.rs"]
 pub mod upgraded;
 
@@ -323,10 +325,12 @@ async fn job_and_the_deletion_of_its_mesh_exclude_each_other(store: &dyn JobStor
 
 async fn what_ended_long_ago_is_found(store: &dyn JobStore) {
     let job = submitted(store, "a").await;
-    assert!(store.expired_jobs(0, 10).await.unwrap().is_empty());
+    assert_eq!(store.expired_jobs(0, i64::MIN, 10).await.unwrap().1, None);
     store.cancel("anna", job.id).await.unwrap();
-    assert_eq!(store.expired_jobs(0, 10).await.unwrap(), [("anna".to_owned(), job.id)]);
-    assert!(store.expired_jobs(1, 10).await.unwrap().is_empty());
+    let (expired, last) = store.expired_jobs(0, i64::MIN, 10).await.unwrap();
+    assert_eq!((expired.found, last), (vec![("anna".to_owned(), job.id)], Some(job.seq)));
+    assert_eq!(store.expired_jobs(0, job.seq, 10).await.unwrap().1, None);
+    assert_eq!(store.expired_jobs(1, i64::MIN, 10).await.unwrap().1, None);
     store.add_result(job.seq, "r").await.unwrap();
     assert_eq!(store.own_results(job.seq).await.unwrap(), ["r"]);
     store.try_write().await.unwrap();

@@ -1,12 +1,13 @@
 //! State changes of jobs, from the queue to the end.
 
 use super::read::job_id;
-use super::{SqlStore, Write, add_event, attempts_of};
+use super::{Row, SqlStore, Write, add_event, attempts_of, possible_attempts, set_aside};
 use crate::service::jobs::store::{
     CancelAnswer, DeleteAnswer, Event, JobEnd, Orphan, OwnerRequest, Requeued,
 };
 use crate::service::jobs::{JobId, JobState, JobsError, Progress};
 use crate::step::Ending;
+use sqlx::Row as _;
 
 impl SqlStore {
     pub(super) async fn record_progress(
@@ -178,29 +179,27 @@ impl SqlStore {
 
     pub(super) async fn orphans(&self) -> Result<Vec<Orphan>, JobsError> {
         let mut transaction = self.begin().await?;
-        let mut rows: Vec<(i64, String, i64, bool, bool)> = sqlx::query_as(concat!(
+        let rows = sqlx::query(concat!(
             "UPDATE jobs SET ",
             taken!(),
             " WHERE (state = 'running' OR deleted = 1) AND ",
             is_lost!(),
             "
-             RETURNING seq, id, attempts, deleted <> 0, cancel_requested <> 0"
+             RETURNING seq, id, attempts, deleted <> 0 AS deleted, cancel_requested <> 0 AS cancelled"
         ))
         .bind(&self.worker)
         .bind(self.lease.as_secs_f64())
         .fetch_all(&mut *transaction)
         .await?;
-        transaction.commit().await?;
-        rows.sort_unstable();
         let mut orphans = Vec::new();
-        for (seq, id, attempts, deleted, cancel_requested) in rows {
-            let request = OwnerRequest::of(deleted, cancel_requested);
-            match job_id(id).and_then(|id| Ok(Orphan { seq, id, attempt: attempts_of(attempts)?, request })) {
+        for row in rows {
+            match orphan_of_row(&row) {
                 Ok(orphan) => orphans.push(orphan),
-                // The others are recovered, and this one is found by `contuse doctor`.
-                Err(error) => tracing::error!(seq, %error, "a job cannot be read"),
+                Err(error) => set_aside(&mut transaction, row.try_get("seq")?, &error).await?,
             }
         }
+        transaction.commit().await?;
+        orphans.sort_unstable_by_key(|orphan| orphan.seq);
         Ok(orphans)
     }
 
@@ -241,13 +240,13 @@ impl SqlStore {
     }
 }
 
-/// Number, state and attempts of a job of an owner.
+/// Number, state and attempts of a job of an owner, to be changed or deleted.
 async fn find(
     transaction: &mut Write<'_>,
     owner: &str,
     id: JobId,
 ) -> Result<Option<(i64, JobState, u32)>, JobsError> {
-    let row: Option<(i64, String, i64)> = sqlx::query_as(concat!(
+    let row = sqlx::query(concat!(
         "SELECT seq, state, attempts FROM jobs WHERE owner = $1 AND id = $2 AND deleted = 0",
         locked!()
     ))
@@ -255,9 +254,19 @@ async fn find(
     .bind(id.to_string())
     .fetch_optional(&mut **transaction)
     .await?;
-    row.map(|(seq, state, attempts)| {
+    row.map(|row| {
+        let state: String = row.try_get("state")?;
         let known = JobState::from_name(&state).ok_or(JobsError::Corrupt { what: "state", value: state })?;
-        Ok((seq, known, attempts_of(attempts)?))
+        Ok((row.try_get("seq")?, known, possible_attempts(&row)))
     })
     .transpose()
+}
+
+fn orphan_of_row(row: &Row) -> Result<Orphan, JobsError> {
+    let request = OwnerRequest::of(row.try_get("deleted")?, row.try_get("cancelled")?);
+    let attempt = match request {
+        OwnerRequest::Deletion => possible_attempts(row),
+        _ => attempts_of(row.try_get("attempts")?)?,
+    };
+    Ok(Orphan { seq: row.try_get("seq")?, id: job_id(row.try_get("id")?)?, attempt, request })
 }

@@ -2,13 +2,14 @@
 
 use super::read::job_id;
 use super::submit::check_kept;
-use super::{SqlStore, attempts_of};
+use super::{Row, SqlStore, attempts_of, possible_attempts};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
 use crate::service::jobs::JobsError;
 use crate::service::jobs::store::{KnownBlobs, MeshDeletion, Quotas};
 use crate::service::meshes::StoredMesh;
 use crate::service::shelves::{mesh_name, recording_name, recording_names, result_name};
+use sqlx::Row as _;
 
 impl SqlStore {
     pub(super) async fn add_mesh(
@@ -41,33 +42,28 @@ impl SqlStore {
 
     pub(super) async fn blobs(&self) -> Result<KnownBlobs, JobsError> {
         let mut known = KnownBlobs::default();
-        let jobs: Vec<(String, i64, bool, i64)> = sqlx::query_as(
-            "SELECT id, attempts, recording_sha256 IS NOT NULL AND deleted = 0, recording_attempt FROM jobs",
-        )
-        .fetch_all(&self.pool)
-        .await?;
-        for (id, attempts, is_recorded, recorded) in jobs {
-            match job_id(id).and_then(|id| Ok((id, attempts_of(attempts)?, attempts_of(recorded)?))) {
-                Ok((id, attempts, recorded)) => {
-                    known.names.extend(recording_names(id, attempts));
-                    known.recorded.extend(is_recorded.then(|| (id, recording_name(id, recorded))));
-                }
-                Err(error) => known.doubt(&error),
+        let jobs = sqlx::query(
+            "SELECT seq, id, attempts, recording_sha256 IS NOT NULL AND deleted = 0 AS is_recorded, recording_attempt FROM jobs",
+        );
+        for row in jobs.fetch_all(&self.pool).await? {
+            if let Err(error) = add_recordings(&mut known, &row) {
+                known.doubt(row.try_get("seq").ok(), &error);
             }
         }
-        let meshes: Vec<(String, String)> =
-            sqlx::query_as("SELECT DISTINCT id, format FROM meshes").fetch_all(&self.pool).await?;
-        for (id, format) in meshes {
-            match mesh_format(format) {
-                Ok(format) => {
-                    known.names.insert(mesh_name(&id, format));
-                }
-                Err(error) => known.doubt(&error),
+        let meshes = sqlx::query("SELECT DISTINCT id, format FROM meshes");
+        for row in meshes.fetch_all(&self.pool).await? {
+            match mesh_name_of_row(&row) {
+                Ok(name) => drop(known.names.insert(name)),
+                Err(error) => known.doubt(None, &error),
             }
         }
-        let results: Vec<(String,)> =
-            sqlx::query_as("SELECT DISTINCT key FROM results").fetch_all(&self.pool).await?;
-        known.names.extend(results.into_iter().map(|(key,)| result_name(&key)));
+        let results = sqlx::query("SELECT DISTINCT key FROM results");
+        for row in results.fetch_all(&self.pool).await? {
+            match row.try_get::<String, _>("key") {
+                Ok(key) => drop(known.names.insert(result_name(&key))),
+                Err(error) => known.doubt(None, &error.into()),
+            }
+        }
         Ok(known)
     }
 
@@ -137,6 +133,21 @@ impl SqlStore {
             .await?;
         Ok(owners > 0)
     }
+}
+
+/// Adds the names of the recordings that a job has or may have.
+fn add_recordings(known: &mut KnownBlobs, row: &Row) -> Result<(), JobsError> {
+    let id = job_id(row.try_get("id")?)?;
+    known.names.extend(recording_names(id, possible_attempts(row)));
+    if row.try_get("is_recorded")? {
+        let recorded = attempts_of(row.try_get("recording_attempt")?)?;
+        known.recorded.insert(id, recording_name(id, recorded));
+    }
+    Ok(())
+}
+
+fn mesh_name_of_row(row: &Row) -> Result<String, JobsError> {
+    Ok(mesh_name(row.try_get("id")?, mesh_format(row.try_get("format")?)?))
 }
 
 fn mesh_of_row(

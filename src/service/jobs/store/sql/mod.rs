@@ -11,17 +11,21 @@ mod submit;
 use super::{Db, Row, Turn, Write};
 use crate::mesh::read::MeshFormat;
 use crate::mesh::report::MeshReport;
+use crate::service::jobs::failures::unreadable;
 use crate::service::jobs::store::{
-    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Job, JobEnd, JobStore, Kept, KnownBlobs,
-    MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Quotas, Requeued, SharedStore, Submitted,
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, Expired, Job, JobEnd, JobStore, Kept,
+    KnownBlobs, MeshDeletion, NewJob, Orphan, OwnerRequest, Page, Quotas, Requeued, SharedStore, Submitted,
 };
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::service::meshes::StoredMesh;
 use futures::future::BoxFuture;
-use sqlx::Pool;
 use sqlx::migrate::Migrator;
+use sqlx::{Pool, Row as _};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+
+/// More attempts than a job has.
+const MANY_ATTEMPTS: u32 = 1000;
 
 /// A job store in a database, durable at every commit.
 #[derive(Debug)]
@@ -105,10 +109,15 @@ impl JobStore for SqlStore {
     fn own_results(&self, seq: i64) -> Answer<'_, Vec<String>> {
         self.counted(self.own_results(seq))
     }
-    fn expired_jobs(&self, older_than_days: u32, limit: u32) -> Answer<'_, Vec<(String, JobId)>> {
-        self.counted(self.expired_jobs(older_than_days, limit))
+    fn expired_jobs(
+        &self,
+        older_than_days: u32,
+        after: i64,
+        limit: u32,
+    ) -> Answer<'_, (Expired<JobId>, Option<i64>)> {
+        self.counted(self.expired_jobs(older_than_days, after, limit))
     }
-    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Vec<(String, String)>> {
+    fn expired_meshes(&self, older_than_days: u32) -> Answer<'_, Expired<String>> {
         self.counted(self.expired_meshes(older_than_days))
     }
     fn request(&self, seq: i64) -> Answer<'_, OwnerRequest> {
@@ -198,9 +207,37 @@ async fn add_event(transaction: &mut Write<'_>, job: i64, event: &Event<'_>) -> 
     Ok(())
 }
 
+/// Ends a job that waits or runs and cannot be read, so that the others go on: it has failed.
+async fn set_aside(transaction: &mut Write<'_>, seq: i64, error: &JobsError) -> Result<(), JobsError> {
+    let failure = unreadable();
+    let result = sqlx::query(concat!(
+        "UPDATE jobs SET state = 'failed', phase = 'done', failure = $2, finished_at = ",
+        now!(),
+        " WHERE seq = $1 AND state IN ('queued', 'running')"
+    ))
+    .bind(seq)
+    .bind(serde_json::to_string(&failure)?)
+    .execute(&mut **transaction)
+    .await?;
+    tracing::error!(seq, %error, "a job cannot be read: it is set aside as failed");
+    if result.rows_affected() > 0 {
+        add_event(transaction, seq, &Event::ended(&failure.into())).await?;
+    }
+    Ok(())
+}
+
 /// A number of attempts, or of one, from its column.
 pub(super) fn attempts_of(number: i64) -> Result<u32, JobsError> {
     number
         .try_into()
         .map_err(|_| JobsError::Corrupt { what: "number of attempts", value: number.to_string() })
+}
+
+/// The number of attempts whose recordings may be there: many if it cannot be read.
+fn possible_attempts(row: &Row) -> u32 {
+    row.try_get("attempts")
+        .map_err(JobsError::from)
+        .and_then(attempts_of)
+        .unwrap_or(MANY_ATTEMPTS)
+        .min(MANY_ATTEMPTS)
 }

@@ -1,5 +1,6 @@
 //! Queries of jobs, which change nothing.
 
+use super::claim::claimed_of_row;
 use super::{Row, SqlStore, attempts_of};
 use crate::service::jobs::store::{EventRow, Job, JobLinks, NOTICE, Page};
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase, Priority};
@@ -161,14 +162,21 @@ impl SqlStore {
         // In pieces: there may be very many jobs.
         let (mut unreadable, mut after) = (Vec::new(), i64::MIN);
         loop {
-            let rows = sqlx::query("SELECT * FROM job_rows WHERE seq > $1 ORDER BY seq LIMIT 1000")
-                .bind(after)
-                .fetch_all(&self.pool)
-                .await?;
+            let rows = sqlx::query(
+                "SELECT r.*, j.kind, j.memory_bytes, j.alone <> 0 AS alone, j.trace
+                 FROM job_rows r JOIN jobs j ON j.seq = r.seq WHERE r.seq > $1 ORDER BY r.seq LIMIT 1000",
+            )
+            .bind(after)
+            .fetch_all(&self.pool)
+            .await?;
             let Some(last) = rows.last() else { return Ok((found, unreadable)) };
             after = last.try_get("seq")?;
-            for row in rows.iter().filter(|row| job_of_row(row).is_err()) {
-                unreadable.push(row.try_get("seq")?);
+            for row in &rows {
+                if let Err(error) = job_of_row(row).and_then(|_| claimed_of_row(row)) {
+                    let seq = row.try_get("seq")?;
+                    tracing::error!(seq, %error, "a job cannot be read");
+                    unreadable.push(seq);
+                }
             }
         }
     }

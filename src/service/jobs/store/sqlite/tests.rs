@@ -1,5 +1,6 @@
 //! Properties of SQLite that the guarantees of the store rely on.
 
+use super::super::tests::damaged::{check_damaged, check_wrong_clock};
 use super::super::tests::upgraded::{COUNTED, Words, check_upgraded, filling};
 use super::super::tests::{check, new, queue_of, submitted};
 use super::*;
@@ -84,6 +85,32 @@ async fn a_filled_store_of_each_earlier_version_is_taken_up() {
         check_upgraded(&store).await;
         store.close().await;
     }
+}
+
+#[tokio::test]
+async fn a_damaged_row_does_not_stop_the_others() {
+    let (_dir, store) = store().await;
+    let damages = [
+        "id = 'x' || seq",
+        "id = CAST('x' || seq AS BLOB)",
+        "owner = x'ff'",
+        "attempts = 'x'",
+        "attempts = 1099511627776",
+        "memory_bytes = 'x'",
+        "trace = x'ff'",
+        "scene = 7, warnings = '{'",
+    ];
+    check_damaged(&store, async |change| set(&store, change).await, &damages).await;
+}
+
+#[tokio::test]
+async fn all_that_has_ended_is_found_with_a_wrong_clock() {
+    let (_dir, store) = store().await;
+    check_wrong_clock(&store, async |change| set(&store, change).await).await;
+}
+
+async fn set(store: &SqliteStore, change: String) {
+    sqlx::query(AssertSqlSafe(change)).execute(&store.pool).await.unwrap();
 }
 
 #[tokio::test]
