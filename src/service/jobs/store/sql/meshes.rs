@@ -68,10 +68,10 @@ impl SqlStore {
     }
 
     pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
-        let row = sqlx::query_as(
+        let row = sqlx::query(
             "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = $1 AND id = $2",
         );
-        row.bind(owner).bind(id).fetch_optional(&self.pool).await?.map(mesh_of_row).transpose()
+        row.bind(owner).bind(id).fetch_optional(&self.pool).await?.as_ref().map(mesh_of_row).transpose()
     }
 
     pub(super) async fn meshes(
@@ -80,11 +80,19 @@ impl SqlStore {
         after: &str,
         limit: u32,
     ) -> Result<Vec<StoredMesh>, JobsError> {
-        let rows = sqlx::query_as(
+        let rows = sqlx::query(
             "SELECT id, format, bytes, report, created_at FROM meshes WHERE owner = $1 AND id > $2 ORDER BY id LIMIT $3",
         );
         let rows = rows.bind(owner).bind(after).bind(i64::from(limit)).fetch_all(&self.pool).await?;
-        rows.into_iter().map(mesh_of_row).collect()
+        let reported = |error: &JobsError| tracing::error!(%error, "a mesh cannot be read");
+        let mut meshes: Vec<_> =
+            rows.iter().filter_map(|row| mesh_of_row(row).inspect_err(reported).ok()).collect();
+        // One that cannot be read does not hide the others.
+        let lacking = limit - u32::try_from(meshes.len()).unwrap_or(limit);
+        if let Some(last) = rows.last().filter(|_| lacking > 0 && rows.len() == limit as usize) {
+            meshes.extend(Box::pin(self.meshes(owner, last.try_get("id")?, lacking)).await?);
+        }
+        Ok(meshes)
     }
 
     pub(super) async fn delete_mesh(&self, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
@@ -150,15 +158,13 @@ fn mesh_name_of_row(row: &Row) -> Result<String, JobsError> {
     Ok(mesh_name(row.try_get("id")?, mesh_format(row.try_get("format")?)?))
 }
 
-fn mesh_of_row(
-    (id, format, bytes, report, created_at): (String, String, i64, String, String),
-) -> Result<StoredMesh, JobsError> {
+fn mesh_of_row(row: &Row) -> Result<StoredMesh, JobsError> {
     Ok(StoredMesh {
-        id,
-        format: mesh_format(format)?,
-        bytes: bytes.cast_unsigned(),
-        report: serde_json::from_str(&report)?,
-        created_at,
+        id: row.try_get("id")?,
+        format: mesh_format(row.try_get("format")?)?,
+        bytes: row.try_get::<i64, _>("bytes")?.cast_unsigned(),
+        report: serde_json::from_str(row.try_get("report")?)?,
+        created_at: row.try_get("created_at")?,
     })
 }
 

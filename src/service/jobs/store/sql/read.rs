@@ -20,29 +20,50 @@ impl SqlStore {
     }
 
     pub(super) async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<Job>, JobsError> {
-        let before = page.before.unwrap_or(i64::MAX);
-        let found = if page.states.is_empty() {
-            let rows = sqlx::query(
-                "SELECT * FROM job_rows WHERE owner = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3",
-            );
-            rows.bind(owner).bind(before).bind(i64::from(page.limit)).fetch_all(&self.pool).await?
-        } else {
-            // A page of each state: together they contain the page of all.
-            let mut found = Vec::new();
-            for state in JobState::ALL.into_iter().filter(|state| page.states.contains(state)) {
-                let rows = sqlx::query(
-                    "SELECT * FROM job_rows WHERE owner = $1 AND state = $2 AND seq < $3 ORDER BY seq DESC LIMIT $4",
-                );
-                let rows = rows.bind(owner).bind(state.as_str()).bind(before).bind(i64::from(page.limit));
-                found.extend(rows.fetch_all(&self.pool).await?);
-            }
-            found
-        };
-        let mut rows: Vec<Job> = found.iter().filter_map(readable).collect();
+        let mut rows = Vec::new();
+        if page.states.is_empty() {
+            rows = self.readable_jobs(owner, None, page).await?;
+        }
+        // A page of each state: together they contain the page of all.
+        for state in JobState::ALL.into_iter().filter(|state| page.states.contains(state)) {
+            rows.extend(self.readable_jobs(owner, Some(state), page).await?);
+        }
         rows.sort_by_key(|row| std::cmp::Reverse(row.seq));
         rows.truncate(page.limit as usize);
         self.count_positions(owner, &mut rows).await?;
         Ok(rows)
+    }
+
+    /// A page of the jobs in a state, or in any. Those that cannot be read are reported, and do not hide the others.
+    async fn readable_jobs(
+        &self,
+        owner: &str,
+        state: Option<JobState>,
+        page: &Page,
+    ) -> Result<Vec<Job>, JobsError> {
+        let statement = if state.is_some() {
+            "SELECT * FROM job_rows WHERE owner = $1 AND seq < $2 AND state = $4 ORDER BY seq DESC LIMIT $3"
+        } else {
+            "SELECT * FROM job_rows WHERE owner = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3"
+        };
+        let (mut found, mut before) = (Vec::new(), page.before.unwrap_or(i64::MAX));
+        loop {
+            let lacking = page.limit as usize - found.len();
+            let rows =
+                sqlx::query(statement).bind(owner).bind(before).bind(i64::try_from(lacking).unwrap_or(0));
+            let rows = match state {
+                Some(state) => rows.bind(state.as_str()),
+                None => rows,
+            };
+            let rows = rows.fetch_all(&self.pool).await?;
+            found.extend(rows.iter().filter_map(readable));
+            let Some(last) =
+                rows.last().filter(|_| found.len() < page.limit as usize && rows.len() == lacking)
+            else {
+                return Ok(found);
+            };
+            before = last.try_get("seq")?;
+        }
     }
 
     /// Sets the positions of waiting jobs among those of their owner: these are counted once, whatever the number of rows.
@@ -52,11 +73,13 @@ impl SqlStore {
             return Ok(());
         }
         waiting.sort_by_key(|row| (row.priority, row.seq));
-        let of_priorities: Vec<(i64, i64)> =
-            sqlx::query_as("SELECT priority, n FROM waiting_counts WHERE owner = $1")
-                .bind(owner)
-                .fetch_all(&self.pool)
-                .await?;
+        let of_priorities = sqlx::query("SELECT priority, n FROM waiting_counts WHERE owner = $1");
+        let of_priorities = of_priorities.bind(owner).fetch_all(&self.pool).await?;
+        // Those of jobs that cannot be read are not counted.
+        let of_priorities: Vec<(i64, i64)> = of_priorities
+            .iter()
+            .filter_map(|row| Some((row.try_get("priority").ok()?, row.try_get("n").ok()?)))
+            .collect();
         let (mut counted_to, mut position) = ((None, i64::MIN), 0);
         for row in waiting {
             if counted_to.0 != Some(row.priority) {
@@ -135,14 +158,14 @@ impl SqlStore {
     }
 
     pub(super) async fn queue_age_s(&self) -> Result<f64, JobsError> {
-        let age: Option<(f64,)> = sqlx::query_as(concat!(
+        let age: Option<(Option<f64>,)> = sqlx::query_as(concat!(
             "SELECT ",
             age_s!(),
             " FROM jobs WHERE state = 'queued' AND deleted = 0 ORDER BY seq LIMIT 1"
         ))
         .fetch_optional(&self.pool)
         .await?;
-        Ok(age.map_or(0.0, |(age,)| age.max(0.0)))
+        Ok(age.and_then(|(age,)| age).unwrap_or(0.0).max(0.0))
     }
 
     pub(super) async fn counts(&self) -> Result<Vec<(JobState, u64)>, JobsError> {
@@ -192,7 +215,7 @@ pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
     JobKind::from_name(&name).ok_or(JobsError::Corrupt { what: "kind of job", value: name })
 }
 
-/// Converts a row of a list; one that cannot be read is reported, and does not hide the others.
+/// Converts a row of a list; one that cannot be read is reported.
 fn readable(row: &Row) -> Option<Job> {
     match job_of_row(row) {
         Ok(row) => Some(row),

@@ -4,7 +4,8 @@ use super::super::tests::damaged::{check_damaged, check_wrong_clock};
 use super::super::tests::upgraded::{COUNTED, Words, check_upgraded, filling};
 use super::super::tests::{check, new, queue_of, submitted};
 use super::*;
-use crate::service::jobs::store::{JobStore as _, NewJob, Submitted};
+use crate::mesh::read::MeshFormat;
+use crate::service::jobs::store::{JobStore as _, NewJob, Page, Quotas, Submitted};
 use crate::service::jobs::{JobId, JobKind, JobState, Phase};
 use futures::future::join_all;
 use sqlx::{AssertSqlSafe, SqlitePool};
@@ -101,6 +102,32 @@ async fn a_damaged_row_does_not_stop_the_others() {
         "scene = 7, warnings = '{'",
     ];
     check_damaged(&store, async |change| set(&store, change).await, &damages).await;
+}
+
+#[tokio::test]
+async fn damaged_rows_hide_neither_jobs_nor_meshes_nor_the_age_of_the_queue() {
+    let (_dir, store) = store().await;
+    let report =
+        serde_json::from_str(include_str!("../../../../../api/examples/mesh.response.json")).unwrap();
+    for id in ["0a", "0b"] {
+        store.add_mesh("anna", id, MeshFormat::Gmsh, 1, &report, Quotas::NONE).await.unwrap();
+    }
+    let oldest = submitted(&store, "oldest").await;
+    submitted(&store, "a").await;
+    let good = submitted(&store, "b").await;
+    set(&store, "UPDATE jobs SET priority = 'x', created_at = 'x' WHERE name = 'a'".into()).await;
+    set(&store, "UPDATE waiting_counts SET n = 2".into()).await;
+    set(&store, "INSERT INTO waiting_counts (owner, priority, n) VALUES ('anna', 'x', 1)".into()).await;
+    set(&store, "UPDATE meshes SET bytes = 'x' WHERE id = '0a'".into()).await;
+    let jobs = store.jobs("anna", &Page { states: vec![], before: None, limit: 10 }).await.unwrap();
+    // Nor the next page.
+    let first = store.jobs("anna", &Page { states: vec![], before: Some(good.seq), limit: 1 }).await.unwrap();
+    assert!(first.iter().map(|job| job.seq).eq([oldest.seq]));
+    let positions: Vec<_> = jobs.iter().map(|job| (job.id, job.queue_position)).collect();
+    assert_eq!(positions, [(good.id, Some(2)), (oldest.id, Some(1))]);
+    let meshes = store.meshes("anna", "", 1).await.unwrap();
+    assert_eq!(meshes.iter().map(|mesh| mesh.id.as_str()).collect::<Vec<_>>(), ["0b"]);
+    assert!(store.queue_age_s().await.unwrap() >= 0.0);
 }
 
 #[tokio::test]
