@@ -111,6 +111,31 @@ async fn what_keeps_a_database_closed_is_reported_without_the_password() {
     assert!(!error.contains("secret"), "{error}");
 }
 
+/// Address of a new database with properties of its own, and a connection to the server.
+async fn database(properties: &str) -> Option<(String, String, sqlx::PgPool)> {
+    let url = crate::address("CONTUSE_TEST_POSTGRES")?;
+    let name = format!("test_{}", JobId::new_v4().simple());
+    let server = sqlx::PgPool::connect(&url).await.unwrap();
+    ask(&server, format!("CREATE DATABASE {name} {properties}")).await;
+    Some((url.replace("/postgres", &format!("/{name}")), name, server))
+}
+
+async fn ask(pool: &sqlx::PgPool, statement: String) {
+    sqlx::query(sqlx::AssertSqlSafe(statement)).execute(pool).await.unwrap();
+}
+
+#[tokio::test]
+async fn a_database_that_accepts_no_writes_is_noticed() {
+    let Some((url, name, server)) = database("").await else { return };
+    let store = PostgresStore::open(&url, LONG).await.unwrap();
+    store.try_write().await.unwrap();
+    ask(&server, format!("ALTER DATABASE {name} SET default_transaction_read_only = on")).await;
+    let end = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname";
+    ask(&server, format!("{end} = '{name}'")).await;
+    let error = store.try_write().await.unwrap_err();
+    assert!(error.is_passing(), "{error}");
+}
+
 #[tokio::test]
 async fn jobs_of_live_processes_are_no_orphans() {
     let Some([here, there]) = stores(LONG).await else { return };

@@ -48,9 +48,9 @@ impl PostgresStore {
         Self::migrated(pool, (), &migrations(), lease).await
     }
 
-    /// A transaction that takes an id has to be written to the log of the database.
+    /// A change of a row to what it is has to be written as any other.
     async fn try_write(&self) -> Result<(), JobsError> {
-        sqlx::query("SELECT pg_current_xact_id()::text").execute(&self.pool).await?;
+        sqlx::query("UPDATE identity SET has_blobs = has_blobs").execute(&self.pool).await?;
         Ok(())
     }
 
