@@ -125,6 +125,17 @@ async fn ask(pool: &sqlx::PgPool, statement: String) {
 }
 
 #[tokio::test]
+async fn a_database_that_cannot_store_every_name_is_refused() {
+    let latin = "ENCODING 'LATIN1' TEMPLATE template0 LC_COLLATE 'C' LC_CTYPE 'C'";
+    let Some((url, ..)) = database(latin).await else { return };
+    let error = PostgresStore::open(&url, LONG).await.unwrap_err().to_string();
+    assert!(
+        error.contains("its encoding is LATIN1") && error.contains("createdb --encoding=UTF8"),
+        "{error}"
+    );
+}
+
+#[tokio::test]
 async fn a_database_that_accepts_no_writes_is_noticed() {
     let Some((url, name, server)) = database("").await else { return };
     let store = PostgresStore::open(&url, LONG).await.unwrap();
@@ -134,6 +145,32 @@ async fn a_database_that_accepts_no_writes_is_noticed() {
     ask(&server, format!("{end} = '{name}'")).await;
     let error = store.try_write().await.unwrap_err();
     assert!(error.is_passing(), "{error}");
+}
+
+#[tokio::test]
+async fn the_default_isolation_of_a_database_does_not_matter() {
+    let Some((url, name, server)) = database("").await else { return };
+    ask(&server, format!("ALTER DATABASE {name} SET default_transaction_isolation = 'serializable'")).await;
+    let store = PostgresStore::open(&url, LONG).await.unwrap();
+    let job = new("a");
+    for answer in join_all((0..40).map(|_| store.submit(&job, queue_of(100)))).await {
+        answer.unwrap();
+    }
+    let claims = join_all((0..40).map(|_| store.claim(None))).await;
+    assert!(claims.into_iter().all(|claim| claim.is_ok()));
+}
+
+#[tokio::test]
+async fn a_locked_table_is_a_fault_that_passes() {
+    let Some(url) = schema().await else { return };
+    let store = PostgresStore::open(&url, LONG).await.unwrap();
+    let pool = sqlx::PgPool::connect(&url).await.unwrap();
+    let mut other = pool.begin().await.unwrap();
+    sqlx::query("LOCK TABLE jobs, identity").execute(&mut *other).await.unwrap();
+    let (counts, written) = join(store.counts(), store.try_write()).await;
+    assert!(counts.unwrap_err().is_passing() && written.unwrap_err().is_passing());
+    other.rollback().await.unwrap();
+    store.counts().await.unwrap();
 }
 
 #[tokio::test]

@@ -2,6 +2,7 @@
 
 use crate::service::jobs::{JobsError, StoreFault};
 use sqlx::error::DatabaseError;
+use sqlx::migrate::MigrateError;
 use sqlx::sqlite::SqliteError;
 
 /// SQLite's code for a full disk (SQLITE_FULL), in the lower byte of an extended code.
@@ -20,12 +21,20 @@ const SQLITE_CANTOPEN: u32 = 14;
 const DISK_FULL: &str = "53100";
 /// SQLSTATE of a server that accepts no writes.
 const READ_ONLY: &str = "25006";
-/// Classes of SQLSTATE: connection, serialisation and deadlock, resources, shutdown and start.
+/// SQLSTATE of a lock that was waited for too long.
+const LOCK_NOT_AVAILABLE: &str = "55P03";
+/// Classes of SQLSTATE: connection, serialisation and deadlock, resources, cancelled statements, shutdown and start.
 const PASSING: [&str; 4] = ["08", "40", "53", "57"];
 
 impl From<sqlx::Error> for JobsError {
     fn from(error: sqlx::Error) -> Self {
         Self::Store { fault: StoreFault::of(&error), source: error.into() }
+    }
+}
+
+impl From<MigrateError> for JobsError {
+    fn from(error: MigrateError) -> Self {
+        Self::Migration(error.into())
     }
 }
 
@@ -53,7 +62,7 @@ fn fault_of(error: &dyn DatabaseError) -> StoreFault {
     }
     match code.as_ref() {
         DISK_FULL => StoreFault::Full,
-        READ_ONLY => StoreFault::Passing,
+        READ_ONLY | LOCK_NOT_AVAILABLE => StoreFault::Passing,
         _ if PASSING.iter().any(|class| code.starts_with(class)) => StoreFault::Passing,
         _ => StoreFault::Other,
     }

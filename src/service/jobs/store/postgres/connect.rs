@@ -3,7 +3,7 @@
 use crate::service::jobs::JobsError;
 use sqlx::error::DatabaseError;
 use sqlx::postgres::PgConnectOptions;
-use sqlx::{Connection as _, Error, PgConnection};
+use sqlx::{AssertSqlSafe, Connection as _, Error, PgConnection};
 use std::io::{self, ErrorKind};
 use std::time::{Duration, Instant};
 
@@ -19,16 +19,48 @@ const NOT_AUTHORISED: &str = "28";
 /// SQLSTATE of a database that does not exist.
 const NO_DATABASE: &str = "3D000";
 
-/// Connects to a database, and closes the connection.
+/// Longest time that a statement takes or waits for a lock, as a request waits for a connection.
+pub(super) const STATEMENT_PATIENCE: Duration = Duration::from_secs(10);
+
+/// Encodings in which names can be stored in any script.
+const ENCODINGS: [&str; 2] = ["UTF8", "SQL_ASCII"];
+
+/// Connects to a database, and says what keeps it from being used. Statements may take long, as those of migrations do.
 ///
 /// # Errors
 /// `Database`: why it cannot be opened, without the password.
-pub(super) async fn try_connect(options: &PgConnectOptions) -> Result<(), JobsError> {
+pub(super) async fn connect(options: &PgConnectOptions) -> Result<PgConnection, JobsError> {
+    let mut connection = try_connect(options).await?;
+    sqlx::query(ISOLATION).execute(&mut connection).await?;
+    let encoding: String = sqlx::query_scalar("SHOW server_encoding").fetch_one(&mut connection).await?;
+    if !ENCODINGS.contains(&encoding.as_str()) {
+        let words = format!("its encoding is {encoding}, which lacks most characters of names");
+        return Err(refused(
+            options,
+            words.into(),
+            "create one with `createdb --encoding=UTF8 --template=template0`",
+        ));
+    }
+    Ok(connection)
+}
+
+/// The isolation that the statements are written for, whatever the default of the database.
+const ISOLATION: &str = "SET default_transaction_isolation = 'read committed'";
+
+/// Prepares a connection for the statements of requests.
+pub(super) async fn prepare(connection: &mut PgConnection) -> Result<(), Error> {
+    let patience = STATEMENT_PATIENCE.as_secs();
+    let settings =
+        format!("{ISOLATION}; SET lock_timeout = '{patience}s'; SET statement_timeout = '{patience}s'");
+    sqlx::raw_sql(AssertSqlSafe(settings)).execute(connection).await.map(drop)
+}
+
+async fn try_connect(options: &PgConnectOptions) -> Result<PgConnection, JobsError> {
     let begun = Instant::now();
     loop {
         let left = PATIENCE.saturating_sub(begun.elapsed());
         let error = match tokio::time::timeout(left, PgConnection::connect_with(options)).await {
-            Ok(Ok(connection)) => return Ok(connection.close().await?),
+            Ok(Ok(connection)) => return Ok(connection),
             Ok(Err(error)) => error,
             Err(_) => {
                 let words = format!("no answer within {} s", PATIENCE.as_secs());
@@ -56,12 +88,6 @@ fn code(error: &Error) -> String {
 
 /// Why a database cannot be opened, and what helps.
 fn closed(options: &PgConnectOptions, error: Error) -> JobsError {
-    let user = options.get_username();
-    let database = options.get_database().unwrap_or(user);
-    let server = match options.get_socket() {
-        Some(socket) => socket.display().to_string(),
-        None => format!("{}:{}", options.get_host(), options.get_port()),
-    };
     let code = code(&error);
     let remedy = if code == NO_DATABASE {
         "create it (`createdb`), or name another one"
@@ -70,8 +96,22 @@ fn closed(options: &PgConnectOptions, error: Error) -> JobsError {
     } else {
         "start the server, or correct host and port"
     };
+    refused(options, error.into(), remedy)
+}
+
+fn refused(
+    options: &PgConnectOptions,
+    source: Box<dyn std::error::Error + Send + Sync>,
+    remedy: &'static str,
+) -> JobsError {
+    let user = options.get_username();
+    let database = options.get_database().unwrap_or(user);
+    let server = match options.get_socket() {
+        Some(socket) => socket.display().to_string(),
+        None => format!("{}:{}", options.get_host(), options.get_port()),
+    };
     let database = format!("{database:?} at {server} as {user:?}");
-    JobsError::Database { database, source: error.into(), remedy }
+    JobsError::Database { database, source, remedy }
 }
 
 #[cfg(test)]

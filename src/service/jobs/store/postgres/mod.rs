@@ -18,7 +18,7 @@ use crate::service::jobs::JobsError;
 use futures::stream::{self, BoxStream, StreamExt as _};
 use sqlx::migrate::Migrator;
 use sqlx::postgres::{PgConnectOptions, PgListener, PgPoolOptions};
-use sqlx::{Postgres, Transaction};
+use sqlx::{Connection as _, Postgres, Transaction};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -39,13 +39,16 @@ impl PostgresStore {
     /// If the address is not one, or the database cannot be opened or migrated.
     pub async fn open(url: &str, lease: Duration) -> Result<Self, JobsError> {
         let options = url.parse::<PgConnectOptions>()?.application_name("contuse");
-        connect::try_connect(&options).await?;
+        let mut first = connect::connect(&options).await?;
+        migrations().run(&mut first).await?;
+        first.close().await?;
         let pool = PgPoolOptions::new()
             .max_connections(8)
-            .acquire_timeout(Duration::from_secs(10))
+            .acquire_timeout(connect::STATEMENT_PATIENCE)
+            .after_connect(|connection, _| Box::pin(connect::prepare(connection)))
             .connect_with(options)
             .await?;
-        Self::migrated(pool, (), &migrations(), lease).await
+        Ok(Self::of(pool, (), lease))
     }
 
     /// A change of a row to what it is has to be written as any other.

@@ -19,7 +19,6 @@ use crate::service::jobs::store::{
 use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::service::meshes::StoredMesh;
 use futures::future::BoxFuture;
-use sqlx::migrate::Migrator;
 use sqlx::{Pool, Row as _};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -40,16 +39,10 @@ pub struct SqlStore {
 }
 
 impl SqlStore {
-    /// The store in a database, whose tables are migrated to this version.
-    pub(super) async fn migrated(
-        pool: Pool<Db>,
-        turn: Turn,
-        migrations: &Migrator,
-        lease: Duration,
-    ) -> Result<Self, JobsError> {
-        migrations.run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
+    /// The store in a database, whose tables are those of this version.
+    pub(super) fn of(pool: Pool<Db>, turn: Turn, lease: Duration) -> Self {
         let worker = JobId::new_v4().to_string();
-        Ok(Self { pool, turn, worker, lease, fault_count: AtomicU64::new(0) })
+        Self { pool, turn, worker, lease, fault_count: AtomicU64::new(0) }
     }
 
     /// The answer of the store, whose faults are counted.

@@ -66,7 +66,8 @@ impl SqliteStore {
             .await?;
         // The data folder is that of one process, which has its jobs until it ends.
         let writer = Writer::beside(&pool).await?;
-        let store = Self::migrated(pool, writer, &migrations(), Duration::MAX).await?;
+        migrations().run(&pool).await?;
+        let store = Self::of(pool, writer, Duration::MAX);
         store.try_write().await?;
         Ok(store)
     }
