@@ -174,6 +174,22 @@ async fn a_locked_table_is_a_fault_that_passes() {
 }
 
 #[tokio::test]
+async fn the_file_of_a_mesh_is_removed_while_no_process_keeps_it() {
+    let Some([here, there]) = stores(LONG).await else { return };
+    let [here, there] = [&here, &there].map(|store| store.shared().unwrap());
+    let kept = [here.lock_mesh("0a", false).await.unwrap(), there.lock_mesh("0a", false).await.unwrap()];
+    let mut removal = there.lock_mesh("0a", true);
+    assert!(tokio::time::timeout(Duration::from_millis(300), &mut removal).await.is_err());
+    drop(here.lock_mesh("0b", true).await.unwrap());
+    drop(kept);
+    let removing = removal.await.unwrap();
+    let mut upload = here.lock_mesh("0a", false);
+    assert!(tokio::time::timeout(Duration::from_millis(300), &mut upload).await.is_err());
+    drop(removing);
+    upload.await.unwrap();
+}
+
+#[tokio::test]
 async fn jobs_of_live_processes_are_no_orphans() {
     let Some([here, there]) = stores(LONG).await else { return };
     let job = submitted(&here, "a").await;

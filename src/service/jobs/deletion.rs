@@ -2,7 +2,7 @@
 
 use super::control::StopReason;
 use super::queue::Queue;
-use super::store::{DeleteAnswer, MeshDeletion};
+use super::store::{DeleteAnswer, MeshDeletion, MeshLock};
 use super::{JobId, JobsError};
 use crate::mesh::read::MeshFormat;
 use crate::service::shelves::{mesh_name, result_name};
@@ -99,6 +99,16 @@ impl Queue {
         Ok(deletion)
     }
 
+    /// Locks a mesh: to remove its file, or, beside others, to keep and register it.
+    pub(super) async fn lock_mesh(&self, id: &str, to_remove: bool) -> Result<MeshLock, JobsError> {
+        let files = Arc::clone(&self.mesh_files);
+        Ok(match self.store.shared() {
+            Some(shared) => shared.lock_mesh(id, to_remove).await?,
+            None if to_remove => Box::new(files.write_owned().await),
+            None => Box::new(files.read_owned().await),
+        })
+    }
+
     /// Removes the file of a mesh, unless someone has it.
     pub(super) async fn remove_mesh(self: &Arc<Self>, id: String, format: MeshFormat) {
         let (queue, name) = (Arc::downgrade(self), mesh_name(&id, format));
@@ -107,7 +117,7 @@ impl Queue {
             let (queue, id, name) = (queue.upgrade(), id.clone(), removed.clone());
             async move {
                 let Some(queue) = queue else { return Ok(()) };
-                let _no_upload = queue.mesh_files.write().await;
+                let _no_upload = queue.lock_mesh(&id, true).await?;
                 if queue.store.has_owner(&id, format).await? {
                     return Ok(());
                 }

@@ -72,8 +72,9 @@ pub struct Queue {
     pub removals: Arc<Removals>,
     /// Room for uploads that are under way.
     pub(super) room: Arc<Room>,
-    /// Read while a mesh is kept and registered, written while one that no one has is removed: the same one may come meanwhile.
-    pub(super) mesh_files: tokio::sync::RwLock<()>,
+    /// Read while a mesh is kept and registered, written while one that no one has is removed: the same one may come meanwhile. Stores
+    /// that are shared have locks of their own.
+    pub(super) mesh_files: Arc<tokio::sync::RwLock<()>>,
     pulse: Option<Arc<Pulse>>,
     /// Attempts that run here: one of a job.
     running: Mutex<BTreeMap<JobId, Held>>,
@@ -111,7 +112,7 @@ impl Queue {
             metrics,
             removals: Arc::default(),
             room: Arc::default(),
-            mesh_files: tokio::sync::RwLock::default(),
+            mesh_files: Arc::default(),
             pulse,
             running: Mutex::default(),
             written: Mutex::default(),

@@ -98,10 +98,11 @@ impl Upload {
     ) -> Result<(String, bool), JobsError> {
         // The room is counted until the owner is known to keep the mesh.
         let Self { draft, promise: _room, owner, .. } = self;
-        let no_removal = queue.mesh_files.read().await;
-        let name = mesh_name(&draft.digest().sha256, format);
+        let id = draft.digest().sha256;
+        let no_removal = queue.lock_mesh(&id, false).await?;
+        let name = mesh_name(&id, format);
         let kept = queue.with_files(move |_| Ok(draft.keep(&name)?));
-        let BlobDigest { bytes, sha256: id } = queue.unless_silent(kept).await??;
+        let BlobDigest { bytes, .. } = queue.unless_silent(kept).await??;
         let added = queue.store.add_mesh(&owner, &id, format, bytes, report, queue.config.quotas()).await;
         drop(no_removal);
         if added.is_err() {

@@ -172,6 +172,9 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     fn shared(&self) -> Option<&dyn SharedStore>;
 }
 
+/// A lock, until it is dropped.
+pub type MeshLock = Box<dyn Send>;
+
 /// A store of several processes.
 pub trait SharedStore: Send + Sync {
     /// What distinguishes its blobs from those of other databases.
@@ -185,6 +188,9 @@ pub trait SharedStore: Send + Sync {
 
     /// Renews the leases of jobs that this process runs: the attempt at each that it still has, and what its owner requests.
     fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, (u32, OwnerRequest)>>;
+
+    /// Locks a mesh for all processes until the lock is dropped: to remove its file, or, beside others, to keep and register it.
+    fn lock_mesh<'a>(&'a self, id: &'a str, to_remove: bool) -> Answer<'a, MeshLock>;
 
     /// Changes by all processes, from now on.
     fn changes(&self) -> Answer<'_, BoxStream<'static, Change>>;

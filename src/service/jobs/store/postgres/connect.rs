@@ -55,6 +55,16 @@ pub(super) async fn prepare(connection: &mut PgConnection) -> Result<(), Error> 
     sqlx::raw_sql(AssertSqlSafe(settings)).execute(connection).await.map(drop)
 }
 
+/// Connects once more to a database that has been used.
+pub(super) async fn connect_again(options: &PgConnectOptions) -> Result<PgConnection, Error> {
+    let connecting = async {
+        let mut connection = PgConnection::connect_with(options).await?;
+        prepare(&mut connection).await?;
+        Ok(connection)
+    };
+    tokio::time::timeout(STATEMENT_PATIENCE, connecting).await.unwrap_or(Err(Error::PoolTimedOut))
+}
+
 async fn try_connect(options: &PgConnectOptions) -> Result<PgConnection, JobsError> {
     let begun = Instant::now();
     loop {

@@ -13,7 +13,7 @@ mod sql;
 
 pub use sql::SqlStore as PostgresStore;
 
-use super::{Answer, Change, Identity, OwnerRequest, SharedStore};
+use super::{Answer, Change, Identity, MeshLock, OwnerRequest, SharedStore};
 use crate::service::jobs::JobsError;
 use futures::stream::{self, BoxStream, StreamExt as _};
 use sqlx::migrate::Migrator;
@@ -124,6 +124,21 @@ impl SharedStore for PostgresStore {
 
     fn renew<'a>(&'a self, seqs: &'a [i64]) -> Answer<'a, BTreeMap<i64, (u32, OwnerRequest)>> {
         Box::pin(self.renew(seqs))
+    }
+
+    fn lock_mesh<'a>(&'a self, id: &'a str, to_remove: bool) -> Answer<'a, MeshLock> {
+        Box::pin(async move {
+            // A connection of its own, which ends with the lock: those of the pool would all wait for others that hold locks.
+            let mut connection = connect::connect_again(&self.pool.connect_options()).await?;
+            let statement = if to_remove {
+                "SELECT pg_advisory_lock(hashtextextended(current_schema() || $1, 0))"
+            } else {
+                "SELECT pg_advisory_lock_shared(hashtextextended(current_schema() || $1, 0))"
+            };
+            sqlx::query(statement).bind(id).execute(&mut connection).await?;
+            let lock: MeshLock = Box::new(connection);
+            Ok(lock)
+        })
     }
 
     fn changes(&self) -> Answer<'_, BoxStream<'static, Change>> {
