@@ -74,15 +74,18 @@ fn a_damaged_row_is_reported_and_everything_else_goes_on() {
         });
         data = server.stop();
     }
-    // The others are purged; with its owner, it cannot even be named.
-    change(data.path(), "UPDATE jobs SET owner = x'ff' WHERE seq = 1");
+    // The others are purged. The owner of this one is unreadable, too, as is the format of a mesh.
+    change(
+        data.path(),
+        "INSERT INTO meshes (id, owner, format, bytes, report) VALUES ('0a', 'anna', x'ff', 1, '{}')",
+    );
     let purge = Command::new(env!("CARGO_BIN_EXE_contuse"))
         .args(["purge", "--older-than-days", "0", "--data"])
         .arg(data.path())
         .output()
         .unwrap();
     let words = String::from_utf8(purge.stdout).unwrap();
-    assert!(words.contains("deleted 5 job(s)") && words.contains("1 more cannot be read"), "{words}");
+    assert!(words.contains("deleted 5 job(s)") && words.contains("2 more cannot be read"), "{words}");
 }
 
 #[test]

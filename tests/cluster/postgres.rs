@@ -85,10 +85,18 @@ async fn a_damaged_row_does_not_stop_the_others() {
     };
     // Leases end at once.
     let store = PostgresStore::open(&url, Duration::ZERO).await.unwrap();
-    check_wrong_clock(&store, change).await;
+    check_wrong_clock(&store, &change).await;
     change("DELETE FROM jobs".to_owned()).await;
     let damages = ["id = 'x' || seq", "attempts = 1099511627776", "attempts = 9223372036854775807"];
-    check_damaged(&store, change, &damages).await;
+    check_damaged(&store, &change, &damages).await;
+    // Nor does it end the leases of others.
+    let jobs = [submitted(&store, "a").await, submitted(&store, "b").await];
+    for _ in &jobs {
+        store.claim(None).await.unwrap().unwrap();
+    }
+    change(format!("UPDATE jobs SET attempts = 1099511627776 WHERE seq = {}", jobs[0].seq)).await;
+    let renewed = store.shared().unwrap().renew(&jobs.map(|job| job.seq)).await.unwrap();
+    assert_eq!(renewed.into_values().collect::<Vec<_>>(), [(1, OwnerRequest::Result)]);
 }
 
 #[tokio::test]

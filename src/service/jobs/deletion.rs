@@ -25,6 +25,18 @@ pub struct Purged {
     pub unreadable: u64,
 }
 
+impl Purged {
+    /// Counts what cannot be deleted, unless nothing can be.
+    fn go_on(&mut self, error: JobsError) -> Result<(), JobsError> {
+        if error.is_of_machine() {
+            return Err(error);
+        }
+        tracing::error!(%error, "what is too old cannot be deleted");
+        self.unreadable += 1;
+        Ok(())
+    }
+}
+
 impl Queue {
     /// Deletes a job, which is inaccessible from now on. What it has left is removed by then, or in the background: of a running job
     /// when its worker has released it, of others when the store of blobs answers. False if there is no such job.
@@ -141,15 +153,20 @@ impl Queue {
             for (owner, id) in jobs.found {
                 // Otherwise removals would pile up.
                 self.check_pulse()?;
-                purged.jobs += u64::from(self.delete(&owner, id).await?);
+                match self.delete(&owner, id).await {
+                    Ok(is_deleted) => purged.jobs += u64::from(is_deleted),
+                    Err(error) => purged.go_on(error)?,
+                }
             }
         }
         let meshes = self.store.expired_meshes(older_than_days).await?;
         purged.unreadable += meshes.unreadable;
         for (owner, id) in meshes.found {
             self.check_pulse()?;
-            let deletion = self.delete_mesh(&owner, &id).await?;
-            purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. }));
+            match self.delete_mesh(&owner, &id).await {
+                Ok(deletion) => purged.meshes += u64::from(matches!(deletion, MeshDeletion::Deleted { .. })),
+                Err(error) => purged.go_on(error)?,
+            }
         }
         Ok(purged)
     }

@@ -57,7 +57,8 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
     /// Claims the next job, if its run is expected to take at most `free_bytes` of memory and it need not run alone; any if `None`, when
     /// no other runs. The next job is of the owner with the fewest running jobs, then of the one whose last turn is longest ago; of that
-    /// owner the first one of the highest priority. It waits for its memory, and none is taken in its place.
+    /// owner the first one of the highest priority. It waits for its memory, and none is taken in its place. One that cannot be read is set aside
+    /// as failed.
     fn claim(&self, free_bytes: Option<u64>) -> Answer<'_, Option<ClaimedJob>>;
 
     /// Records the progress of an attempt.
@@ -103,7 +104,8 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     fn request(&self, seq: i64) -> Answer<'_, OwnerRequest>;
 
     /// Takes the jobs whose process was lost, and those hidden but not erased, in the order of arrival: they are those of this process.
-    /// If the store is not shared, these are all, at the start, before any worker has begun.
+    /// If the store is not shared, these are all, at the start, before any worker has begun. Those that cannot be read are set aside as
+    /// failed.
     fn orphans(&self) -> Answer<'_, Vec<Orphan>>;
 
     /// One job of an owner.

@@ -95,10 +95,13 @@ impl PostgresStore {
         .bind(seqs)
         .fetch_all(&self.pool)
         .await?;
-        let renewed = rows.into_iter().map(|(seq, attempts, deleted, stop)| {
-            Ok((seq, (sql::attempts_of(attempts)?, OwnerRequest::of(deleted, stop))))
+        // An attempt that cannot be read is over.
+        let renewed = rows.into_iter().filter_map(|(seq, attempts, deleted, stop)| {
+            let reported = |error: &JobsError| tracing::error!(seq, %error, "a running job cannot be read");
+            let attempt = sql::attempts_of(attempts).inspect_err(reported).ok()?;
+            Some((seq, (attempt, OwnerRequest::of(deleted, stop))))
         });
-        renewed.collect()
+        Ok(renewed.collect())
     }
 }
 
