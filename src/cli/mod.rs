@@ -11,6 +11,7 @@ mod input_file;
 mod job_process;
 mod json;
 pub mod keep;
+pub mod log;
 pub mod material;
 mod material_fit;
 mod material_path;
@@ -69,10 +70,15 @@ pub struct Cli {
 impl Cli {
     /// Log filter if `RUST_LOG` is not set: a service logs its activity, a command only warnings.
     pub fn default_log(&self) -> &'static str {
+        if self.is_service() || self.is_read_by_service() { "warn,contuse=info" } else { "warn" }
+    }
+
+    /// Whether this process serves, or runs the jobs of others.
+    pub fn is_service(&self) -> bool {
         match self.command {
             #[cfg(feature = "service")]
-            Command::Serve(_) | Command::Worker(_) | Command::JobProcess => "warn,contuse=info",
-            _ => "warn",
+            Command::Serve(_) | Command::Worker(_) => true,
+            _ => false,
         }
     }
 

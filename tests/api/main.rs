@@ -21,4 +21,5 @@ mod scale;
 mod scan_of_a_limb;
 mod shares;
 mod support;
+mod unattended;
 mod v1;
