@@ -5,7 +5,7 @@
 //! [blob](crate::blobs). All other files of a run begin with `<id>.` as well, so that they can be removed with the job.
 
 use super::{JobId, JobsError};
-use std::fs::{DirEntry, File, TryLockError};
+use std::fs::{DirEntry, File, Metadata, TryLockError};
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -13,27 +13,69 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct DataFolder {
     root: PathBuf,
-    // Held for its lock, which the system releases however the process ends.
-    _lock: File,
+    locks: Vec<Lock>,
+}
+
+/// A file or folder that is held for its lock, which the system releases however the process ends.
+#[derive(Debug)]
+struct Lock {
+    path: PathBuf,
+    held: File,
+}
+
+impl Lock {
+    /// Locks what is open; `None` if its file system does not lock it.
+    fn take(path: PathBuf, held: File) -> Result<Option<Self>, JobsError> {
+        match held.try_lock() {
+            Ok(()) => Ok(Some(Self { path, held })),
+            Err(TryLockError::WouldBlock) => {
+                Err(JobsError::InUse { path: path.parent().unwrap_or(&path).to_owned() })
+            }
+            Err(TryLockError::Error(error)) => {
+                tracing::debug!(path = %path.display(), %error, "it cannot be locked");
+                Ok(None)
+            }
+        }
+    }
+
+    /// Whether the path is still that of what is locked.
+    fn is_in_place(&self) -> bool {
+        let held = self.held.metadata();
+        std::fs::metadata(&self.path).is_ok_and(|found| held.is_ok_and(|held| is_same(&found, &held)))
+    }
 }
 
 impl DataFolder {
-    /// Locks a folder, creating it and its subfolders if necessary.
+    /// Locks a folder, creating it and its subfolders if necessary. Another process needs all locks: one that is in place refuses it.
     ///
     /// # Errors
-    /// `InUse` if another process has it; `File` if it cannot be created.
+    /// `InUse` if another process has it; `File` if it cannot be created or locked.
     pub fn open(root: &Path) -> Result<Self, JobsError> {
         let folder = root.join("runs");
         std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
         // Whoever may not enter it reads no file in it, whenever that was written.
         restrict(root).map_err(|e| JobsError::file(root, e))?;
-        let lock_file = root.join("lock");
-        let lock = File::create(&lock_file).map_err(|e| JobsError::file(&lock_file, e))?;
-        match lock.try_lock() {
-            Ok(()) => Ok(Self { root: root.to_owned(), _lock: lock }),
-            Err(TryLockError::WouldBlock) => Err(JobsError::InUse { path: root.to_owned() }),
-            Err(TryLockError::Error(e)) => Err(JobsError::file(&lock_file, e)),
+        let file = root.join("lock");
+        let opened = File::create(&file).map_err(|e| JobsError::file(&file, e))?;
+        let mut locks = Vec::from_iter(Lock::take(file, opened)?);
+        // A file is easily removed. Some file systems of networks lock no folders.
+        if let Ok(opened) = File::open(&folder) {
+            locks.extend(Lock::take(folder, opened)?);
         }
+        if locks.is_empty() {
+            let error = std::io::Error::new(ErrorKind::Unsupported, "its file system has no locks");
+            return Err(JobsError::file(root, error));
+        }
+        Ok(Self { root: root.to_owned(), locks })
+    }
+
+    /// Checks that no other process can have taken the folder.
+    ///
+    /// # Errors
+    /// `Replaced`
+    pub fn check_locks(&self) -> Result<(), JobsError> {
+        let is_ours = self.locks.iter().any(Lock::is_in_place);
+        if is_ours { Ok(()) } else { Err(JobsError::Replaced { path: self.root.clone() }) }
     }
 
     /// Recording of a job until it becomes a blob.
@@ -174,6 +216,18 @@ fn restrict(folder: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Whether two paths, or a path and what is open, are one file.
+#[cfg(unix)]
+fn is_same(one: &Metadata, other: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (one.dev(), one.ino()) == (other.dev(), other.ino())
+}
+
+#[cfg(not(unix))]
+fn is_same(_: &Metadata, _: &Metadata) -> bool {
+    true
+}
+
 #[cfg(unix)]
 fn free_space(folder: &Path) -> std::io::Result<u64> {
     let disk = rustix::fs::statvfs(folder)?;
@@ -201,6 +255,19 @@ mod tests {
         assert!(matches!(DataFolder::open(dir.path()), Err(JobsError::InUse { .. })));
         drop(first);
         DataFolder::open(dir.path()).unwrap();
+    }
+
+    #[test]
+    fn without_the_file_of_the_lock_the_folder_is_still_taken() {
+        let dir = tempfile::tempdir().unwrap();
+        let first = DataFolder::open(dir.path()).unwrap();
+        std::fs::remove_file(dir.path().join("lock")).unwrap();
+        first.check_locks().unwrap();
+        assert!(matches!(DataFolder::open(dir.path()), Err(JobsError::InUse { .. })));
+        std::fs::rename(dir.path().join("runs"), dir.path().join("before")).unwrap();
+        let second = DataFolder::open(dir.path()).unwrap();
+        assert!(matches!(first.check_locks(), Err(JobsError::Replaced { .. })));
+        second.check_locks().unwrap();
     }
 
     #[test]

@@ -21,11 +21,12 @@ impl Drop for EndWaits {
 }
 
 impl Queue {
-    /// Checks that the disk has room for a job, and accepted a file a moment ago.
+    /// Checks that the data folder is that of this process, and that the disk has room for a job, and accepted a file a moment ago.
     ///
     /// # Errors
-    /// `DiskShort`, `EndsWait`, or why the disk accepts no writes.
+    /// `Replaced`, `DiskShort`, `EndsWait`, or why the disk accepts no writes.
     pub(super) fn check_disk(&self) -> Result<(), JobsError> {
+        self.folder.check_locks()?;
         self.check_space()?;
         let ends = self.ends.load(Ordering::SeqCst);
         // Of an object store the pulse says whether it is away.

@@ -101,6 +101,15 @@ pub enum JobsError {
         /// Path of the folder.
         path: PathBuf,
     },
+    /// What this process had locked in the data folder is gone: another process may use it.
+    #[error(
+        "{} was removed or replaced while this process uses it, and another process may use it now: put it back, or restart this one",
+        path.display()
+    )]
+    Replaced {
+        /// Path of the folder.
+        path: PathBuf,
+    },
     /// A part of a job could not be serialised as JSON.
     #[error("a part of a job could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -206,7 +215,10 @@ impl JobsError {
     pub fn is_passing(&self) -> bool {
         matches!(
             self,
-            Self::Store { fault: StoreFault::Passing, .. } | Self::BlobStoreSilent | Self::EndsWait { .. }
+            Self::Store { fault: StoreFault::Passing, .. }
+                | Self::BlobStoreSilent
+                | Self::EndsWait { .. }
+                | Self::Replaced { .. }
         ) || matches!(
             self.io_kind(),
             // The last two where the data folder was moved, or is another's.
