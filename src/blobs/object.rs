@@ -238,7 +238,7 @@ impl BlobStore for ObjectBlobs {
     fn adopt(&self, file: &Path, name: &str) -> Result<BlobDigest, BlobError> {
         let of_file = || BlobError::of(file.display().to_string());
         let digest = File::open(file).and_then(BlobDigest::of).map_err(of_file())?;
-        self.upload(file, name).map_err(BlobError::of(name))?;
+        self.try_upload(file, name).map_err(BlobError::of(name))?;
         std::fs::remove_file(file).map_err(of_file())?;
         Ok(digest)
     }

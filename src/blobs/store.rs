@@ -40,7 +40,8 @@ pub trait BlobStore: fmt::Debug + Send + Sync + 'static {
         name.to_owned()
     }
 
-    /// Turns a complete local file into a blob, replacing any blob of that name. The file is removed.
+    /// Turns a complete local file into a blob, replacing any blob of that name. The file is removed. It is tried once: the file stays
+    /// for another time.
     ///
     /// # Errors
     /// When the file cannot be read or the blob cannot be kept.

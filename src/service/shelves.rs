@@ -9,8 +9,9 @@ pub const RECORDINGS: &str = "recordings";
 pub const MESHES: &str = "meshes";
 /// Snapshots of the recordings of running jobs; none outlives the process that took it.
 pub const SNAPSHOTS: &str = "snapshots";
-/// Small blobs that are written and deleted again, to see whether the store answers.
-pub const PROBES: &str = "probes";
+/// Small blobs that are written and deleted again, to see whether the store answers: beside the recordings, since access may be given by
+/// prefix.
+pub const PROBES: &str = "recordings/probes";
 /// The identity of the database whose blobs these are, where several machines share them.
 pub const DATABASE: &str = "database";
 /// Results of what-if runs, by content.

@@ -11,6 +11,11 @@ const LEAST_OF_ANY: u64 = 1 << 20;
 /// How long it counts that the disk accepted a file.
 const WRITTEN_HOLDS: Duration = Duration::from_secs(1);
 
+/// How long a disk that accepts files may refuse a recording.
+const LONGEST_REFUSAL: Duration = Duration::from_secs(1);
+/// How long an object store that answers may.
+const LONGEST_REFUSAL_AFAR: Duration = Duration::from_secs(360);
+
 /// A run that has ended and waits for the storage, until this is dropped.
 pub(super) struct EndWaits(Arc<AtomicUsize>);
 
@@ -28,10 +33,9 @@ impl Queue {
     pub(super) fn check_disk(&self) -> Result<(), JobsError> {
         self.folder.check_locks()?;
         self.check_space()?;
-        let ends = self.ends.load(Ordering::SeqCst);
-        // Of an object store the pulse says whether it is away.
-        if ends > 0 && !self.has_distant_blobs() {
-            return Err(JobsError::EndsWait { ends });
+        // What waits for an object store leaves the disk to others.
+        if !self.has_distant_blobs() {
+            self.check_ends()?;
         }
         let last = || self.written.lock().unwrap_or_else(PoisonError::into_inner);
         if last().is_some_and(|at| at.elapsed() < WRITTEN_HOLDS) {
@@ -40,6 +44,21 @@ impl Queue {
         self.folder.try_write()?;
         *last() = Some(Instant::now());
         Ok(())
+    }
+
+    /// Checks that no run that has ended waits for the storage.
+    ///
+    /// # Errors
+    /// `EndsWait`
+    pub(super) fn check_ends(&self) -> Result<(), JobsError> {
+        let ends = self.ends.load(Ordering::SeqCst);
+        if ends > 0 { Err(JobsError::EndsWait { ends }) } else { Ok(()) }
+    }
+
+    /// How long a storage that answers may refuse a recording before that is given up: an object store may refuse what is large, or for a
+    /// while, and take a small object.
+    pub(super) fn longest_refusal(&self) -> Duration {
+        if self.has_distant_blobs() { LONGEST_REFUSAL_AFAR } else { LONGEST_REFUSAL }
     }
 
     /// Checks that the disk has room for a job, or a mesh.
@@ -71,7 +90,7 @@ impl Queue {
         if self.has_distant_blobs() { self.is_cut_off() } else { error.is_of_machine() && !fills_disk() }
     }
 
-    /// Lets no job begin, or be submitted, as long as the result is kept: a run that has ended waits for the storage.
+    /// Lets no job begin here as long as the result is kept, or be submitted if it is the disk: a run that has ended waits for the storage.
     pub(super) fn end_waits(&self) -> EndWaits {
         self.ends.fetch_add(1, Ordering::SeqCst);
         EndWaits(Arc::clone(&self.ends))

@@ -126,12 +126,14 @@ impl Queue {
         })
     }
 
-    /// Checks that the disk has room for a job, and accepts writes, and that the object store answered when it was last asked.
+    /// Checks that the disk has room for a job, and accepts writes, that no run waits for the storage, and that the object store answered
+    /// when it was last asked.
     ///
     /// # Errors
     /// `DiskShort`, `EndsWait`, `BlobStoreSilent`, or why the disk accepts no writes.
     pub fn check_storage(&self) -> Result<(), JobsError> {
         self.check_pulse()?;
+        self.check_ends()?;
         self.check_disk()
     }
 

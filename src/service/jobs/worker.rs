@@ -28,9 +28,7 @@ const WRITE_ATTEMPTS: u32 = 5;
 const WRITE_PAUSE: Duration = Duration::from_millis(400);
 /// The longest of these pauses.
 const LONGEST_WRITE_PAUSE: Duration = Duration::from_secs(5);
-/// Attempts to keep a recording in a storage that answers.
-const KEEP_ATTEMPTS: u32 = 2;
-/// Pause between two of them.
+/// Pause between two attempts to keep a recording.
 const KEEP_PAUSE: Duration = Duration::from_secs(1);
 
 /// Starts the workers of a queue. They end when the queue closes.
@@ -278,7 +276,7 @@ impl Worker {
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
         let _span = tracing::debug_span!("recording").entered();
-        let (mut refusals, mut waiting) = (0, None);
+        let (mut refused, mut waiting) = (None, None);
         loop {
             let kept = self.queue.keep_recording(job.id, job.attempt, complete);
             let Err(error) = &kept else { return kept };
@@ -290,8 +288,8 @@ impl Worker {
             waiting.get_or_insert_with(|| self.queue.end_waits());
             // It may have come back a moment ago; a storage that answers and refuses this recording again and again does not want it.
             if !self.queue.is_storage_away(job.id, error) {
-                refusals += 1;
-                if refusals == KEEP_ATTEMPTS {
+                let since = *refused.get_or_insert_with(Instant::now);
+                if since.elapsed() >= self.queue.longest_refusal() {
                     return kept;
                 }
             }

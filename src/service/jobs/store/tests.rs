@@ -32,7 +32,7 @@ pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     blobs_of_jobs_and_meshes_are_known(&empty().await).await;
 }
 
-pub(super) fn new(name: &str) -> NewJob {
+pub fn new(name: &str) -> NewJob {
     NewJob {
         owner: "anna".into(),
         idempotency_key: None,
