@@ -159,7 +159,7 @@ impl Service {
         let access = Arc::new(Access::new(config.tokens.clone()));
         if let Some(file) = config.tokens_file.clone() {
             let (access, closing) = (Arc::clone(&access), queue.closing());
-            tokio::spawn(async move { access.follow(&file, closing).await });
+            tokio::spawn(async move { access.follow(file, closing).await });
         }
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
         let validation_slots = ValidationSlots::new(validations(&config));

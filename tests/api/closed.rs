@@ -8,6 +8,7 @@ use contuse::service::tokens::{Scope, Tokens};
 use contuse::service::{Service, ServiceError};
 use std::io::BufReader;
 use std::net::SocketAddr;
+use std::process::Command;
 use std::sync::Arc;
 
 const ANNA: &str = "anna-0123456789abcdef";
@@ -148,7 +149,16 @@ fn tokens_are_read_again_when_their_file_changes() {
     let is_refused = |token| [401, 429].contains(&status(token));
     assert!(is_refused(ANNA));
     // A file that is wrong, or gone, locks no one out and lets no one in.
+    let wait = || std::thread::sleep(std::time::Duration::from_millis(1500));
     std::fs::write(&file, "bert").unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(1500));
+    wait();
     assert!(is_refused(ANNA) && status(BERT) == 200);
+    // Nor does one whose end does not come: a pipe without a writer.
+    std::fs::remove_file(&file).unwrap();
+    assert!(Command::new("mkfifo").arg(&file).status().unwrap().success());
+    wait();
+    assert!(is_refused(ANNA) && status(BERT) == 200);
+    std::fs::remove_file(&file).unwrap();
+    std::fs::write(&file, &line).unwrap();
+    eventually("a file is read again", || is_refused(BERT));
 }
