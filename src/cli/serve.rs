@@ -11,6 +11,7 @@ use crate::service::jobs::store::StoreAddress;
 use crate::service::tokens::Tokens;
 use crate::service::{Service, ServiceError, http};
 use clap::Args;
+use signal_hook::consts::{SIGALRM, SIGUSR1, SIGUSR2, SIGXFSZ};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -123,7 +124,7 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
     Ok(tokens)
 }
 
-/// Serves until SIGTERM or SIGINT; a second signal shortens the shutdown.
+/// Serves until SIGTERM, SIGINT or SIGHUP; a second signal shortens the shutdown.
 ///
 /// # Errors
 /// If the service cannot start.
@@ -150,8 +151,10 @@ pub(super) fn prepare(
     config: &ServiceConfig,
 ) -> Result<(Arc<ProcessEngine>, tokio::runtime::Runtime), CliError> {
     keep_files_private();
-    // A file that grows beyond a limit of the process is an error of its write, not the end of the process.
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
+    // A file that grows beyond a limit of the process is an error of its write, not the end of the process. The others mean nothing.
+    for without_effect in [SIGXFSZ, SIGUSR1, SIGUSR2, SIGALRM] {
+        signal_hook::flag::register(without_effect, Arc::default())?;
+    }
     take_descriptors(config);
     let groups = config.cgroup.as_deref().map(|folder| {
         let unusable = |error| CliError::Usage(format!("--cgroup {}: {error}", folder.display()));
@@ -250,16 +253,25 @@ fn not_started(error: ServiceError) -> CliError {
     CliError::Other(format!("{text}{remedy}").into())
 }
 
-/// Counts SIGTERM and SIGINT from now on.
+/// Whether SIGHUP was to be ignored when this process began, as under `nohup`.
+fn ignores_hangup() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)
+}
+
+/// Counts SIGTERM, SIGINT and SIGHUP from now on.
 pub(super) fn count_signals() -> io::Result<watch::Receiver<u32>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut hangup = if ignores_hangup() { None } else { Some(signal(SignalKind::hangup())?) };
     let (count, counted) = watch::channel(0);
     tokio::spawn(async move {
         loop {
             tokio::select! {
                 _ = terminate.recv() => {}
                 _ = interrupt.recv() => {}
+                Some(()) = async { hangup.as_mut()?.recv().await } => {}
             }
             count.send_modify(|n| *n += 1);
         }

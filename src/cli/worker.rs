@@ -22,7 +22,7 @@ pub struct WorkerArgs {
     once: bool,
 }
 
-/// Runs jobs until SIGTERM or SIGINT, or one job; a second signal shortens the shutdown.
+/// Runs jobs until SIGTERM, SIGINT or SIGHUP, or one job; a second signal shortens the shutdown.
 ///
 /// # Errors
 /// If the stores cannot be used, or the flags are invalid.

@@ -1,4 +1,4 @@
-//! What nobody watches: a log that is not read.
+//! What nobody watches: a log that is not read, signals.
 
 use crate::support::program::{Program, SERVE};
 use crate::support::*;
@@ -29,4 +29,15 @@ fn a_log_that_no_one_reads_holds_up_nothing() {
     finished(&program.client, &small());
     assert_eq!(program.client.get("/healthz").status, 200);
     assert!(program.terminate().success());
+}
+
+#[test]
+fn a_hangup_ends_the_service_in_order_and_signals_that_mean_nothing_do_nothing() {
+    let data = tempfile::tempdir().unwrap();
+    let program = Program::start(data.path(), &[]);
+    for name in ["USR1", "USR2", "ALRM"] {
+        program.signal(name);
+    }
+    finished(&program.client, &small());
+    assert!(program.end_by("HUP").success());
 }

@@ -74,9 +74,19 @@ impl Program {
         self.child.wait().unwrap();
     }
 
-    pub fn terminate(mut self) -> ExitStatus {
+    /// Sends it a signal, by its name.
+    pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
+    }
+
+    pub fn terminate(self) -> ExitStatus {
+        self.end_by("TERM")
+    }
+
+    /// Its exit status after a signal that ends it.
+    pub fn end_by(mut self, name: &str) -> ExitStatus {
+        self.signal(name);
         let limit = Instant::now() + Duration::from_secs(20);
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
