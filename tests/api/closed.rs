@@ -60,6 +60,9 @@ fn a_name_that_resolves_here_reads_nothing() {
             "{host}"
         );
     }
+    // The name in the target replaces that of the header.
+    let answer = with_head(&server, "GET http://evil.example/v1/jobs HTTP/1.1\r\nHost: localhost");
+    problem(&answer, 421, "foreign-host");
     // With tokens, a name gives no access.
     let server = Server::with(|c| c.tokens = Tokens::parse(&format!("anna {ANNA}")).unwrap());
     let head = format!("GET /v1/jobs HTTP/1.1\r\nHost: impacts.example\r\nAuthorization: Bearer {ANNA}");

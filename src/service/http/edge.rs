@@ -117,10 +117,10 @@ fn cors(origins: &[String]) -> CorsLayer {
 /// request.
 async fn own_pages(State(app): State<Arc<App>>, request: Request, next: Next) -> Result<Response, Problem> {
     let config = &app.config;
-    if app.access.tokens().is_open() && !is_own_host(request.headers(), &config.hosts) {
+    if app.access.tokens().is_open() && !is_own_host(request.uri(), request.headers(), &config.hosts) {
         return Err(Problem::foreign_host());
     }
-    if !is_own_page(request.headers(), &config.cors_origins) {
+    if !is_own_page(request.uri(), request.headers(), &config.cors_origins) {
         return Err(Problem::cross_origin());
     }
     Ok(next.run(request).await)
