@@ -11,11 +11,12 @@
 //! - [`work`]: processes that run jobs without answering requests.
 //! - [`config`], [`metrics`], [`traces`], [`server`]: limits, counters, spans, the listener.
 //! - [`fair_queue`]: who validates next; [`readiness`]: whether work is accepted.
-//! - [`tokens`], [`access`]: who has access.
+//! - [`tokens`], [`access`]: who has access; [`clock`]: identifiers.
 
 pub mod access;
 pub mod audit;
 mod audit_file;
+pub mod clock;
 pub mod config;
 mod connection;
 pub mod doctor;

@@ -7,6 +7,7 @@ use super::origin::{is_own_host, is_own_page};
 use super::problem::Problem;
 use super::recording::REPR_DIGEST;
 use crate::service::audit::Entry;
+use crate::service::clock::new_id;
 use crate::service::jobs::store::NOTICE;
 use crate::service::traces::{TRACEPARENT, continue_from};
 use axum::Router;
@@ -23,7 +24,6 @@ use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{Predicate as _, SizeAbove};
 use tower_http::cors::CorsLayer;
 use tracing::Instrument as _;
-use uuid::Uuid;
 
 /// Header with the disclaimer in every answer.
 const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
@@ -133,7 +133,7 @@ fn request_id(headers: &HeaderMap) -> HeaderValue {
         (1..=LONGEST_ID).contains(&bytes.len())
             && bytes.iter().all(|b| b.is_ascii_alphanumeric() || b"-_.".contains(b))
     });
-    let new = || HeaderValue::try_from(Uuid::now_v7().simple().to_string());
+    let new = || HeaderValue::try_from(new_id().simple().to_string());
     given.cloned().or_else(|| new().ok()).unwrap_or(HeaderValue::from_static("none"))
 }
 

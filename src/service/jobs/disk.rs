@@ -2,6 +2,7 @@
 
 use super::queue::Queue;
 use super::{JobId, JobsError};
+use crate::service::clock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -26,12 +27,16 @@ impl Drop for EndWaits {
 }
 
 impl Queue {
-    /// Checks that the data folder is that of this process, and that the disk has room for a job, and accepted a file a moment ago.
+    /// Checks that the data folder is that of this process, that a job can be dated, and that the disk has room for one, and accepted a file
+    /// a moment ago.
     ///
     /// # Errors
-    /// `Replaced`, `DiskShort`, `EndsWait`, or why the disk accepts no writes.
+    /// `Replaced`, `WrongClock`, `DiskShort`, `EndsWait`, or why the disk accepts no writes.
     pub(super) fn check_disk(&self) -> Result<(), JobsError> {
         self.folder.check_locks()?;
+        if !clock::is_plausible() {
+            return Err(JobsError::WrongClock);
+        }
         self.check_space()?;
         // What waits for an object store leaves the disk to others.
         if !self.has_distant_blobs() {

@@ -110,6 +110,9 @@ pub enum JobsError {
         /// Path of the folder.
         path: PathBuf,
     },
+    /// The clock of the machine is wrong.
+    #[error("the clock of this machine is before 1970 or after 9999: correct it")]
+    WrongClock,
     /// A part of a job could not be serialised as JSON.
     #[error("a part of a job could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -219,6 +222,7 @@ impl JobsError {
                 | Self::BlobStoreSilent
                 | Self::EndsWait { .. }
                 | Self::Replaced { .. }
+                | Self::WrongClock
         ) || matches!(
             self.io_kind(),
             // The last two where the data folder was moved, or is another's.

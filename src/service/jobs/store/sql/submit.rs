@@ -2,8 +2,9 @@
 
 use super::read::{job_id, job_of_row};
 use super::{Db, SqlStore, Write, add_event};
+use crate::service::clock::new_id;
+use crate::service::jobs::JobsError;
 use crate::service::jobs::store::{Event, Job, Kept, NewJob, Quotas, Submitted};
-use crate::service::jobs::{JobId, JobsError};
 use sqlx::Executor;
 
 impl SqlStore {
@@ -32,7 +33,7 @@ impl SqlStore {
     }
 
     pub(super) async fn submit(&self, new: &NewJob, quotas: Quotas) -> Result<Submitted, JobsError> {
-        let id = JobId::now_v7();
+        let id = new_id();
         let mut transaction = self.begin().await?;
         let inserted: Option<(i64,)> = sqlx::query_as(
             "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind, memory_bytes,
