@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_that_stops_holds_up_no_one_and_is_told_what_is_missing() {
+    fn a_reader_that_stops_holds_up_no_one_and_learns_what_is_missing() {
         let ((allow, allowed), (taken, read)) = (sync_channel(64), sync_channel(64));
         let log = Log::queued_for(Reader { allowed, taken }).unwrap();
         let line = vec![b'a'; MOST_WAITING / 8];

@@ -1,4 +1,4 @@
-//! What nobody watches: a log that is not read, signals.
+//! What comes without a request: a log that is not read, signals.
 
 use crate::support::program::{Program, SERVE};
 use crate::support::*;

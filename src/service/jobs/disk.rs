@@ -3,6 +3,7 @@
 use super::queue::Queue;
 use super::{JobId, JobsError};
 use crate::service::clock;
+use std::io::ErrorKind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -60,10 +61,12 @@ impl Queue {
         if ends > 0 { Err(JobsError::EndsWait { ends }) } else { Ok(()) }
     }
 
-    /// How long a storage that answers may refuse a recording before that is given up: an object store may refuse what is large, or for a
-    /// while, and take a small object.
-    pub(super) fn longest_refusal(&self) -> Duration {
-        if self.has_distant_blobs() { LONGEST_REFUSAL_AFAR } else { LONGEST_REFUSAL }
+    /// How long a storage that answers may refuse a recording with an error before that is given up: an object store may refuse what is
+    /// large, or for a while, and take a small object.
+    pub(super) fn longest_refusal(&self, error: &JobsError) -> Duration {
+        let is_refusal =
+            matches!(error.io_kind(), Some(ErrorKind::NetworkDown | ErrorKind::PermissionDenied));
+        if self.has_distant_blobs() && is_refusal { LONGEST_REFUSAL_AFAR } else { LONGEST_REFUSAL }
     }
 
     /// Checks that the disk has room for a job, or a mesh.

@@ -289,7 +289,7 @@ impl Worker {
             // It may have come back a moment ago; a storage that answers and refuses this recording again and again does not want it.
             if !self.queue.is_storage_away(job.id, error) {
                 let since = *refused.get_or_insert_with(Instant::now);
-                if since.elapsed() >= self.queue.longest_refusal() {
+                if since.elapsed() >= self.queue.longest_refusal(error) {
                     return kept;
                 }
             }
