@@ -1,4 +1,4 @@
-//! What comes without a request: a log that is not read, signals.
+//! What comes without a request: a log that is not read, signals, a data folder that is changed.
 
 use crate::support::program::{Program, SERVE};
 use crate::support::*;
@@ -40,4 +40,23 @@ fn a_hangup_ends_the_service_in_order_and_signals_that_mean_nothing_do_nothing()
     }
     finished(&program.client, &small());
     assert!(program.end_by("HUP").success());
+}
+
+#[test]
+fn a_second_service_is_refused_without_the_file_of_the_lock_too() {
+    let data = tempfile::tempdir().unwrap();
+    let [lock, runs, elsewhere] = ["lock", "runs", "elsewhere"].map(|name| data.path().join(name));
+    let program = Program::start(data.path(), &[]);
+    std::fs::remove_file(&lock).unwrap();
+    let second = serve(data.path()).output().unwrap();
+    let words = String::from_utf8_lossy(&second.stderr);
+    assert!(!second.status.success() && words.contains("in use by another process"), "{words}");
+    finished(&program.client, &small());
+    // Now nothing would refuse it.
+    std::fs::rename(&runs, &elsewhere).unwrap();
+    eventually("it is not ready", || program.client.get("/readyz").status == 503);
+    assert_eq!(program.client.post_json("/v1/jobs", &small()).status, 503);
+    std::fs::rename(&elsewhere, &runs).unwrap();
+    eventually("it is ready again", || program.client.get("/readyz").status == 200);
+    finished(&program.client, &small());
 }
