@@ -46,7 +46,9 @@ pub fn internal() -> Failure {
 /// A job whose row in the store is damaged.
 pub(super) fn unreadable() -> Failure {
     Failure {
-        remedy: "Submit the job again, and tell the operator: `contuse doctor` lists what is damaged.".into(),
+        remedy:
+            "Submit the job again, and report it to the operator: `contuse doctor` lists what is damaged."
+                .into(),
         ..Failure::of_no_run(FailureCause::Internal, "The job store is damaged: it cannot read this job.")
     }
 }

@@ -1,7 +1,7 @@
 //! Whose job is next, and its claim.
 
-use super::read::{job_id, kind_of_name};
-use super::{Row, SqlStore, Write, add_event, attempts_of, set_aside};
+use super::read::claimed_of_row;
+use super::{SqlStore, Write, add_event, set_aside};
 use crate::service::jobs::JobsError;
 use crate::service::jobs::store::{ClaimedJob, Event};
 use sqlx::Row as _;
@@ -118,21 +118,6 @@ async fn with_document(
     let row = sqlx::query("SELECT scene FROM jobs WHERE seq = $1").bind(job.seq);
     let document = row.fetch_one(&mut **transaction).await?.try_get("scene");
     Ok(document.map(|document| ClaimedJob { document, ..job }).map_err(JobsError::from))
-}
-
-/// Converts a row into the next attempt at its job, without the document.
-pub(super) fn claimed_of_row(row: &Row) -> Result<ClaimedJob, JobsError> {
-    Ok(ClaimedJob {
-        seq: row.try_get("seq")?,
-        id: job_id(row.try_get("id")?)?,
-        owner: row.try_get("owner")?,
-        kind: kind_of_name(row.try_get("kind")?)?,
-        document: Vec::new(),
-        memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
-        alone: row.try_get("alone")?,
-        attempt: attempts_of(row.try_get("attempts")?)?.saturating_add(1),
-        trace: row.try_get("trace")?,
-    })
 }
 
 /// Whether a run of a job fits into so many bytes beside others.

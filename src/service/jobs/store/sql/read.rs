@@ -1,8 +1,7 @@
 //! Queries of jobs, which change nothing.
 
-use super::claim::claimed_of_row;
 use super::{Row, SqlStore, attempts_of};
-use crate::service::jobs::store::{EventRow, Job, JobLinks, NOTICE, Page};
+use crate::service::jobs::store::{ClaimedJob, EventRow, Job, JobLinks, NOTICE, Page};
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase, Priority};
 use sqlx::Row as _;
 
@@ -271,5 +270,20 @@ pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
         recording,
         queue_position: None,
         notice: NOTICE,
+    })
+}
+
+/// Converts a row into the next attempt at its job, without the document.
+pub(super) fn claimed_of_row(row: &Row) -> Result<ClaimedJob, JobsError> {
+    Ok(ClaimedJob {
+        seq: row.try_get("seq")?,
+        id: job_id(row.try_get("id")?)?,
+        owner: row.try_get("owner")?,
+        kind: kind_of_name(row.try_get("kind")?)?,
+        document: Vec::new(),
+        memory_bytes: row.try_get::<i64, _>("memory_bytes")?.cast_unsigned(),
+        alone: row.try_get("alone")?,
+        attempt: attempts_of(row.try_get("attempts")?)?.saturating_add(1),
+        trace: row.try_get("trace")?,
     })
 }
