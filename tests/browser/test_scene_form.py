@@ -105,6 +105,13 @@ def test_a_vector_is_marked_as_a_whole_and_an_overlap_where_the_body_is_placed(f
         expect(field(form, f"/bodies/0/placement/translation_m/{k}")).to_have_attribute("aria-invalid", "true")
 
 
+def test_what_an_example_says_of_itself_goes_with_the_first_change(form):
+    scene = lambda: json.loads(form.get_by_label("Scene as JSON").input_value())
+    assert "100 m/s" in scene()["description"]
+    put(form, f"{BALL}/outer_radius_m", "16")
+    assert "description" not in scene() and scene()["bodies"][0]["mesh"]["generator"]["outer_radius_m"] == 0.016
+
+
 def test_studies_begin_at_the_form(form):
     form.get_by_label("Begin with").select_option("bar_on_wall/scene.json")
     expect(form.get_by_text("ready to run")).to_be_visible()

@@ -60,8 +60,11 @@ class SubmitPage {
   #hasLeft = false;
   /** Makes a repeated submission of the same document the same job. */
   #key = null;
+  /** Descriptions of the examples. */
+  #ofExamples;
 
   constructor(presets) {
+    this.#ofExamples = new Set(presets.map(({ scene }) => scene.description));
     const options = presets.map(({ file, scene }) => [file, scene.name]);
     const choose = (file) => this.take(pretty(refined(presets.find((preset) => preset.file === file).scene)));
     this.element = html(
@@ -114,6 +117,8 @@ class SubmitPage {
   }
 
   #fromForm() {
+    // What an example says of itself is not so of one that was changed.
+    if (this.#ofExamples.has(this.#document.description)) delete this.#document.description;
     this.#text.value = pretty(this.#document);
     this.#changed();
   }

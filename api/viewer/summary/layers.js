@@ -1,7 +1,7 @@
 // What happened to each layer, a sentence each: how deep, how much, above which stress.
 
 import { html, term } from "../dom.js";
-import { exceeds, number, within } from "../format.js";
+import { exceeds, marked, number, within } from "../format.js";
 import { isDepthLeast, resultsOf, threshold } from "./headline.js";
 import { hasError, isResolved } from "./quantity.js";
 
@@ -44,12 +44,12 @@ function extent(stress, [from, to]) {
   return `${begin(within(from, error))} ${least}${within(to, error)} ± ${number(error, 2)} mm deep`;
 }
 
-/** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole. */
-function amount({ volume_mm3: whole }, { volume_mm3: mm3 }) {
+/** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole, and is a lower bound where the model ends. */
+function amount({ volume_mm3: whole, reaches }, { volume_mm3: mm3 }) {
   const [size, unit] = mm3 < 1000 ? [mm3, "mm³"] : [mm3 / 1000, "cm³"];
   if (!isResolved(whole)) return `in (${number(size, 2)}) ${unit} of it`;
   const error = (whole.error.total / whole.value) * size;
-  return `in ${within(size, error)} ± ${number(error, 2)} ${unit} of it`;
+  return `in ${marked(within(size, error), true, reaches?.length > 0)} ± ${number(error, 2)} ${unit} of it`;
 }
 
 /** The sentence on one layer, after its name. */
