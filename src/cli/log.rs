@@ -10,7 +10,7 @@ use tracing_subscriber::fmt::MakeWriter;
 /// Most that waits to be written [bytes].
 const MOST_WAITING: usize = 4 << 20;
 /// How long the end of the process waits for a reader.
-const LAST_WAIT: Duration = Duration::from_secs(1);
+const LAST_WAIT: Duration = Duration::from_secs(3);
 
 /// Where lines of the log, and last words, are written.
 #[derive(Clone, Debug)]

@@ -185,6 +185,10 @@ impl<'a> Sequence<'a> {
         // Of a mesh that is coarser than the scene's own, a discarded run says nothing about the finer ones.
         let is_discarded = is_stopped || (lacks.is_some() && (level >= 0 || is_over || has_stopped));
         if is_discarded && let Some(mut best) = self.best.take() {
+            // More time would lead to that mesh again.
+            if let Some(accuracy) = best.summary.accuracy.as_mut().filter(|_| lacks.is_some()) {
+                accuracy.next_mesh_s = None;
+            }
             best.summary.warnings.push(discarded(self.meshes.factor(level), lacks));
             return Step::End(Box::new(best));
         }

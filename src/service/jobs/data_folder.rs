@@ -8,6 +8,10 @@ use super::{JobId, JobsError};
 use std::fs::{DirEntry, File, Metadata, TryLockError};
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// How long the lock of a process that has ended is waited for.
+const LAST_HOLD: Duration = Duration::from_secs(2);
 
 /// The data folder, locked for this process during the life of this value.
 #[derive(Debug)]
@@ -24,9 +28,15 @@ struct Lock {
 }
 
 impl Lock {
-    /// Locks what is open; `None` if its file system does not lock it.
+    /// Locks what is open; `None` if its file system does not lock it. A process that was killed may hold it for a moment.
     fn take(path: PathBuf, held: File) -> Result<Option<Self>, JobsError> {
-        match held.try_lock() {
+        let mut locked = held.try_lock();
+        let begun = Instant::now();
+        while matches!(locked, Err(TryLockError::WouldBlock)) && begun.elapsed() < LAST_HOLD {
+            std::thread::sleep(LAST_HOLD / 20);
+            locked = held.try_lock();
+        }
+        match locked {
             Ok(()) => Ok(Some(Self { path, held })),
             Err(TryLockError::WouldBlock) => {
                 Err(JobsError::InUse { path: path.parent().unwrap_or(&path).to_owned() })
@@ -69,12 +79,13 @@ impl DataFolder {
         Ok(Self { root: root.to_owned(), locks })
     }
 
-    /// Checks that no other process can have taken the folder.
+    /// Checks that no other process can have taken the folder, and that runs can write there: the last lock, that of their folder where its
+    /// file system has such.
     ///
     /// # Errors
     /// `Replaced`
     pub fn check_locks(&self) -> Result<(), JobsError> {
-        let is_ours = self.locks.iter().any(Lock::is_in_place);
+        let is_ours = self.locks.last().is_some_and(Lock::is_in_place);
         if is_ours { Ok(()) } else { Err(JobsError::Replaced { path: self.root.clone() }) }
     }
 

@@ -44,6 +44,7 @@ impl Queue {
     /// # Errors
     /// If the store fails.
     pub async fn delete(self: &Arc<Self>, owner: &str, id: JobId) -> Result<bool, JobsError> {
+        self.with_files(|queue| queue.folder.check_locks()).await?;
         let hidden = match self.store.hide(owner, id).await {
             // On a full disk the files are removed first, which makes space for the record of the deletion.
             Err(error) if error.is_storage_full() => {
@@ -104,6 +105,7 @@ impl Queue {
     /// # Errors
     /// If the store fails.
     pub async fn delete_mesh(self: &Arc<Self>, owner: &str, id: &str) -> Result<MeshDeletion, JobsError> {
+        self.with_files(|queue| queue.folder.check_locks()).await?;
         let deletion = self.store.delete_mesh(owner, id).await?;
         if let MeshDeletion::Deleted { unowned: Some(format) } = deletion {
             self.remove_mesh(id.to_owned(), format).await;

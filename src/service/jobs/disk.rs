@@ -15,8 +15,8 @@ const WRITTEN_HOLDS: Duration = Duration::from_secs(1);
 
 /// How long a disk that accepts files may refuse a recording.
 const LONGEST_REFUSAL: Duration = Duration::from_secs(1);
-/// How long an object store that answers may.
-const LONGEST_REFUSAL_AFAR: Duration = Duration::from_secs(360);
+/// How long an object store that answers may refuse access.
+const LONGEST_REFUSAL_AFAR: Duration = Duration::from_secs(60);
 
 /// A run that has ended and waits for the storage, until this is dropped.
 pub(super) struct EndWaits(Arc<AtomicUsize>);
@@ -61,12 +61,11 @@ impl Queue {
         if ends > 0 { Err(JobsError::EndsWait { ends }) } else { Ok(()) }
     }
 
-    /// How long a storage that answers may refuse a recording with an error before that is given up: an object store may refuse what is
-    /// large, or for a while, and take a small object.
+    /// How long a storage that answers may refuse a recording with an error before that is given up: rights to an object store may be back
+    /// within a moment, or its probes notice that they are not.
     pub(super) fn longest_refusal(&self, error: &JobsError) -> Duration {
-        let is_refusal =
-            matches!(error.io_kind(), Some(ErrorKind::NetworkDown | ErrorKind::PermissionDenied));
-        if self.has_distant_blobs() && is_refusal { LONGEST_REFUSAL_AFAR } else { LONGEST_REFUSAL }
+        let is_of_access = error.io_kind() == Some(ErrorKind::PermissionDenied);
+        if self.has_distant_blobs() && is_of_access { LONGEST_REFUSAL_AFAR } else { LONGEST_REFUSAL }
     }
 
     /// Checks that the disk has room for a job, or a mesh.

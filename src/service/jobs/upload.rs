@@ -101,7 +101,10 @@ impl Upload {
         let id = draft.digest().sha256;
         let no_removal = queue.lock_mesh(&id, false).await?;
         let name = mesh_name(&id, format);
-        let kept = queue.with_files(move |_| Ok(draft.keep(&name)?));
+        let kept = queue.with_files(move |queue| {
+            queue.folder.check_locks()?;
+            Ok(draft.keep(&name)?)
+        });
         let BlobDigest { bytes, .. } = queue.unless_silent(kept).await??;
         let added = queue.store.add_mesh(&owner, &id, format, bytes, report, queue.config.quotas()).await;
         drop(no_removal);
