@@ -126,7 +126,7 @@ fn without_value(code: &Value, common: &Common) -> Value {
     match common.computed {
         Some(computed) => resource["effectiveDateTime"] = computed.into(),
         None => {
-            resource["_effectiveDateTime"] = json!({"extension": [{"url": ABSENT, "valueCode": "unknown"}]})
+            resource["_effectiveDateTime"] = json!({"extension": [{"url": ABSENT, "valueCode": "unknown"}]});
         }
     }
     resource

@@ -59,6 +59,7 @@ pub enum Shown {
 
 /// Results of one contact pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::struct_excessive_bools)] // facts, each by itself
 pub struct Impact {
     /// Name of the pair: those of its two bodies, joined by a dash.
     pub pair: String,

@@ -293,24 +293,24 @@ fn named(pair: &PairMeasures) -> String {
 /// The window over which the force of a pair is averaged, and the mean step [s].
 struct Window {
     pair: String,
-    window: f64,
+    length: f64,
     step: f64,
 }
 
 impl Window {
     fn of(pair: &PairMeasures) -> Option<Self> {
-        Some(Self { pair: named(pair), window: pair.force.window()?, step: pair.force.mean_step() })
+        Some(Self { pair: named(pair), length: pair.force.window()?, step: pair.force.mean_step() })
     }
 }
 
 /// Warns of force windows that are longer than the run, and of those shorter than two steps; each names the pairs, and has the numbers of
 /// the worst.
 fn window_warnings(windows: &[Window], end: f64) -> impl Iterator<Item = String> {
-    let (long, fitting): (Vec<&Window>, Vec<&Window>) = windows.iter().partition(|of| end < of.window);
+    let (long, fitting): (Vec<&Window>, Vec<&Window>) = windows.iter().partition(|of| end < of.length);
     let short: Vec<&Window> =
-        fitting.into_iter().filter(|of| of.window < FEWEST_STEPS_OF_WINDOW * of.step).collect();
+        fitting.into_iter().filter(|of| of.length < FEWEST_STEPS_OF_WINDOW * of.step).collect();
     let names = |windows: &[&Window]| first_of(windows.iter().map(|of| of.pair.clone()));
-    let longest = long.iter().map(|of| of.window).fold(0.0, f64::max);
+    let longest = long.iter().map(|of| of.length).fold(0.0, f64::max);
     let without_peak = names(&long).map(|pairs| {
         format!(
             "The run ended after {}, less than the {} over which the force of {pairs} is averaged: it has no peak force.",
@@ -318,12 +318,12 @@ fn window_warnings(windows: &[Window], end: f64) -> impl Iterator<Item = String>
             seconds(longest)
         )
     });
-    let worst = short.iter().min_by(|a, b| (a.window * b.step).total_cmp(&(b.window * a.step)));
+    let worst = short.iter().min_by(|a, b| (a.length * b.step).total_cmp(&(b.length * a.step)));
     let unconverged = names(&short).zip(worst).map(|(pairs, worst)| {
         format!(
             "The peak force of {pairs} does not converge: it is averaged over {}, less than two steps of {}. \
              Omit `measures.force_window_s` (the window is then 1/10 of the contact, ten steps at least), or take shorter steps.",
-            seconds(worst.window),
+            seconds(worst.length),
             seconds(worst.step)
         )
     });
@@ -397,7 +397,7 @@ mod tests {
 
     #[test]
     fn windows_of_many_pairs_are_one_warning() {
-        let of = |pair: &str, window, step| Window { pair: pair.into(), window, step };
+        let of = |pair: &str, length, step| Window { pair: pair.into(), length, step };
         let pairs = [of("a–b", 1e-6, 1e-6), of("a–c", 1e-6, 2e-6), of("a–d", 1e-5, 1e-6)];
         let said: Vec<String> = window_warnings(&pairs, 1e-3).collect();
         assert_eq!(said.len(), 1, "{said:?}");

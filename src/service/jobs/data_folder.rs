@@ -112,7 +112,7 @@ impl DataFolder {
     /// # Errors
     /// Why it does not.
     pub fn try_write(&self) -> Result<(), JobsError> {
-        let write = || tempfile::tempfile_in(&self.root)?.write_all(&[0; 64 << 10]);
+        let write = || tempfile::tempfile_in(&self.root)?.write_all(&vec![0; 64 << 10]);
         write().map_err(|error| JobsError::file(&self.root, error))
     }
 

@@ -211,7 +211,7 @@ fn is_mesh(setting: &Setting) -> bool {
 /// are left for a limit.
 fn with_half_levels(ladder: &[Setting], done: usize) -> Vec<Setting> {
     let (done, rest) = ladder.split_at(done);
-    let below = |of: &Setting| is_mesh(of).then(|| Setting { mesh_factor: FRAC_1_SQRT_2, ..*of });
+    let below = |of: &Setting| is_mesh(of).then_some(Setting { mesh_factor: FRAC_1_SQRT_2, ..*of });
     let rest =
         rest.iter().flat_map(|of| below(of).filter(|it| !ladder.contains(it)).into_iter().chain([*of]));
     done.iter().copied().chain(rest).collect()

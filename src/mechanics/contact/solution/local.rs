@@ -43,6 +43,7 @@ pub(super) fn length(t1: f64, t2: f64) -> f64 {
 /// `mu = ∞` stands for full stick: then `F_n = r_n − ⟨r_n − ρ u_n⟩`, and `F_t` is `ρ u_t` where the contact presses
 /// and `r_t` where it does not.
 #[inline]
+#[allow(clippy::float_cmp)] // exactly what the projection does not change
 pub fn natural_map(r: Local, u: Local, mu: f64, rho: f64) -> Local {
     if mu.is_infinite() {
         return if r[0] > rho * u[0] { u.map(|u| rho * u) } else { r };
