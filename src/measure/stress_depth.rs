@@ -8,16 +8,13 @@
 mod tests;
 
 use super::exceeded::{Dose, ExceededIn};
-use super::stress_field::{Region, StressField};
-use super::tissue_parts::TissueParts;
+use super::stress_field::{MOST_ENDS, Region, StressField};
+use super::tissue_parts::{TissueParts, ends_of_nodes};
 use super::wave_reach::WaveReach;
 use crate::mechanics::force::PointBatch;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
-
-/// Most ends of the tissue that are distinguished.
-const MOST_ENDS: usize = 32;
 
 /// Fraction of the volume of a part in which the 95th percentile of the strain is exceeded [-].
 const TAIL: f64 = 0.05;
@@ -48,8 +45,10 @@ pub struct Exceedance {
     pub largest_numerical: f64,
     /// Time of that volume, and how far a wave can have travelled by then [s, m].
     pub numerical_at: (f64, f64),
-    /// For each of [`StressDepth::ends`] the largest depth of the elements at it that have a point above the threshold [m]; −∞ without one.
-    pub reached: [f64; MOST_ENDS],
+    /// Bit set of the ends of the tissue adjacent to its elements, see [`StressDepth::ends`].
+    pub reached: u32,
+    /// Largest depth at each of them of a node whose stress exceeds the threshold, at any field time so far [m]; −∞ without one.
+    depths_at_ends: [f64; MOST_ENDS],
     /// Exceedance in each part, in the order of [`TissueParts::names`].
     pub layers: Vec<Layer>,
 }
@@ -68,7 +67,8 @@ impl Exceedance {
             numerical: 0.0,
             largest_numerical: 0.0,
             numerical_at: (0.0, 0.0),
-            reached: [f64::NEG_INFINITY; MOST_ENDS],
+            reached: 0,
+            depths_at_ends: [f64::NEG_INFINITY; MOST_ENDS],
             layers: vec![Layer { depth: Region::NOWHERE, volume: 0.0, largest_volume: 0.0 }; part_count],
         }
     }
@@ -86,14 +86,10 @@ impl Exceedance {
         self.layers.iter_mut().for_each(|layer| layer.volume = 0.0);
     }
 
-    /// Adds a point above the threshold, with its reference volume [m³] and part, in an element of some depth [m] at some ends of the tissue (a
-    /// bit set).
-    fn add(&mut self, volume: f64, part: usize, (ends, depth): (u32, f64)) {
+    /// Adds a point above the threshold, with its reference volume [m³], part and adjacent ends of the tissue.
+    fn add(&mut self, volume: f64, part: usize, ends: u32) {
         self.volume += volume;
-        if ends != 0 {
-            let of_end = self.reached.iter_mut().enumerate().filter(|(bit, _)| ends >> bit & 1 == 1);
-            of_end.for_each(|(_, deepest)| *deepest = deepest.max(depth));
-        }
+        self.reached |= ends;
         self.largest_point = self.largest_point.max(volume);
         if let Some(layer) = self.layers.get_mut(part) {
             layer.volume += volume;
@@ -116,6 +112,9 @@ impl Exceedance {
     fn add_region(&mut self, region: &Region, time: f64) {
         if region.depth > self.depth {
             (self.depth, self.depth_time, self.edge) = (region.depth, time, region.edge);
+        }
+        for (depth, now) in self.depths_at_ends.iter_mut().zip(region.ends) {
+            *depth = depth.max(now);
         }
         for (bound, now) in self.depth_bounds.iter_mut().zip(region.bounds) {
             *bound = bound.max(now);
@@ -257,21 +256,20 @@ impl StressDepth {
         }
     }
 
-    /// Names of the tissue ends adjacent to the region above a threshold, where that is at least so deep [m].
-    fn reached(&self, exceedance: &Exceedance, least: f64) -> Vec<String> {
-        let ends = self.ends.iter().zip(&exceedance.reached).filter(|(_, depth)| **depth >= least);
-        ends.map(|(name, _)| name.clone()).collect()
-    }
-
     /// Names of the tissue ends adjacent to the region above a threshold.
     pub fn ends_of(&self, exceedance: &Exceedance) -> Vec<String> {
-        self.reached(exceedance, 0.0)
+        self.named(|end| exceedance.reached >> end & 1 == 1)
     }
 
-    /// Those of them with elements of the region that are as deep as it is anywhere: what is beyond may be deeper.
+    /// Those of the ends at which the region is as deep as anywhere: what is beyond may be deeper.
     pub fn ends_of_depth(&self, exceedance: &Exceedance) -> Vec<String> {
-        let has_depth = self.has_skin() && exceedance.depth > 0.0;
-        if has_depth { self.reached(exceedance, exceedance.depth) } else { Vec::new() }
+        let Exceedance { depth, depths_at_ends, .. } = exceedance;
+        self.named(|end| *depth > 0.0 && depths_at_ends[end] >= *depth)
+    }
+
+    fn named(&self, is_it: impl Fn(usize) -> bool) -> Vec<String> {
+        let named = self.ends.iter().enumerate().take(MOST_ENDS);
+        named.filter(|(end, _)| is_it(*end)).map(|(_, name)| name.clone()).collect()
     }
 
     /// Whether the tissue has a surface to measure from, so that depth is defined.
@@ -328,10 +326,8 @@ impl StressDepth {
                 self.energy_density.raise(psi, place, self.time);
                 // Thresholds and doses.
                 let ends = self.at_ends.get(slot).copied().unwrap_or(0);
-                let deepest = |field: &StressField| field.deepest_corner(slot);
-                let depth = self.field.as_ref().filter(|_| ends != 0).map_or(0.0, deepest);
                 let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
-                above.for_each(|exceedance| exceedance.add(volume, part, (ends, depth)));
+                above.for_each(|exceedance| exceedance.add(volume, part, ends));
                 Dose::add(&mut self.energy_doses, psi, volume);
                 Dose::add(&mut self.strain_doses, strain, volume);
                 // Values exceeded in volumes, and the field.
@@ -364,10 +360,7 @@ impl StressDepth {
 
 /// For each slot of a plan the bit set of the tissue ends at which its element has nodes.
 fn at_ends(plan: &Plan) -> Vec<u32> {
-    let mut of_node = vec![0u32; plan.node_count()];
-    for (bit, end) in plan.measures.tissue_ends.iter().enumerate().take(MOST_ENDS) {
-        end.nodes.iter().for_each(|node| of_node[*node as usize] |= 1 << bit);
-    }
+    let of_node = ends_of_nodes(plan);
     let mut at_ends = vec![0; plan.slot_count()];
     for block in &plan.blocks {
         for slot in 0..block.elements.len() {

@@ -14,6 +14,9 @@ use crate::mesh::cell::CellKind;
 /// Most corners of an element.
 const MOST_CORNERS: usize = 8;
 
+/// Most ends of the tissue that are distinguished.
+pub const MOST_ENDS: usize = 32;
+
 /// Largest error of the field over the scatter of the points that it is fitted to [-].
 ///
 /// With curvature s'' on elements of size h, the value at a node is s''h²/24 too large and that in the middle of an edge
@@ -43,6 +46,8 @@ struct Vertex {
     part: usize,
     /// Its reference depth [m].
     depth: f64,
+    /// Bit set of the ends of the tissue that it belongs to.
+    ends: u32,
     /// Σ w, Σ w δ, Σ w δ² of the points around it, δ their depths relative to its own.
     moments: [f64; 3],
     /// Σ w s, Σ w s δ, Σ w s² of the current pass.
@@ -74,6 +79,8 @@ pub struct Region {
     pub bounds: [f64; 2],
     /// Least and largest depth in each part; [`Region::NOWHERE`] in parts in which it is not exceeded.
     pub layers: Vec<[f64; 2]>,
+    /// Largest depth of a node at each end of the tissue; −∞ where it is not exceeded.
+    pub ends: [f64; MOST_ENDS],
 }
 
 impl Region {
@@ -92,10 +99,10 @@ pub struct StressField {
 }
 
 impl StressField {
-    /// A field without stress, given the depth of each node of the plan [m], unused outside of the tissue. `part_count` and `slot_count` are
-    /// those of the plan.
+    /// A field without stress, given of each node of the plan the depth [m], unused outside of the tissue, and the bit set of the ends of the
+    /// tissue that it belongs to. `part_count` and `slot_count` are those of the plan.
     pub fn new<'a>(
-        depths: &[f64],
+        (depths, ends): (&[f64], &[u32]),
         (part_count, slot_count): (usize, usize),
         tissue: impl Iterator<Item = TissueElement<'a>>,
     ) -> Self {
@@ -113,7 +120,8 @@ impl StressField {
                 let known = &mut numbers[number(local)];
                 if *known == u32::MAX {
                     *known = field.vertices.len() as u32;
-                    field.vertices.push(Vertex::new(element.part, depth_of(local)));
+                    let ends = ends[element.nodes[local] as usize];
+                    field.vertices.push(Vertex::new(element.part, depth_of(local), ends));
                 }
             }
             field.insert(&element, |local| numbers[number(local)], depth_of);
@@ -154,12 +162,6 @@ impl StressField {
     /// Largest depth of a node [m]; `None` without tissue.
     pub fn deepest(&self) -> Option<f64> {
         self.vertices.iter().map(|vertex| vertex.depth).reduce(f64::max)
-    }
-
-    /// Largest reference depth of a corner of the element in a slot [m].
-    pub fn deepest_corner(&self, slot: usize) -> f64 {
-        let Corners { count, vertices, .. } = &self.elements[slot];
-        vertices[..*count].iter().map(|vertex| self.vertices[*vertex as usize].depth).fold(0.0, f64::max)
     }
 
     /// Begins a pass over all points. Points that are not added have no stress.
@@ -205,7 +207,17 @@ impl StressField {
                 }
             }
         }
-        Region { depth, edge, bounds, layers }
+        Region { depth, edge, bounds, layers, ends: self.depths_at_ends(threshold) }
+    }
+
+    /// Largest depth at each end of the tissue of a node whose stress exceeds a threshold [Pa]; −∞ without one.
+    fn depths_at_ends(&self, threshold: f64) -> [f64; MOST_ENDS] {
+        let mut depths = [f64::NEG_INFINITY; MOST_ENDS];
+        for vertex in self.vertices.iter().filter(|vertex| vertex.ends != 0 && vertex.stress > threshold) {
+            let at = depths.iter_mut().enumerate().filter(|(bit, _)| vertex.ends >> bit & 1 == 1);
+            at.for_each(|(_, depth)| *depth = depth.max(vertex.depth));
+        }
+        depths
     }
 
     /// Largest stress at or below a depth [m] [Pa]; 0 if the tissue ends above it.
@@ -229,8 +241,8 @@ impl StressField {
 }
 
 impl Vertex {
-    fn new(part: usize, depth: f64) -> Self {
-        Self { part, depth, moments: [0.0; 3], sums: [0.0; 3], stress: 0.0, error: 0.0 }
+    fn new(part: usize, depth: f64, ends: u32) -> Self {
+        Self { part, depth, ends, moments: [0.0; 3], sums: [0.0; 3], stress: 0.0, error: 0.0 }
     }
 
     /// Adds a point with weight w at the relative depth δ [m].

@@ -1,6 +1,6 @@
 //! The tissue of a plan, part by part.
 
-use super::stress_field::{StressField, TissueElement};
+use super::stress_field::{MOST_ENDS, StressField, TissueElement};
 use crate::mesh::MeshError;
 use crate::mesh::distance::DepthField;
 use crate::plan::Plan;
@@ -76,6 +76,15 @@ impl TissueParts {
             })
         });
         let counts = (self.names.len(), plan.slot_count());
-        Ok(Some(StressField::new(&depths, counts, elements)))
+        Ok(Some(StressField::new((&depths, &ends_of_nodes(plan)), counts, elements)))
     }
+}
+
+/// For each node of a plan the bit set of the ends of the tissue that it belongs to.
+pub fn ends_of_nodes(plan: &Plan) -> Vec<u32> {
+    let mut of_node = vec![0; plan.node_count()];
+    for (bit, end) in plan.measures.tissue_ends.iter().enumerate().take(MOST_ENDS) {
+        end.nodes.iter().for_each(|node| of_node[*node as usize] |= 1 << bit);
+    }
+    of_node
 }

@@ -266,7 +266,9 @@ impl<'a> Meshes<'a> {
             .get_or_init(|| steps_and_contact(&self.variants, (&coarsest.scene, coarsest.run.steps), &[]));
         let of = |done: &Done| Level { size: self.size(done, mesh, level), run: done.run.clone() };
         let levels = used.iter().map(of).collect();
-        let keeps_a_direction = keeps_a_direction(&mesh.document, &coarsest.scene.document);
+        // Splitting divides every direction.
+        let keeps_a_direction = !self.scene.document.has_mesh_file()
+            && keeps_a_direction(&mesh.document, &coarsest.scene.document);
         others.clone().map_or_else(ErrorBars::Unknown, |others| {
             let runs = compared_runs(&self.scene.document, coarsest.run.clone(), others, levels);
             ErrorBars::From(Box::new(ComparedRuns { keeps_a_direction, ..runs }))

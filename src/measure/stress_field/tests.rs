@@ -46,7 +46,11 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
             volumes,
         }
     });
-    let mut field = StressField::new(&skin.depths(&mesh.nodes), (2, mesh.cells.len()), tissue);
+    let mut field = StressField::new(
+        (&skin.depths(&mesh.nodes), &vec![0; mesh.nodes.len()]),
+        (2, mesh.cells.len()),
+        tissue,
+    );
     field.begin();
     for (slot, points) in points.iter().enumerate() {
         for (q, (X, volume)) in points.iter().enumerate() {
@@ -140,7 +144,13 @@ fn what_is_nowhere_exceeded_has_no_depth() {
     let field = field_of((COLUMN, [1, 1, 4]), |X| X, 99.0, |_| 1.0);
     assert_eq!(
         field.region(2.0),
-        Region { depth: 0.0, edge: 0.0, bounds: [0.0; 2], layers: vec![Region::NOWHERE; 2] }
+        Region {
+            depth: 0.0,
+            edge: 0.0,
+            bounds: [0.0; 2],
+            layers: vec![Region::NOWHERE; 2],
+            ends: [f64::NEG_INFINITY; MOST_ENDS]
+        }
     );
     assert_eq!((field.deepest(), field.largest_below(10.5)), (Some(10.0), 0.0));
 }
