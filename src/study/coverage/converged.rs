@@ -5,13 +5,12 @@
 
 use super::impacts::Impact;
 use super::numbers::{WithBar, value_at};
-use super::{CoverageStudy, NoClaim, Number, run_finished};
+use super::{CoverageStudy, NoClaim, Number, each, run_finished};
 use crate::scene::document::{AccuracyDocument, ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene, load_document, load_parsed};
 use crate::step::Interrupt;
 use crate::study::error_bars::relative_size;
 use crate::study::setting::Setting;
-use rayon::prelude::*;
 use serde_json::Value;
 
 /// Where the error bars of a run come from.
@@ -51,14 +50,10 @@ pub fn study_impacts(
         let kinds = BARS.into_iter().filter(|(_, bars)| *bars != Bars::Accuracy || impact.with_accuracy);
         runs.extend(meshes.flat_map(|mesh| kinds.clone().map(|bars| (impact, *mesh, Some(bars)))));
     }
-    let done: Vec<Run> = runs
-        .par_iter()
-        .with_max_len(1)
-        .map(|(impact, mesh, bars)| {
-            let bars = bars.map_or(Bars::Levels(ErrorBarsDocument::None), |(_, bars)| bars);
-            run_on(impact, *mesh, bars, interrupt)
-        })
-        .collect();
+    let done: Vec<Run> = each(&runs, |(impact, mesh, bars)| {
+        let bars = bars.map_or(Bars::Levels(ErrorBarsDocument::None), |(_, bars)| bars);
+        run_on(impact, *mesh, bars, interrupt)
+    });
     // Each run against the reference of its impact.
     let (references, compared) = done.split_at(impacts.len());
     let mut study = CoverageStudy::default();

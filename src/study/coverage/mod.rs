@@ -83,10 +83,18 @@ impl CoverageStudy {
     }
 }
 
+/// Runs all items in parallel, on threads of their own: each waits for the thread of its recorder, whose measures use those that all share.
+fn each<T: Sync, R: Send>(items: &[T], run: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
+    match rayon::ThreadPoolBuilder::new().build() {
+        Ok(pool) => pool.install(|| items.par_iter().with_max_len(1).map(&run).collect()),
+        Err(_) => items.iter().map(run).collect(),
+    }
+}
+
 /// Runs every case with its error bars, in parallel on all threads.
 pub fn study_coverage(cases: &[Case], interrupt: &(dyn Fn() -> Option<Interrupt> + Sync)) -> CoverageStudy {
     let runs: Vec<Result<Vec<Result<Number, NoClaim>>, NoClaim>> =
-        cases.par_iter().map(|case| eval_case(case, interrupt)).collect();
+        each(cases, |case| eval_case(case, interrupt));
     let mut study = CoverageStudy::default();
     for run in runs {
         match run {
@@ -146,5 +154,19 @@ fn run_finished(
     match &result.outcome.ending {
         Ending::Finished => Ok(result.summary),
         ending => Err(format!("ended as {}", ending_name(ending))),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_wait_for_threads_that_use_the_shared_ones() {
+        let items: Vec<u64> = (0..64).collect();
+        let sum = |below: &u64| (0..*below).into_par_iter().sum::<u64>();
+        let sums = each(&items, |n| std::thread::scope(|scope| scope.spawn(|| sum(n)).join().unwrap()));
+        assert!(items.iter().zip(&sums).all(|(n, sum)| 2 * sum == n * n.saturating_sub(1)));
     }
 }
