@@ -4,8 +4,10 @@ import { getJson } from "../api.js";
 import { button, html } from "../dom.js";
 import { setting } from "../format.js";
 import { lineStyle } from "../plots/plot.js";
-import { answerCurve } from "../plots/answer_curve.js";
+import { answerCurve, sizeNow } from "../plots/answer_curve.js";
+import { answerLegend } from "../plots/answer_legend.js";
 import { answerTable } from "../plots/answer_table.js";
+import { bordersOf } from "../scene/question.js";
 import { BOUNDS, addressOf, questionIn } from "./ask_address.js";
 import { AskForm, numberInput } from "./ask_form.js";
 import { remember, stop } from "./asked.js";
@@ -39,6 +41,12 @@ class AskPage {
   #further = html("div", { class: "tools", hidden: true });
   #moreFat = button("And with more fat?", () => this.#withMoreFat());
   #before = html("p", { class: "notice-line", hidden: true }, "This is the answer to the question before it was changed. Press Answer for the new one.");
+  #width = 0;
+  /** Draws the answer anew where the window has another size for it. */
+  #onResize = () => {
+    const [width] = sizeNow();
+    if (this.#curves.length && width !== this.#width) this.#draw(this.#curves[0].asked);
+  };
   #state = html("p", { class: "quiet", "aria-live": "polite" }, "The answer is a curve against speed; its first points appear within a minute or two.");
   #picture = html("div");
   #answers = html("ul", { class: "answers" });
@@ -47,6 +55,7 @@ class AskPage {
 
   constructor(tissue, { more, jobs, ...question }) {
     this.#tissue = tissue;
+    window.addEventListener("resize", this.#onResize);
     this.#more = numberInput("Millimetres more", BOUNDS.more, more);
     this.#further.append(this.#moreFat, html("label", { class: "pair" }, "by", this.#more, "mm"));
     this.#form = new AskForm(tissue, question, [this.#ask, this.#stop], () => this.#onChange());
@@ -60,6 +69,7 @@ class AskPage {
   }
 
   leave() {
+    window.removeEventListener("resize", this.#onResize);
     this.#leaving.abort();
     this.#form.leave();
   }
@@ -140,14 +150,20 @@ class AskPage {
     known.forEach(({ id }) => remember(id, page));
   }
 
+  /** Borders of layers that all curves have in common: with another thickness of the fat those below it are elsewhere. */
+  #borders() {
+    const [first, ...others] = this.#curves.map(({ asked }) => bordersOf(asked));
+    return first.filter(({ name, at }) => others.every((borders) => borders.some((one) => one.name === name && one.at === at)));
+  }
+
   #draw({ number, threshold, speeds }) {
+    [this.#width] = sizeNow();
     const level = number.layer ? 0 : null;
     const answer = { series: this.#curves, axis: { label: number.axis(setting(threshold)), unit: number.unit } };
-    const hasBounds = this.#curves.some(({ points }) => points.some(({ least }) => least));
     const isOpen = this.#picture.querySelector("details")?.open ?? false;
     this.#picture.replaceChildren(
-      answerCurve({ ...answer, range: speeds, level, levelName: `top of the ${number.layer}` }),
-      html("p", { class: "quiet" }, "● computed, with its numerical error", hasBounds && " · ○ with ↑ computed, at least so much", " · dashed: proposed between them, with a band of both errors", this.#curves.some(({ curve }) => curve?.isLeast) && " · dotted: at least so much, with its error", level != null && " · larger ○ where it crosses"),
+      answerCurve({ ...answer, range: speeds, level, levelName: `top of the ${number.layer}`, borders: this.#borders() }),
+      answerLegend(this.#curves, level != null),
       answerTable(answer, isOpen),
     );
     this.#difference.textContent = differenceOf(this.#curves);

@@ -27,8 +27,9 @@ export class AskedCurve {
   /** Reasons of the cases that have no number, with their speeds. */
   failures = [];
   /**
-   * {value(speed), lower(speed), upper(speed), range, isLeast} once all is computed, over the longest range of speeds whose values are known;
-   * `isLeast` where too few are, and it goes through lower bounds: then nothing is known above it. Null with too few points.
+   * {value(speed), lower(speed), upper(speed), range, isLeast, hasError} once all is computed, over the longest range of speeds whose values are known;
+   * `isLeast` where too few are, and it goes through lower bounds: then nothing is known above it. Without `hasError` the error of one of its
+   * points is not known, and both ends are the value. Null with too few points.
    */
   curve = null;
   isOpen = true;
@@ -113,21 +114,22 @@ export class AskedCurve {
     this.curve = fit ? this.#curveOf(fit, known, false) : this.#curveOf(fitted(this.points), this.points, true);
   }
 
-  /** A fit through points with its band. */
+  /** A fit through points with its band; without one where the error of a point is not known. */
   #curveOf(fit, points, isLeast) {
     if (!fit) return null;
+    const range = [points[0].speed, points.at(-1).speed];
+    const hasError = points.every(({ error }) => error != null);
+    if (!hasError) return { value: fit.value, lower: fit.value, upper: fit.value, range, isLeast, hasError };
     const band = (speed) => this.#band(speed, fit.value(speed), errorAt(points, speed) + fit.error(speed));
     const upper = isLeast ? fit.value : (speed) => band(speed)[1];
-    return { value: fit.value, lower: (speed) => band(speed)[0], upper, range: [points[0].speed, points.at(-1).speed], isLeast };
+    return { value: fit.value, lower: (speed) => band(speed)[0], upper, range, isLeast, hasError };
   }
 }
 
 /** The numerical error between computed points, linear; the nearest beyond them. */
 function errorAt(points, speed) {
-  const known = points.filter(({ error }) => error != null);
-  const after = known.findIndex((point) => point.speed >= speed);
-  if (!known.length) return 0;
-  if (after <= 0) return (after === 0 ? known[0] : known.at(-1)).error;
-  const [a, b] = [known[after - 1], known[after]];
+  const after = points.findIndex((point) => point.speed >= speed);
+  if (after <= 0) return (after === 0 ? points[0] : points.at(-1)).error;
+  const [a, b] = [points[after - 1], points[after]];
   return a.error + ((speed - a.speed) / (b.speed - a.speed)) * (b.error - a.error);
 }

@@ -2,11 +2,13 @@
 
 import { change, exceeds, number, setting, within } from "../format.js";
 import { widthOf } from "../plots/answer_curve.js";
-import { crossingKnown } from "./asked_words.js";
+import { crossingKnown, endWords } from "./asked_words.js";
 
 /** What is known of a crossing, in words; null for nothing. */
-function speedWords({ at, low, high }) {
+function speedWords(known, range) {
+  const { kind, at, low, high } = known;
   const isOpen = high === Infinity;
+  if (kind === "unresolved") return endWords(known, range);
   if (at != null && low && !isOpen) {
     const width = widthOf({ at, from: low, to: high });
     return `${within(at, width)} ± ${number(width, 2)} m/s`;
@@ -21,7 +23,7 @@ function speedWords({ at, low, high }) {
 function ofCrossings(first, second) {
   const { number: { layer }, threshold, more, speeds } = second.asked;
   const [before, after] = [first, second].map(crossingKnown);
-  const [from, to] = [before, after].map(speedWords);
+  const [from, to] = [before, after].map((known) => speedWords(known, speeds));
   const fat = `With ${setting(more)} mm more fat`;
   if (!from || !to) return `What ${setting(more)} mm more fat changes is not known: one of the curves leaves the speed open.`;
   if (before.kind === after.kind && ["above", "below"].includes(after.kind)) {
@@ -29,8 +31,12 @@ function ofCrossings(first, second) {
   }
   const isClear = after.low >= before.high || before.low >= after.high;
   const isKnown = [before, after].every(({ at }) => at != null);
-  const verdict = isClear ? "beyond the errors" : isKnown ? "no difference beyond the errors" : "the errors leave open whether it does";
-  return `${fat} the speed at which the ${layer} exceeds ${setting(threshold)} kPa moves from ${from} to ${to}: ${verdict}.`;
+  const speed = `the speed at which the ${layer} exceeds ${setting(threshold)} kPa`;
+  const move = `${fat} ${speed} moves from ${from} to ${to}`;
+  if (![before, after].every(({ hasError }) => hasError)) return `${move}; the numerical errors are not known, so that this may be no difference.`;
+  if (isClear) return `${move}: beyond the errors.`;
+  if ([before, after].some(({ kind }) => kind === "unresolved")) return `What ${setting(more)} mm more fat changes is not resolved by these runs: ${speed} is ${from} without them, ${to} with them.`;
+  return `${move}: ${isKnown ? "no difference beyond the errors" : "the errors leave open whether it does"}.`;
 }
 
 /** Of sizes: by how much they differ at equal speeds, where both are known. */
@@ -44,8 +50,9 @@ function ofSizes(first, second) {
   const fat = `With ${setting(more)} mm more fat`;
   if (!pairs.length) return `What ${setting(more)} mm more fat changes is not known: at each speed one of the numbers is a lower bound, or has no known error.`;
   const words = ({ speed, by, scale, error }) => {
-    const size = change(by, scale, error);
-    return `${exceeds(by, error) ? size : `(${size})`} ± ${number(error, 2)} ${what.unit} at ${setting(speed)} m/s`;
+    const size = (value) => change(value, scale, error);
+    const words = exceeds(by, error) ? `${size(by)} ± ${number(error, 2)}` : `between ${size(by - error)} and ${size(by + error)}`;
+    return `${words} ${what.unit} at ${setting(speed)} m/s`;
   };
   const sizes = [...new Set([pairs[0], pairs.at(-1)])].map(words).join(", ");
   const clear = pairs.filter(({ by, error }) => Math.abs(by) > error);

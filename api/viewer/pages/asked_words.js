@@ -1,7 +1,7 @@
 // The answer of a curve in words.
 
-import { bracketed, number, setting, within } from "../format.js";
-import { crossingOf, widthOf } from "../plots/answer_curve.js";
+import { bracketed, exceeds, number, setting, within } from "../format.js";
+import { crossingOf, isResolvedIn, surelyFrom, widthOf } from "../plots/answer_curve.js";
 
 /** Numbers that differ by less than this part are the same [-]. */
 const SAME = 1e-6;
@@ -12,14 +12,15 @@ function beyond(to, start) {
   return to <= start ? ", beyond the uncertainty" : `, beyond the uncertainty from ${number(to, 3)} m/s on`;
 }
 
-/** A computed point in words: its number in brackets when the error is as large, or not known; both ends where the error leads beyond what is possible. */
+/** A computed point in words: both ends where the error leads beyond what is possible, and in place of a number that is not resolved. */
 function pointWords({ value, error, lower, upper, least, speed }, unit) {
   const at = `at ${setting(speed)} m/s`;
+  if (error == null) return `${least ? "at least " : ""}${bracketed(value)} ${unit} with unknown error ${at}`;
   if (least) return `at least ${within(value, error)} ${unit} ${at}`;
-  if (error == null) return `${bracketed(value)} ${unit} ${at}`;
+  const ends = `between ${within(lower, error)} and ${within(upper, error)} ${unit}`;
+  if (!exceeds(value, error)) return `not resolved by these runs: ${ends}, ${at}`;
   const isCut = upper - lower < 2 * error * (1 - SAME);
-  const uncertain = isCut ? ` ${unit}, between ${within(lower, error)} and ${within(upper, error)} ${unit},` : ` ± ${number(error, 2)} ${unit}`;
-  return `${bracketed(value, error)}${uncertain} ${at}`;
+  return isCut ? `${within(value, error)} ${unit}, ${ends}, ${at}` : `${within(value, error)} ± ${number(error, 2)} ${unit} ${at}`;
 }
 
 /** How large the number is at the ends of the range; that it is the same at all speeds, where it is. */
@@ -30,11 +31,21 @@ function sizeIn({ asked: { number: what }, points }) {
 }
 
 /**
- * What is known of the speed from which on the stress is in the layer: {kind, at, low, high} with `low` and `high` the ends of its uncertainty, 0 and
- * Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "above" or "below" at all speeds; "between" the
- * curve and the first lower bound above; "bounded" where only lower bounds are known; "many" where it is no one speed.
+ * What is known of the speed from which on the stress is in the layer: {kind, at, low, high, hasError} with `low` and `high` the ends of its uncertainty,
+ * 0 and Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "unresolved" where it crosses, but its uncertainty leaves
+ * nothing out; "above" or "below" at all speeds; "between" the curve and the first lower bound above; "bounded" where only lower bounds are known; "many"
+ * where it is no one speed.
  */
-export function crossingKnown({ curve, points }) {
+export function crossingKnown(one) {
+  const { hasError } = one.curve;
+  const known = rangeKnown(one);
+  if (!hasError) return { ...known, low: 0, high: Infinity, hasError };
+  const isResolved = known.kind !== "crosses" || isResolvedIn(known, one.asked.speeds);
+  return { ...known, kind: isResolved ? known.kind : "unresolved", hasError };
+}
+
+/** The same without regard to whether its errors are known, and how large they are. */
+function rangeKnown({ curve, points }) {
   const { at, from, to, isAbove, falls } = crossingOf(curve, 0, curve.range);
   const high = to ?? surelyFrom(points) ?? Infinity;
   if (at == null && isAbove) return { kind: "above", at, low: 0, high };
@@ -46,27 +57,35 @@ export function crossingKnown({ curve, points }) {
   return isNext ? { kind: "between", at, low: from ?? last, high } : { kind: "below", at, low: from ?? last, high: Infinity };
 }
 
+/** The ends of an uncertainty in words, to the decimal place of its `width` where that is known. */
+export function endWords({ low, high }, [first, last], width = null) {
+  const words = (speed) => (width ? within(speed, width) : number(speed, 3));
+  return `between ${low ? words(low) : `less than ${setting(first)}`} and ${Number.isFinite(high) ? words(high) : `more than ${setting(last)}`} m/s`;
+}
+
 /** From which speed on the stress is in the layer. */
 function crossingIn(one) {
   const { asked: { number: { layer }, threshold }, curve, points } = one;
   const does = (verb) => `the ${layer} ${verb} ${setting(threshold)} kPa`;
   const ends = points.every(({ value }) => value > 0) ? [points[0].speed, points.at(-1).speed] : curve.range;
   const all = `at all computed speeds, ${ends.map(setting).join(" to ")} m/s`;
-  const { kind, at, low, high } = crossingKnown(one);
+  const known = crossingKnown(one);
+  const { kind, at, low, high, hasError } = known;
   const [first, last] = curve.range;
   const surely = Number.isFinite(high) ? high : null;
-  if (kind === "above") return `${does("exceeds")} ${all}${beyond(surely, ends[0])}. Ask about lower ones.`;
+  const doubt = (start) => (hasError ? beyond(surely, start) : "");
+  if (kind === "above") return `${does("exceeds")} ${all}${doubt(ends[0])}. Ask about lower ones.`;
   if (kind === "bounded") return crossingOfLeast(curve, does);
+  if (kind === "unresolved") return `not resolved by these runs: ${does("exceeds")} from a speed ${endWords(known, curve.range)} on.`;
   if (kind === "many") return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
   if (kind === "between") {
     const next = points.find(({ speed, value }) => speed > last && value > 0).speed;
-    return `${does("exceeds")} from a speed between ${setting(last)} and ${setting(next)} m/s on${beyond(surely, next)}.`;
+    return `${does("exceeds")} from a speed between ${setting(last)} and ${setting(next)} m/s on${doubt(next)}.`;
   }
-  if (kind === "below") return `${does("stays below")} ${all}${low < last ? `; with the uncertainty it may exceed it from ${number(low, 3)} m/s on` : ""}.`;
+  if (kind === "below") return `${does("stays below")} ${all}${hasError && low < last ? `; with the uncertainty it may exceed it from ${number(low, 3)} m/s on` : ""}.`;
+  if (!hasError) return `${does("exceeds")} from about ${number(at, 2)} m/s on.`;
   const width = widthOf({ at, from: low || first, to: surely ?? last });
-  const least = low ? within(low, width) : `less than ${setting(first)}`;
-  const most = surely == null ? `more than ${setting(last)}` : within(surely, width);
-  return `${does("exceeds")} from ${within(at, width)} m/s on (between ${least} and ${most} m/s with the uncertainty).`;
+  return `${does("exceeds")} from ${within(at, width)} m/s on (${endWords(known, curve.range, width)} with the uncertainty).`;
 }
 
 /** The same of a curve through lower bounds: it says from which speed on at the latest. */
@@ -74,18 +93,13 @@ function crossingOfLeast(curve, does) {
   const { to } = crossingOf(curve, 0, curve.range);
   const { to: latest } = crossingOf({ ...curve, lower: curve.value }, 0, curve.range);
   if (latest == null) return `${does("may exceed")}: only lower bounds are known, and they do not reach it.`;
-  return `${does("exceeds")} from ${number(latest, 3)} m/s on at the latest${beyond(to, latest)}.`;
+  return `${does("exceeds")} from ${number(latest, 3)} m/s on at the latest${curve.hasError ? beyond(to, latest) : ""}.`;
 }
 
 /** Whether a lower bound above the level is followed by a value below it. */
 function fallsIn(points) {
   const above = points.findIndex(({ value, least }) => least && value > 0);
   return above >= 0 && points.slice(above).some(({ value, least }) => !least && value <= 0);
-}
-
-/** The speed from which on all points are above the level by more than their errors; null where the last is not. */
-function surelyFrom(points) {
-  return points[points.findLastIndex(({ lower }) => !(lower > 0)) + 1]?.speed ?? null;
 }
 
 /** At which speeds the numbers are lower bounds, and why. */
@@ -98,12 +112,18 @@ function boundsIn(points) {
   }).join("");
 }
 
+/** At which speeds the numerical error is not known. */
+function unknownIn(points) {
+  const speeds = points.filter(({ error }) => error == null).map(({ speed }) => setting(speed));
+  if (!speeds.length) return "";
+  return ` The numerical error is not known ${speeds.length === points.length ? "at any of the speeds" : `at ${speeds.join(", ")} m/s`}, so that the curve has no band.`;
+}
+
 /** The answer of a curve in a sentence, and what limits it. */
 export function sentenceOn(one) {
   const { asked: { number: what }, curve, failures, isOpen, isStopped, points } = one;
   if (isOpen) return "computing …";
   const missing = failures.length ? ` At ${failures.map(({ speed }) => setting(speed)).join(", ")} m/s the computation gives no result (${failures[0].reason}).` : "";
   if (!curve) return `${isStopped ? "stopped before there was a curve" : "no answer"}.${missing}`;
-  const unknown = points.some(({ error }) => error == null) ? " The numerical error is not known at all speeds." : "";
-  return `${what.layer ? crossingIn(one) : sizeIn(one)}${boundsIn(points)}${unknown}${missing}`;
+  return `${what.layer ? crossingIn(one) : sizeIn(one)}${boundsIn(points)}${unknownIn(points)}${missing}`;
 }

@@ -1,11 +1,11 @@
 // One number against speed: computed points with their errors, a proposed curve with its band, and where it crosses a level.
 
 import { html, svg } from "../dom.js";
-import { niceAbove, setting, within } from "../format.js";
+import { niceAbove, number, setting, within } from "../format.js";
 import { lineStyle } from "./plot.js";
 
 /** Width and height of the picture: words stay readable on a narrow screen. */
-const sizeNow = () => (window.innerWidth < 760 ? [400, 310] : [760, 360]);
+export const sizeNow = () => (window.innerWidth < 760 ? [400, 310] : [760, 360]);
 const ROOM = { left: 56, right: 16, top: 20, bottom: 52 };
 const STEPS = 120;
 
@@ -51,8 +51,22 @@ export function crossingOf(curve, level, range) {
   };
 }
 
+/** The speed from which on all points are above 0 by more than their errors; null where the last is not, or its error is not known. */
+export function surelyFrom(points) {
+  return points[points.findLastIndex(({ lower, error }) => !(error != null && lower > 0)) + 1]?.speed ?? null;
+}
+
 /** Half the width of a crossing {at, from, to} with its uncertainty, at the wider side; 0 where that is open. */
 export const widthOf = ({ at, from, to }) => Math.max(at - (from ?? at), (to ?? at) - at);
+
+/**
+ * Whether a crossing {at, low, high} is an answer over a range of speeds, `low` and `high` the ends of its uncertainty (0 and Infinity where they are
+ * open): the uncertainty is less than the speed itself, and leaves a part of the range out.
+ */
+export function isResolvedIn({ at, low, high }, [first, last]) {
+  const [from, to] = [Math.max(low, first), Math.min(high, last)];
+  return Math.max(at - from, to - at) < at && to - from < (1 - 1e-9) * (last - first);
+}
 
 /** Round numbers from `low` to `high`, about `count` of them. */
 function ticks(low, high, count) {
@@ -62,10 +76,11 @@ function ticks(low, high, count) {
 }
 
 /**
- * The picture below its title. `series` [{name, points: [{speed, value, error, lower, upper, least}], curve: {value, lower, upper, range, isLeast} | null}], `range` of
- * speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`.
+ * The picture below its title. `series` [{name, points: [{speed, value, error, lower, upper, least}], curve: {value, lower, upper, range, isLeast, hasError} | null}],
+ * `range` of speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`; `borders` [{name, at}] of layers, drawn where the
+ * numbers reach them.
  */
-export function answerCurve({ series, range, axis, level, levelName }) {
+export function answerCurve({ series, range, axis, level, levelName, borders = [] }) {
   const [width, height] = sizeNow();
   const ends = series.flatMap(({ points, curve }) => [
     ...points.flatMap(({ value, lower, upper, least }) => [lower, least ? value : upper]),
@@ -88,38 +103,60 @@ export function answerCurve({ series, range, axis, level, levelName }) {
     line([ROOM.left, y(level)], [width - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
     text([width - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
   ];
-  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text }));
-  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => `${p.least ? "at least " : ""}${within(p.value, p.error)} ${axis.unit} at ${setting(p.speed)} m/s`).join(", ")}`).join("; ");
-  const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, marked, drawn);
+  // Borders of layers beside those that are marked, with the depths beyond which a number is in the next one.
+  const isShown = ({ at }) => at !== level && at > low - pad && at < high + pad;
+  const layers = borders.filter(isShown).map(({ name, at }) => svg("g", { class: "border" },
+    line([ROOM.left, y(at)], [width - ROOM.right, y(at)], { stroke: "#6b7c8f", "stroke-width": 1, "stroke-dasharray": "2 3" }),
+    text([ROOM.left + 6, y(at) - 5], name, { fill: "#52606d" })));
+  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text, range }));
+  const words = series.map(({ name, points }) => `${name}: ${points.map((p) => pointWords(p, axis.unit)).join(", ")}`).join("; ");
+  const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, layers, marked, drawn);
   return html("div", {}, html("p", { class: "curve-title" }, `${axis.label} [${axis.unit}]`), picture);
 }
 
-function drawnSeries({ points, curve }, colour, { x, y, level, line, text }) {
-  const parts = [];
-  if (curve) {
-    const { range } = curve;
-    const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
-    const along = (f) => sampled(f, range).map(([v, value]) => place(v, value));
-    const ends = [...along(curve.upper), ...along(curve.lower).reverse()];
-    parts.push(
-      svg("path", { d: `M${ends.join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
-      svg("path", { d: `M${along(curve.value).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": curve.isLeast ? "2 4" : "6 4", class: "proposed" }),
-    );
-    const found = level == null ? { at: null } : crossingOf(curve, level, range);
-    if (found.at != null && !found.falls) {
-      const most = curve.isLeast ? "≤ " : "";
-      parts.push(
-        svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
-        text([x(found.at) + 10, y(level) + 18], `${most}${within(found.at, widthOf(found))} m/s`, { fill: colour, "font-weight": 600 }),
-      );
-    }
-  }
-  for (const { speed, value, lower, upper, least } of points) {
+/** A computed point in words. */
+function pointWords({ speed, value, error, least }, unit) {
+  return `${least ? "at least " : ""}${within(value, error)} ${unit} at ${setting(speed)} m/s${error == null ? " (error unknown)" : ""}`;
+}
+
+/** How a computed point is drawn: full where its error is known. */
+function lookOf({ error, least }, colour) {
+  if (error != null && !least) return { fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" };
+  const isUnknown = error == null;
+  return { fill: "#fff", stroke: colour, "stroke-width": 2, "stroke-dasharray": isUnknown && "2 2", class: `computed${least ? " bound" : ""}${isUnknown ? " unknown" : ""}` };
+}
+
+/** A curve with its band, if it has one, and the place where it crosses the level. */
+function drawnCurve({ points, curve }, colour, { x, y, level, text, range: asked }) {
+  const { range, hasError, isLeast } = curve;
+  const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
+  const along = (f) => sampled(f, range).map(([v, value]) => place(v, value));
+  const ends = [...along(curve.upper), ...along(curve.lower).reverse()];
+  const parts = [
+    hasError && svg("path", { d: `M${ends.join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
+    svg("path", { d: `M${along(curve.value).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": isLeast ? "2 4" : "6 4", class: "proposed" }),
+  ];
+  const found = level == null ? { at: null } : crossingOf(curve, level, range);
+  if (found.at == null || found.falls) return parts;
+  const isResolved = isResolvedIn({ at: found.at, low: found.from ?? 0, high: found.to ?? surelyFrom(points) ?? Infinity }, asked);
+  const value = hasError ? within(found.at, widthOf(found)) : number(found.at, 2);
+  const words = hasError && !isResolved && !isLeast ? "not resolved" : `${isLeast ? "≤ " : ""}${value} m/s${hasError ? "" : ", error unknown"}`;
+  return [
+    ...parts,
+    svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
+    text([x(found.at) + 10, y(level) + 18], words, { fill: colour, "font-weight": 600 }),
+  ];
+}
+
+function drawnSeries(one, colour, places) {
+  const { points, curve } = one;
+  const { x, y, line } = places;
+  const parts = curve ? drawnCurve(one, colour, places) : [];
+  for (const { speed, value, error, lower, upper, least } of points) {
     const end = least ? value : upper;
     if (end > lower) parts.push(line([x(speed), y(lower)], [x(speed), y(end)], { stroke: colour, "stroke-width": 1.6 }));
     if (least) parts.push(svg("path", { d: arrowUp(x(speed), y(value)), fill: "none", stroke: colour, "stroke-width": 2 }));
-    const look = least ? { fill: "#fff", stroke: colour, "stroke-width": 2, class: "computed bound" } : { fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" };
-    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, ...look }));
+    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, ...lookOf({ error, least }, colour) }));
   }
   return parts;
 }

@@ -7,15 +7,22 @@ import { bracketed, commaSeparated, setting, within } from "../format.js";
 const PROPOSED = 61;
 
 /** Where the number of a computed point is from, in words. */
-const originOf = (least) => (least ? `computed, a lower bound: ${least}` : "computed");
+const originOf = ({ error, least }) => `computed${error == null ? ", error unknown" : ""}${least ? `, a lower bound: ${least}` : ""}`;
+
+/** Where the number of a curve is from, in words. */
+const originOfCurve = ({ hasError, isLeast }) => `proposed${hasError ? "" : ", error unknown"}${isLeast ? ", a lower bound" : ""}`;
+
+/** The ends of a computed point: none where its error is not known, no upper one of a lower bound. */
+const endsOf = ({ error, lower, upper, least }) => [error == null ? null : lower, error == null || least ? null : upper];
 
 /** The rows of a series: [name, speed, number, from, to, origin], the computed ones first; nothing is known above a lower bound. */
 function rowsOf({ name, points, curve }) {
-  const computed = points.map((point) => [name, point.speed, point.value, point.lower, point.least ? null : point.upper, originOf(point.least)]);
+  const computed = points.map((point) => [name, point.speed, point.value, ...endsOf(point), originOf(point)]);
   if (!curve) return computed;
   const [low, high] = curve.range;
   const speeds = Array.from({ length: PROPOSED }, (_, i) => low + (i * (high - low)) / (PROPOSED - 1));
-  return [...computed, ...speeds.map((speed) => [name, speed, curve.value(speed), curve.lower(speed), curve.isLeast ? null : curve.upper(speed), curve.isLeast ? "proposed, a lower bound" : "proposed"])];
+  const ends = (speed) => [curve.hasError ? curve.lower(speed) : null, curve.hasError && !curve.isLeast ? curve.upper(speed) : null];
+  return [...computed, ...speeds.map((speed) => [name, speed, curve.value(speed), ...ends(speed), originOfCurve(curve)])];
 }
 
 /** The whole answer as comma-separated text. */
@@ -27,8 +34,11 @@ export function answerCsv({ series, axis }) {
 /** The computed points as a table that can be opened, and a button for the text. */
 export function answerTable(answer, isOpen) {
   const { series, axis } = answer;
-  const row = (name, { speed, value, error, lower, upper, least }) =>
-    [name, setting(speed), bracketed(value, error, Boolean(least)), within(lower, error), least ? "–" : within(upper, error), originOf(least)];
+  const row = (name, point) => {
+    const { speed, value, error, least } = point;
+    const ends = endsOf(point).map((end) => (end == null ? "–" : within(end, error)));
+    return [name, setting(speed), bracketed(value, error, Boolean(least)), ...ends, originOf(point)];
+  };
   const rows = series.flatMap(({ name, points }) => points.map((point) => row(name, point)));
   const caption = `${axis.label}, with its numerical error within what is possible`;
   const columns = ["curve", "speed [m/s]", `number [${axis.unit}]`, `from [${axis.unit}]`, `to [${axis.unit}]`, ""];

@@ -35,6 +35,14 @@ export function topOf({ layer }, region, fat) {
   return layer === "muscle" ? (region.skin_m + fat) * 1e3 : 0;
 }
 
+/** Borders of the layers under the impact, {name, at}: depths measured as the number of a question is [mm]; none for what is no depth. */
+export function bordersOf({ number, region, fat }) {
+  if (!isDepth(number)) return [];
+  const { skin_m: skin, core, bone } = region;
+  const depths = [["skin", 0], ["top of the fat", skin], ["top of the muscle", skin + fat], ["bone under the impact", skin + fat + core[1] - bone]];
+  return depths.map(([name, depth]) => ({ name, at: depth * 1e3 - topOf(number, region, fat) }));
+}
+
 /**
  * What the number of a question can be at a speed, [least, most], measured as it is: depths from the skin to the bone, below the top of their
  * layer; no force below 0; no energy below 0, and none beyond that of the flying projectile.
