@@ -320,6 +320,12 @@ fn in_words(answer: &LimitAnswer) -> String {
             ends(values),
             error_in_words(answer)
         ),
+        Verdict::Open { at, at_least } => format!(
+            "{name}: no answer, since at {} {unit} the {what} is only known to be at least {} {measured}, which does not show \
+             whether it stays at or below {limit} {measured}",
+            number(*at),
+            number(*at_least)
+        ),
         Verdict::NoNumber { at, reason } => {
             format!("{name}: no answer, since there is no number at {} {unit}: {reason}", number(*at))
         }
@@ -334,7 +340,7 @@ fn error_in_words(answer: &LimitAnswer) -> String {
         Some(Verdict::KeptFrom { kept_at, .. }) => format!("from {} {} on", number(*kept_at), answer.unit),
         Some(Verdict::KeptAtBothEnds { .. }) => "kept at both ends of the range".into(),
         Some(Verdict::BrokenAtBothEnds { .. }) => "broken at both ends of the range".into(),
-        Some(Verdict::NoNumber { .. }) | None => "no answer".into(),
+        Some(Verdict::Open { .. } | Verdict::NoNumber { .. }) | None => "no answer".into(),
     };
     let percent = format!("± {} %", rounded(100.0 * error));
     if answer.resolved == Some(false) {

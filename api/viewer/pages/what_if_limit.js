@@ -54,6 +54,9 @@ function limitWords(limit, titleOf, describe) {
   const words = (value, shown = number(value * factor, 3)) => `${shown} ${unit === "-" ? "" : unit}`.trim();
   const what = `${label.split(",")[0]}: `;
   if (verdict === "no_number") return `${what}no answer, since at ${words(at)} there is no number (${reason}).`;
+  if (verdict === "open") {
+    return `${what}no answer, since at ${words(at)} the ${name} is only known to be at least ${number(limit.at_least * scale, 3)} ${unitOf}: that does not show whether it stays at or below ${setting(limit.at_most * scale)} ${unitOf}.`;
+  }
   const of = `${what}the ${name} ${verdict === "broken_at_both_ends" ? "is above" : "stays at or below"} ${setting(limit.at_most * scale)} ${unitOf}`;
   const remark = uncertainty(limit, words);
   if (values) return `${of} at both ends of its range (${values.map((value) => number(value * scale, 3)).join(" and ")} ${unitOf})${remark}`;
@@ -69,6 +72,7 @@ function uncertainty({ resolved, relative_error: error, if_larger: larger, if_sm
   if (error == null) return "; its numerical error is not known.";
   const percent = `± ${number(100 * error, 2)} %`;
   if (resolved === false) return `; the number is not resolved (${percent}), so that the limit may be elsewhere.`;
+  if (larger?.verdict === "broken_at_both_ends" && smaller?.verdict === "kept_at_both_ends") return `; not resolved by these runs: within the numerical error of the number, ${percent}, the limit may be met in the whole range, or nowhere in it.`;
   const atBoth = { kept_at_both_ends: "at both ends of the range", broken_at_both_ends: "at neither end of the range" };
   const ends = [larger, smaller].map((verdict) => placeOf(verdict, (value) => words(value)) ?? atBoth[verdict?.verdict] ?? "not known");
   return `; with the numerical error of the number, ${percent}: ${[...new Set(ends)].join(", or ")}.`;

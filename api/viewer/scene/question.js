@@ -40,7 +40,7 @@ export function bordersOf({ number, region, fat }) {
   if (!isDepth(number)) return [];
   const { skin_m: skin, core, bone } = region;
   const depths = [["skin", 0], ["top of the fat", skin], ["top of the muscle", skin + fat], ["bone under the impact", skin + fat + core[1] - bone]];
-  return depths.map(([name, depth]) => ({ name, at: depth * 1e3 - topOf(number, region, fat) }));
+  return depths.map(([name, depth]) => ({ name, at: Number((depth * 1e3 - topOf(number, region, fat)).toPrecision(9)) }));
 }
 
 /**

@@ -6,7 +6,7 @@ use super::cache::Numbers;
 use super::case_answer::{CaseAnswer, Number};
 use super::cases::{Case, Matrix, Origin};
 use super::document::{ErrorSource, LimitDocument, LimitMeasure, WhatIfDocument};
-use super::limit::find_limit;
+use super::limit::{Evaluated, find_limit};
 use super::runner::{Answered, Memory, Runner, Task};
 use super::statistics::{
     Correlation, Sensitivity, SobolIndex, SobolRow, Spread, is_converged, rank, sobol_indices, spearman,
@@ -369,18 +369,20 @@ fn index_of(depth: f64, depths: &[f64]) -> Option<usize> {
 }
 
 /// Value of the limited number.
-fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result<f64, String> {
-    let found = match measure {
-        LimitMeasure::Quantity(quantity) => numbers.values.get(&quantity),
-        LimitMeasure::VonMisesPaBelowDepthM(depth) => {
-            index_of(depth, depths).and_then(|layer| numbers.von_mises_below_pa.get(layer))
-        }
+fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result<Evaluated, String> {
+    let (found, is_lower_bound, missing) = match measure {
+        LimitMeasure::Quantity(quantity) => (
+            numbers.values.get(&quantity),
+            numbers.lower_bounds.contains(&quantity),
+            "the scene has no such number",
+        ),
+        LimitMeasure::VonMisesPaBelowDepthM(depth) => (
+            index_of(depth, depths).and_then(|layer| numbers.von_mises_below_pa.get(layer)),
+            false,
+            "the tissue is not that deep",
+        ),
     };
-    let missing = match measure {
-        LimitMeasure::Quantity(_) => "the scene has no such number",
-        LimitMeasure::VonMisesPaBelowDepthM(_) => "the tissue is not that deep",
-    };
-    found.copied().ok_or_else(|| {
+    found.map(|&value| Evaluated { value, is_lower_bound }).ok_or_else(|| {
         let reason = numbers.reason.clone().unwrap_or_else(|| missing.into());
         format!("{}: {reason}", numbers.ending)
     })
