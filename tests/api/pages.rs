@@ -15,6 +15,11 @@ fn viewer_is_served_whole_and_strict() {
     let page = server.client().get("/");
     assert!(page.header("content-type").unwrap().starts_with("text/html"));
     assert!(page.text().contains("not a medical device"));
+    // Questions of the page have keys with the build: another build answers them anew.
+    let text = page.text();
+    let (_, named) = text.split_once("<html data-build=\"").unwrap();
+    let (name, _) = named.split_once('"').unwrap();
+    assert!(name.len() == 16 && name.bytes().all(|byte| byte.is_ascii_hexdigit()), "{name}");
     let policy = page.header("content-security-policy").unwrap().to_owned();
     assert!(policy.starts_with("default-src 'none';") && !policy.contains("unsafe"), "{policy}");
     for (path, media_type) in [

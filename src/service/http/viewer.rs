@@ -5,6 +5,7 @@
 
 use super::preloads::{import_map, with_preloads};
 use super::problem::Problem;
+use crate::study::what_if::name_of_build;
 use axum::extract::Path;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -38,8 +39,11 @@ const PRESETS: [(&str, &str); 8] = [
     preset!("hollow_ball_breathing/scene.json"),
 ];
 
-/// The page of the viewer with links to its modules; the modules are searched once.
-static PAGE: LazyLock<Option<String>> = LazyLock::new(|| Some(with_preloads(&source("index.html")?, source)));
+/// The page of the viewer with links to its modules and the name of the build; the modules are searched once.
+static PAGE: LazyLock<Option<String>> = LazyLock::new(|| {
+    let named = format!("<html data-build=\"{}\" ", name_of_build());
+    Some(with_preloads(&source("index.html")?.replacen("<html ", &named, 1), source))
+});
 
 /// Text of a file of the viewer.
 fn source(name: &str) -> Option<String> {

@@ -154,6 +154,11 @@ impl Shelf {
     }
 }
 
+/// Short name of the program and its instruction set: results of the same name have the same bits.
+pub fn name_of_build() -> String {
+    hexadecimal(&Sha256::digest(engine())[..8])
+}
+
 /// Key of a run: engine, instruction set, scene, meshes, and requests beyond its summary.
 pub(super) fn key(scene: &Scene, with_errors: bool, depths: &[f64]) -> String {
     let mut hash = Sha256::new();

@@ -32,7 +32,7 @@ pub mod surrogate;
 
 pub use answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial};
 pub use base_facts::BaseFacts;
-pub use cache::{Cache, Note, Numbers, trim_shelf};
+pub use cache::{Cache, Note, Numbers, name_of_build, trim_shelf};
 pub use case_answer::{CaseAnswer, Number};
 pub use cases::{Case, Matrix, Origin, cases, count};
 pub use check::check;
