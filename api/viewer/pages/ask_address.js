@@ -1,31 +1,46 @@
 // The address of a question and of its answer: whoever opens it has the same question, and reads the jobs that answer it.
 
-import { NUMBERS } from "../scene/question.js";
+import { setting } from "../format.js";
+import { SPEED as SPEED_OF_OWN } from "../scene/own_ball.js";
 import { PROJECTILES } from "../scene/projectiles.js";
+import { NUMBERS } from "../scene/question.js";
 import { PERCENTILES, REGIONS } from "../scene/regions.js";
 
 /** Bounds of the numbers that can be set. */
-export const BOUNDS = { speed: [1, 400], threshold: [0.1, 10000], more: [1, 40] };
+export const BOUNDS = { speed: [1, 400], threshold: [0.1, 10000], more: [1, 40], fat: [0.5, 60], diameter: [5, 150], mass: [0.5, 3000] };
 export const THRESHOLD_KPA = 100;
+/** In place of a projectile of the list, and of a percentile: the reader's own. */
+export const OWN = "own";
+/** A ball and a fat of the reader's own, before they are set [mm], [g], [mm]. */
+const [DIAMETER_MM, MASS_G, FAT_MM] = [40, 100, 10];
 const [MORE_FAT_MM, PERCENT] = [10, 50];
 
-/** What of a question stands in an address: {projectile, region, percent, number, speeds, threshold, more, jobs}; the default for what does not. */
-export function questionIn(query) {
+/**
+ * What of a question stands in an address: {hit, ball, region, percent, ownFat, number, speeds, threshold, more, jobs}; the default for what does not.
+ * `hit` is the id of a projectile, or `OWN` for the `ball` {diameter_mm, mass_g, hardness}, made of one of the `hardnesses`; `percent` may be `OWN`, too,
+ * for `ownFat` [mm].
+ */
+export function questionIn(query, hardnesses) {
   const words = new URLSearchParams(query ?? "");
   const one = (list, name) => list.find(({ id }) => id === words.get(name)) ?? list[0];
   const number = (name, [low, high], usual) => {
     const value = Number(words.get(name) ?? NaN);
     return value >= low && value <= high ? value : usual;
   };
-  const projectile = one(PROJECTILES, "hit");
-  const percent = number("who", [0, 100], PERCENT);
-  const speeds = ["from", "to"].map((name, i) => number(name, BOUNDS.speed, projectile.speed[i]));
+  const ball = { diameter_mm: number("mm", BOUNDS.diameter, DIAMETER_MM), mass_g: number("g", BOUNDS.mass, MASS_G), hardness: one(hardnesses, "of") };
+  const isOwn = words.get("hit") === OWN;
+  const known = one(PROJECTILES, "hit");
+  const usual = isOwn ? SPEED_OF_OWN : known.speed;
+  const percent = words.get("who") === OWN ? OWN : number("who", [0, 100], PERCENT);
+  const speeds = ["from", "to"].map((name, i) => number(name, BOUNDS.speed, usual[i]));
   return {
-    projectile,
+    hit: isOwn ? OWN : known.id,
+    ball,
     region: one(REGIONS, "where"),
-    percent: PERCENTILES.some(([known]) => known === percent) ? percent : PERCENT,
+    percent: [OWN, ...PERCENTILES.map(([of]) => of)].includes(percent) ? percent : PERCENT,
+    ownFat: number("fat", BOUNDS.fat, FAT_MM),
     number: one(NUMBERS, "number"),
-    speeds: speeds[0] < speeds[1] ? speeds : projectile.speed,
+    speeds: speeds[0] < speeds[1] ? speeds : usual,
     threshold: number("kpa", BOUNDS.threshold, THRESHOLD_KPA),
     more: number("more", BOUNDS.more, MORE_FAT_MM),
     jobs: (words.get("jobs") ?? "").split(",").filter((id) => /^[\w-]+$/.test(id)),
@@ -33,8 +48,10 @@ export function questionIn(query) {
 }
 
 /** The address of a question; with the ids of its `jobs`, the second of which has `more` fat [mm], of its answer. */
-export function addressOf({ projectile, region, percent, number, speeds, threshold }, jobs = [], more = null) {
-  const words = { hit: projectile.id, where: region.id, who: percent, from: speeds[0], to: speeds[1], kpa: threshold, number: number.id };
+export function addressOf({ projectile, region, percent, ownFat, number, speeds, threshold }, jobs = [], more = null) {
+  const { id, diameter_mm, mass_g, made } = projectile;
+  const own = { ...(id === OWN ? { mm: diameter_mm, g: mass_g, of: made } : {}), ...(percent === OWN ? { fat: setting(ownFat) } : {}) };
+  const words = { hit: id, where: region.id, who: percent, ...own, from: speeds[0], to: speeds[1], kpa: threshold, number: number.id };
   if (jobs.length) words.jobs = jobs.join(",");
   if (jobs.length > 1) words.more = more;
   return `#/ask?${Object.entries(words).map(([name, value]) => `${name}=${value}`).join("&")}`;

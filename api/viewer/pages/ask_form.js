@@ -2,10 +2,11 @@
 
 import { html, select } from "../dom.js";
 import { setting } from "../format.js";
+import { ownBall } from "../scene/own_ball.js";
 import { PROJECTILES } from "../scene/projectiles.js";
 import { NUMBERS, fatOf, isDepth, sceneOf } from "../scene/question.js";
 import { PERCENTILES, REGIONS } from "../scene/regions.js";
-import { BOUNDS, THRESHOLD_KPA } from "./ask_address.js";
+import { BOUNDS, OWN, THRESHOLD_KPA } from "./ask_address.js";
 import { GeometryPreview } from "./geometry_preview.js";
 
 /** A field for a number within bounds. */
@@ -13,9 +14,19 @@ export function numberInput(label, [min, max], value) {
   return html("input", { type: "number", min, max, step: "any", "aria-label": label, required: true, value });
 }
 
+/** Bounds in words, "from 1 to 40". */
+const between = (bounds) => `from ${bounds.join(" to ")}`;
+const within = (value, [least, most]) => value >= least && value <= most;
+
 export class AskForm {
   #tissue;
+  #hardnesses;
   #chosen;
+  #diameter;
+  #mass;
+  #ballFields;
+  #fat;
+  #fatField;
   #onChange;
   #low;
   #high;
@@ -25,11 +36,13 @@ export class AskForm {
   #sources = html("div", { class: "quiet sources" });
   #preview = new GeometryPreview();
 
-  /** `chosen` is {projectile, region, percent, number, speeds, threshold}; `ask` the buttons below the fields. */
-  constructor(tissue, { speeds, threshold, ...chosen }, ask, onChange) {
-    this.#tissue = tissue;
-    this.#chosen = chosen;
-    this.#onChange = onChange;
+  /**
+   * `tissue` are the parts with their materials, `hardnesses` what a ball can be made of; `chosen` is what an address says; `ask` the buttons below
+   * the fields.
+   */
+  constructor({ tissue, hardnesses }, { speeds, threshold, ...chosen }, ask, onChange) {
+    [this.#tissue, this.#hardnesses, this.#chosen, this.#onChange] = [tissue, hardnesses, chosen, onChange];
+    this.#makeOwnFields(chosen);
     this.#low = numberInput("From", BOUNDS.speed, speeds[0]);
     this.#high = numberInput("To", BOUNDS.speed, speeds[1]);
     this.#threshold = numberInput("Threshold of stress", BOUNDS.threshold, threshold);
@@ -38,9 +51,11 @@ export class AskForm {
     const list = (items) => items.map(({ id, name }) => [id, name]);
     const one = (items, id) => items.find((item) => item.id === id);
     this.element = html("section", { class: "panel ask", "aria-label": "Question", oninput: (event) => event.target.type === "number" && this.#show() },
-      select("What hits?", list(PROJECTILES), chosen.projectile.id, (id) => this.#takeProjectile(one(PROJECTILES, id))),
+      select("What hits?", [...list(PROJECTILES), [OWN, "A ball of your own"]], chosen.hit, (id) => this.#takeProjectile(id)),
+      this.#ballFields,
       select("Where?", list(REGIONS), chosen.region.id, (id) => this.#choose({ region: one(REGIONS, id) })),
-      select("Who?", PERCENTILES.map(([percent, words]) => [String(percent), words]), String(chosen.percent), (percent) => this.#choose({ percent: Number(percent) })),
+      select("Who?", [...PERCENTILES.map(([percent, words]) => [String(percent), words]), [OWN, "a thickness of your own"]], String(chosen.percent), (percent) => this.#choose({ percent: percent === OWN ? OWN : Number(percent) })),
+      this.#fatField,
       html("label", { class: "field question" }, html("span", {}, "Question"), this.#questions),
       html("div", { class: "field" }, html("span", {}, "How fast?"), html("span", { class: "pair" }, this.#low, "to", this.#high, "m/s")),
       this.#thresholdField,
@@ -59,34 +74,66 @@ export class AskForm {
     this.#show();
   }
 
-  #takeProjectile(projectile) {
-    [this.#low.value, this.#high.value] = projectile.speed;
-    this.#choose({ projectile });
+  /** The fields of a ball and of a thickness of the reader's own. */
+  #makeOwnFields({ ball, ownFat }) {
+    this.#diameter = numberInput("Diameter", BOUNDS.diameter, ball.diameter_mm);
+    this.#mass = numberInput("Mass", BOUNDS.mass, ball.mass_g);
+    const pick = (id) => this.#choose({ ball: { hardness: this.#hardnesses.find((one) => one.id === id) } });
+    const made = select("Made of", this.#hardnesses.map(({ id, name }) => [id, name]), ball.hardness.id, pick);
+    const field = (words, input, unit) => html("div", { class: "field" }, html("span", {}, words), html("span", { class: "pair" }, input, unit));
+    this.#ballFields = html("div", { class: "own-ball wide" }, field("Diameter", this.#diameter, "mm"), field("Mass", this.#mass, "g"), made);
+    this.#fat = numberInput("Thickness of the fat", BOUNDS.fat, ownFat);
+    this.#fatField = field("Fat", this.#fat, "mm");
+  }
+
+  #takeProjectile(hit) {
+    const known = PROJECTILES.find(({ id }) => id === hit);
+    if (known) [this.#low.value, this.#high.value] = known.speed;
+    this.#choose({ hit });
+  }
+
+  /** What hits; a sentence instead where it cannot be. */
+  get #projectile() {
+    const { hit, ball } = this.#chosen;
+    if (hit !== OWN) return PROJECTILES.find(({ id }) => id === hit);
+    const [diameter_mm, mass_g] = [this.#diameter, this.#mass].map((input) => Number(input.value));
+    if (!within(diameter_mm, BOUNDS.diameter)) return `The diameter must be ${between(BOUNDS.diameter)} mm.`;
+    if (!within(mass_g, BOUNDS.mass)) return `The mass must be ${between(BOUNDS.mass)} g.`;
+    return ownBall({ diameter_mm, mass_g, hardness: ball.hardness });
   }
 
   /** What is asked now: what was chosen, with the fat of the person [m]; a sentence instead where it cannot be. */
   get asked() {
     const { region, percent, number } = this.#chosen;
-    const [low, high, given] = [this.#low, this.#high, this.#threshold].map((input) => Number(input.value));
-    const within = (value, [least, most]) => value >= least && value <= most;
-    if (![low, high].every((speed) => within(speed, BOUNDS.speed))) return `The speeds must be from ${BOUNDS.speed.join(" to ")} m/s.`;
+    const [low, high, given, ownFat] = [this.#low, this.#high, this.#threshold, this.#fat].map((input) => Number(input.value));
+    const projectile = this.#projectile;
+    if (typeof projectile === "string") return projectile;
+    const isOwnFat = percent === OWN;
+    if (isOwnFat && !within(ownFat, BOUNDS.fat)) return `The thickness of the fat must be ${between(BOUNDS.fat)} mm.`;
+    if (![low, high].every((speed) => within(speed, BOUNDS.speed))) return `The speeds must be ${between(BOUNDS.speed)} m/s.`;
     if (!(high > 1.001 * low)) return "The speeds must differ, the lower one first.";
     const isGiven = within(given, BOUNDS.threshold);
-    if (!isGiven && isDepth(number)) return `The stress threshold must be from ${BOUNDS.threshold.join(" to ")} kPa.`;
-    return { ...this.#chosen, fat: fatOf(region, percent), threshold: isGiven ? given : THRESHOLD_KPA, speeds: [low, high] };
+    if (!isGiven && isDepth(number)) return `The stress threshold must be ${between(BOUNDS.threshold)} kPa.`;
+    // To a tenth of a millimetre, as that of a percentile.
+    const fat = isOwnFat ? Math.round(ownFat * 10) / 1e4 : fatOf(region, percent);
+    return { projectile, region, percent, number, ownFat: Number((fat * 1e3).toPrecision(3)), fat, threshold: isGiven ? given : THRESHOLD_KPA, speeds: [low, high] };
   }
 
   /** Shows what follows from the fields: the words of the questions, the drawing, the sources. */
   #show() {
-    const { number, projectile, region, percent } = this.#chosen;
+    const { number, region, hit, percent } = this.#chosen;
     const threshold = setting(Number(this.#threshold.value) || THRESHOLD_KPA);
     this.#questions.replaceChildren(...NUMBERS.map((one) => html("option", { value: one.id, selected: one === number }, one.words(threshold))));
     this.#thresholdField.hidden = !isDepth(number);
+    this.#ballFields.hidden = hit !== OWN;
+    this.#fatField.hidden = percent !== OWN;
     const { asked } = this;
     if (typeof asked !== "string") this.#preview.show(sceneOf(asked, this.#tissue));
+    const projectile = this.#projectile;
+    const fat = percent === OWN ? Math.round(10 * Number(this.#fat.value)) / 10 : fatOf(region, percent) * 1e3;
     this.#sources.replaceChildren(
-      html("p", {}, html("b", {}, `${projectile.mass_g} g, ${projectile.diameter_mm} mm, ${projectile.hardness}. `), projectile.source),
-      html("p", {}, html("b", {}, `Skin ${setting(region.skin_m * 1e3)} mm, fat ${setting(fatOf(region, percent) * 1e3)} mm. `), region.source),
+      typeof projectile === "string" ? html("p", { class: "field-error" }, projectile) : html("p", {}, html("b", {}, `${projectile.mass_g} g, ${projectile.diameter_mm} mm, ${projectile.hardness}. `), projectile.source),
+      html("p", {}, html("b", {}, `Skin ${setting(region.skin_m * 1e3)} mm, fat ${setting(fat)} mm. `), region.source),
       html("p", {}, html("b", {}, "Materials "), "of muscle, fat and skin: those of the example flashball_thigh, an assumption for impact rates; how well they fit a person is not part of the uncertainty."),
     );
     this.#onChange();

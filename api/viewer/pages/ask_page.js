@@ -7,6 +7,7 @@ import { lineStyle } from "../plots/plot.js";
 import { answerCurve, sizeNow } from "../plots/answer_curve.js";
 import { answerLegend } from "../plots/answer_legend.js";
 import { answerTable } from "../plots/answer_table.js";
+import { hardnessesFrom } from "../scene/own_ball.js";
 import { bordersOf } from "../scene/question.js";
 import { BOUNDS, addressOf, questionIn } from "./ask_address.js";
 import { AskForm, numberInput } from "./ask_form.js";
@@ -22,11 +23,12 @@ const NARROW = "(max-width: 1099px)";
 
 /** The page of the question in an address, with its answer if it has the jobs of one. */
 export async function askPage(query) {
-  const presets = await getJson("/viewer/presets.json");
+  const [presets, library] = await Promise.all([getJson("/viewer/presets.json"), getJson("/v1/materials")]);
   const scene = presets.find(({ file }) => file === MATERIALS)?.scene;
   const tissue = scene?.bodies.find(({ role }) => role === "tissue")?.parts;
   if (!tissue) throw new Error(`The service has no example ${MATERIALS}, whose materials are used here.`);
-  const page = new AskPage(tissue, questionIn(query));
+  const hardnesses = hardnessesFrom(library);
+  const page = new AskPage({ tissue, hardnesses }, questionIn(query, hardnesses));
   return { title: "Ask", element: page.element, leave: () => page.leave() };
 }
 
@@ -53,12 +55,12 @@ class AskPage {
   #difference = html("p", { class: "difference", hidden: true });
   #panel = html("section", { class: "panel ask-answer", "aria-label": "Answer" }, this.#before, this.#answers, this.#difference, this.#picture, this.#further, this.#state);
 
-  constructor(tissue, { more, jobs, ...question }) {
-    this.#tissue = tissue;
+  constructor(materials, { more, jobs, ...question }) {
+    this.#tissue = materials.tissue;
     window.addEventListener("resize", this.#onResize);
     this.#more = numberInput("Millimetres more", BOUNDS.more, more);
     this.#further.append(this.#moreFat, html("label", { class: "pair" }, "by", this.#more, "mm"));
-    this.#form = new AskForm(tissue, question, [this.#ask, this.#stop], () => this.#onChange());
+    this.#form = new AskForm(materials, question, [this.#ask, this.#stop], () => this.#onChange());
     this.element = html(
       "div",
       {},

@@ -32,16 +32,22 @@ function sizeIn({ asked: { number: what }, points }) {
 
 /**
  * What is known of the speed from which on the stress is in the layer: {kind, at, low, high, hasError} with `low` and `high` the ends of its uncertainty,
- * 0 and Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "unresolved" where it crosses, but its uncertainty leaves
- * nothing out; "above" or "below" at all speeds; "between" the curve and the first lower bound above; "bounded" where only lower bounds are known; "many"
+ * 0 and Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "unresolved" where the uncertainty leaves nothing out, or
+ * is as large as the speed; "above" or "below" at all speeds; "between" the curve and the first lower bound above; "bounded" where only lower bounds are known; "many"
  * where it is no one speed.
  */
 export function crossingKnown(one) {
   const { hasError } = one.curve;
   const known = rangeKnown(one);
   if (!hasError) return { ...known, low: 0, high: Infinity, hasError };
-  const isResolved = known.kind !== "crosses" || isResolvedIn(known, one.asked.speeds);
-  return { ...known, kind: isResolved ? known.kind : "unresolved", hasError };
+  return isAnswer(known, one) ? { ...known, hasError } : { ...known, kind: "unresolved", hasError };
+}
+
+/** Whether the uncertainty of what is known leaves a part of the speeds out. */
+function isAnswer(known, { asked: { speeds }, curve }) {
+  if (known.kind === "crosses") return isResolvedIn(known, speeds);
+  if (known.kind === "above") return known.high < Infinity;
+  return known.kind !== "below" || known.low > curve.range[0];
 }
 
 /** The same without regard to whether its errors are known, and how large they are. */
@@ -59,8 +65,9 @@ function rangeKnown({ curve, points }) {
 
 /** The ends of an uncertainty in words, to the decimal place of its `width` where that is known. */
 export function endWords({ low, high }, [first, last], width = null) {
+  if (low <= first && high === Infinity) return `anywhere from below ${setting(first)} to above ${setting(last)} m/s`;
   const words = (speed) => (width ? within(speed, width) : number(speed, 3));
-  return `between ${low ? words(low) : `less than ${setting(first)}`} and ${Number.isFinite(high) ? words(high) : `more than ${setting(last)}`} m/s`;
+  return `between ${low > first ? words(low) : `less than ${setting(first)}`} and ${Number.isFinite(high) ? words(high) : `more than ${setting(last)}`} m/s`;
 }
 
 /** From which speed on the stress is in the layer. */
@@ -76,7 +83,10 @@ function crossingIn(one) {
   const doubt = (start) => (hasError ? beyond(surely, start) : "");
   if (kind === "above") return `${does("exceeds")} ${all}${doubt(ends[0])}. Ask about lower ones.`;
   if (kind === "bounded") return crossingOfLeast(curve, does);
-  if (kind === "unresolved") return `not resolved by these runs: ${does("exceeds")} from a speed ${endWords(known, curve.range)} on.`;
+  if (kind === "unresolved") {
+    const isOpen = low <= first && surely == null;
+    return `not resolved by these runs: ${isOpen ? `with the uncertainty ${does("may exceed")} or stay below that, ${all}` : `${does("exceeds")} from a speed ${endWords(known, curve.range)} on`}.`;
+  }
   if (kind === "many") return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
   if (kind === "between") {
     const next = points.find(({ speed, value }) => speed > last && value > 0).speed;

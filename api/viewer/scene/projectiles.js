@@ -31,10 +31,18 @@ export function rigidBall(diameter_mm, mass_g) {
   return { id: "own", name: `Rigid ball, ${diameter_mm} mm, ${mass_g} g`, mass_g, diameter_mm, body: rigid(diameter_mm / 2e3, mass_g / 1e3) };
 }
 
-const hollow = (outer, inner) => meshed({ kind: "hollow_ball", outer_radius_m: outer, inner_radius_m: inner, elements_around: 8, elements_through: 2 }, { density_kg_per_m3: 1000, shear_viscosity_pa_s: 5, material: rubber }, outer);
-const RUBBER = `soft rubber, about ${Math.round(shoreA(2 * (rubber.c10_pa + rubber.c01_pa)))} Shore A`;
+/** A soft rubber as the part of a body; its constants are an assumption. */
+export const SOFT_RUBBER = { density_kg_per_m3: 1000, shear_viscosity_pa_s: 5, material: rubber };
 
-/** {id, name, mass_g, diameter_mm, hardness, source, speed: [low, high] m/s, body(top, speed)}. */
+/** A hollow ball of a material, by its radii [m], as body(top, speed). */
+export const hollowBody = (outer, inner, part) => meshed({ kind: "hollow_ball", outer_radius_m: outer, inner_radius_m: inner, elements_around: 8, elements_through: 2 }, part, outer);
+/** A solid ball of a material, by its radius [m]. */
+export const solidBody = (radius, part) => meshed({ kind: "solid_ball", radius_m: radius, elements_around: 4, elements_through: 3 }, part, radius);
+
+const hollow = (outer, inner) => hollowBody(outer, inner, SOFT_RUBBER);
+export const RUBBER = `soft rubber, about ${Math.round(shoreA(2 * (rubber.c10_pa + rubber.c01_pa)))} Shore A`;
+
+/** {id, name, mass_g, diameter_mm, hardness, source, speed: [low, high] m/s, body(top, speed)}; one of the reader's own also has `label` and `made`. */
 export const PROJECTILES = [
   {
     id: "flashball_44", name: "Flash-ball, 44 mm", mass_g: 28, diameter_mm: 44, hardness: RUBBER, speed: [60, 120], body: hollow(0.022, 0.01567),

@@ -70,7 +70,7 @@ export function sceneOf(asked, tissue) {
   const ball = projectile.body(top, speeds[0]);
   return {
     // By its name a job is known to be of this question.
-    name: `${projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm, ${speeds.map(setting).join(" to ")} m/s, ${setting(threshold)} kPa`, end_time_s: endOf(asked),
+    name: `${projectile.label ?? projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm, ${speeds.map(setting).join(" to ")} m/s, ${setting(threshold)} kPa`, end_time_s: endOf(asked),
     bodies: [ball, body],
     contact: { friction: 0.3 },
     record: { field_interval_s: Number((endOf(asked) / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
