@@ -14,6 +14,8 @@ import { takeRenderer } from "./renderer.js";
 const ASIDE = 0.55;
 /** Of two places of a line the one that is less aside has its name, unless it is so many times as much deeper [-]. */
 const STRAIGHT = 4;
+/** Bone is looked for from so far above a line [m]. */
+const ABOVE_BONE = 3e-3;
 
 export class MeshView {
   element;
@@ -160,8 +162,18 @@ export class MeshView {
         const score = Math.abs(depth) + STRAIGHT * aside;
         if (aside < this.#aside && score < best) [best, at] = [score, place];
       }
-      return at ? [{ text, at }] : [];
+      return at ? [{ text, at, bone: this.#boneBelow(at) }] : [];
     });
+  }
+
+  /** Where bone begins straight below a place; null where there is none. */
+  #boneBelow(at) {
+    const bones = [...this.#bodies.values()].filter(({ group, body }) => group.visible && body.role === "bone");
+    const direction = new THREE.Vector3(...this.#line.direction).normalize();
+    // From a little above: the place may lie on the bone.
+    const caster = new THREE.Raycaster(new THREE.Vector3(...at).addScaledVector(direction, -ABOVE_BONE), direction);
+    const [hit] = caster.intersectObjects(bones.map(({ surfaceMesh }) => surfaceMesh), false);
+    return hit?.point.toArray() ?? null;
   }
 
   /** Whether the reader has moved the camera. */

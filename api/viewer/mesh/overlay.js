@@ -6,6 +6,8 @@ import { niceAbove, number } from "../format.js";
 
 /** Least distance of two names from each other, and width of a letter [px]. */
 const [LINE, LETTER] = [19, 7.2];
+/** Names stand so far below their lines, or above them where bone begins within a line [px]. */
+const [BELOW, ABOVE] = [13, -6];
 
 export class Overlay {
   element = svg("svg", { class: "overlay", "aria-hidden": "true" });
@@ -18,7 +20,7 @@ export class Overlay {
     this.#labels = labels;
   }
 
-  /** Names of lines in the section [{text, at}], in space [m]. */
+  /** Names of lines in the section [{text, at, bone}], in space [m]; `bone` is where bone begins below the line, if it does. */
   setContours(contours) {
     this.#contours = contours;
   }
@@ -62,14 +64,15 @@ export class Overlay {
     ]);
   }
 
-  /** Names below their places; of two that would lie on each other the first. */
+  /** Names below their places, above them where they would lie on bone; of two that would lie on each other the first. */
   #drawnContours(place) {
     const drawn = [];
-    return this.#contours.flatMap(({ text, at }) => {
-      const { x, y } = place(at);
+    return this.#contours.flatMap(({ text, at, bone }) => {
+      const { x, y: line } = place(at);
+      const y = line + (bone && place(bone).y - line < LINE ? ABOVE : BELOW);
       if (drawn.some((other) => Math.abs(x - other.x) < text.length * LETTER && Math.abs(y - other.y) < LINE)) return [];
       drawn.push({ x, y });
-      return [svg("text", { x: x.toFixed(1), y: (y + 13).toFixed(1), class: "contour-name" }, text)];
+      return [svg("text", { x: x.toFixed(1), y: y.toFixed(1), class: "contour-name" }, text)];
     });
   }
 

@@ -2,10 +2,11 @@
 
 import { ApiProblem, getJson, postJson } from "../api.js";
 import { button, html, select, table } from "../dom.js";
-import { bytes, number, withUnit } from "../format.js";
+import { bytes, number } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { GeometryPreview } from "./geometry_preview.js";
 import { OwnTarget } from "./own_target.js";
+import { wholeRunWords } from "./run_time.js";
 import { SceneForm, problemWords } from "./scene_form.js";
 import { StudyStart } from "./study_start.js";
 
@@ -165,7 +166,7 @@ class SubmitPage {
     this.#showProblems(answer.warnings);
     this.#submit.disabled = false;
     const name = this.#document?.name ? `${this.#document.name}: ` : "";
-    const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, ${bytes(plan.memory_bytes)}; once through takes about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, with errors or to an accuracy many times that`;
+    const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, ${bytes(plan.memory_bytes)}; ${wholeRunWords(this.#document, plan.expected_run_time_s)}`;
     this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
     // Generated meshes have no badly shaped elements.
     const hasShapes = answer.bodies.some((body) => body.min_scaled_jacobian);
