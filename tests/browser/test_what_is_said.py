@@ -101,8 +101,9 @@ def test_warnings_are_one_line_with_a_door(page, jobs):
     expect(listed.first).not_to_be_visible()
     door.click()
     assert not re.search(r"[a-z]_(s|pa|m)\b", page.locator(".trust").inner_text()), "words, no names of the document"
+    plain = """async (text) => (await import('/viewer/summary/plain_terms.js')).plainly(text).map((one) => one.textContent ?? one).join("")"""
     for warning in summary["warnings"]:
-        expect(listed.filter(has_text=re.split("[`(]", warning)[0])).to_have_count(1)
+        expect(listed.filter(has_text=re.split("[`(]", page.evaluate(plain, warning))[0])).to_have_count(1)
     expect(door).to_have_text(f"All {listed.count()}")
     # The worst is in the line: here, that the mesh resolves too little, with a remedy.
     expect(page.locator(".warning-line")).to_contain_text("too coarse")
@@ -114,7 +115,19 @@ def test_names_of_the_document_are_words(page):
     page.goto("/")
     words = "async (text) => (await import('/viewer/scene/scene_units.js')).inWords(text)"
     text = "left_ball comes late: raise end_time_s, or omit `measures.force_window_s` and `valid_to` (at /bodies/1/parts/0/density_kg_per_m3)"
-    assert page.evaluate(words, text) == "left_ball comes late: raise “end time”, or omit “force window” and “valid to” (at bodies › number 2 › parts › number 1 › density)"
+    assert page.evaluate(words, text) == "left_ball comes late: raise “time to simulate”, or omit “averaging time of the force” and “valid up to” (at bodies › number 2 › parts › number 1 › density)"
+
+
+def test_terms_of_engineers_are_plain_words_with_an_explanation(page):
+    page.goto("/")
+    parts = """async (text) => (await import('/viewer/summary/plain_terms.js')).plainly(text).map((one) => one.dataset ? [one.textContent, one.dataset.about] : one)"""
+    said = page.evaluate(parts, "Bulk modulus capped: K/G of 2500, and K/G counts; `--lower-bulk-modulus` adds it")
+    assert said[1] == ["Stiffness against compression", "bulk modulus, K: the pressure that a change of volume takes"]
+    assert said[3] == ["the ratio of stiffness against compression to that in shear", "K/G: bulk modulus over shear modulus"]
+    # Explained where it is first met.
+    assert said[5] == "the ratio of stiffness against compression to that in shear"
+    assert said[7][0] == "an accuracy with lower stiffness against compression" and said[8] == " adds it"
+    assert page.evaluate(parts, "the held nodes “bone”")[1][0] == "fixed surface"
 
 
 def test_criteria_are_shown_with_what_they_are_not(page, jobs):

@@ -2,6 +2,7 @@
 
 import { html } from "../dom.js";
 import { inForm, isNumber, meant, shown, words } from "../scene/scene_units.js";
+import { plainly } from "../summary/plain_terms.js";
 
 /** What of a projectile is about the impact: where it comes from and how fast. */
 const OF_IMPACT = ["velocity_m_per_s", "spin_rad_per_s", "placement"];
@@ -84,13 +85,14 @@ export class SceneForm {
   #part(key, value, pointer) {
     const title = value.name ?? value.part ?? (/^\d+$/.test(key) ? `number ${Number(key) + 1}` : words(key));
     const isOpen = this.#opened.get(pointer) ?? SHAPES.test(pointer);
-    const part = html("details", { open: isOpen, ontoggle: () => this.#opened.set(pointer, part.open) }, html("summary", {}, title), this.#contents(value, pointer));
+    const part = html("details", { open: isOpen, ontoggle: () => this.#opened.set(pointer, part.open) }, html("summary", { title: key }, title), this.#contents(value, pointer));
     this.#groups.set(pointer, part);
     return part;
   }
 
   #field(owner, key, value, pointer) {
-    const label = html("span", {}, /^\d+$/.test(key) ? `number ${Number(key) + 1}` : words(key));
+    // The name in the document is for those who write one.
+    const label = html("span", { title: key }, /^\d+$/.test(key) ? `number ${Number(key) + 1}` : words(key));
     if (isVector(value)) {
       const inputs = value.map((component, i) => this.#input(value, i, component, { key, pointer: `${pointer}/${i}`, name: `${words(key)}, ${"xyz"[i]}` }));
       const group = html("div", { class: "field wide", role: "group", "aria-label": words(key) }, label, html("span", { class: "vector" }, inputs));
@@ -132,7 +134,7 @@ export class SceneForm {
     this.element.querySelectorAll("[aria-invalid]").forEach((input) => input.removeAttribute("aria-invalid"));
     for (const problem of this.withTexts(problems)) {
       const place = this.#placeOf(problem);
-      const message = html("span", { class: "field-error" }, problemWords(problem));
+      const message = html("span", { class: "field-error" }, plainly(problemWords(problem)));
       if (place?.input) {
         for (const input of place.all) input.setAttribute("aria-invalid", "true");
         (place.input.closest(".field") ?? place.input).append(message);

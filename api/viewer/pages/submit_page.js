@@ -4,6 +4,8 @@ import { ApiProblem, getJson, postJson } from "../api.js";
 import { button, html, select, table } from "../dom.js";
 import { bytes, number } from "../format.js";
 import { Recording } from "../recording/recording.js";
+import { inWords } from "../scene/scene_units.js";
+import { plainly } from "../summary/plain_terms.js";
 import { GeometryPreview } from "./geometry_preview.js";
 import { OwnTarget } from "./own_target.js";
 import { wholeRunWords } from "./run_time.js";
@@ -174,7 +176,7 @@ class SubmitPage {
     const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), ...(hasShapes ? [shapeOf(body)] : [])]);
     this.#preview.replaceChildren(
       table("Bodies", ["body", "elements", "mass [g]", ...(hasShapes ? ["smallest scaled Jacobian"] : [])], bodies),
-      ...(plan.capped_bulk_moduli ? [html("p", { class: "quiet" }, plan.capped_bulk_moduli, ".")] : []),
+      ...(plan.capped_bulk_moduli ? [html("p", { class: "quiet" }, plainly(inWords(plan.capped_bulk_moduli)), ".")] : []),
       html("details", {}, html("summary", {}, "What the scene does not need"), html("p", { class: "quiet" }, plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }
@@ -217,7 +219,7 @@ class SubmitPage {
 function problemList(problems, form) {
   if (!problems.length) return "";
   const item = (problem) =>
-    html("li", {}, html("a", { href: "", onclick: (event) => (event.preventDefault(), form.focus(problem)) }, form.nameOf(problem.pointer)), `: ${problemWords(problem)}`);
+    html("li", {}, html("a", { href: "", onclick: (event) => (event.preventDefault(), form.focus(problem)) }, form.nameOf(problem.pointer)), ": ", plainly(problemWords(problem)));
   return html("ul", { class: "problems" }, form.withTexts(problems).map(item));
 }
 

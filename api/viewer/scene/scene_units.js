@@ -1,5 +1,7 @@
 // Units of a scene document, and those in which people set them: millimetres, grams, milliseconds, kilopascals.
 
+import { plainName } from "./plain_names.js";
+
 /** Ends of names, those that contain others first: [end, shown unit, shown number of one SI unit]. */
 const UNITS = [
   ["_kg_per_m3", "kg/m³", 1], ["_j_per_m3", "J/m³", 1], ["_j_per_m2", "J/m²", 1], ["_m_per_s2", "m/s²", 1], ["_m_per_s", "m/s", 1], ["_rad_per_s", "rad/s", 1],
@@ -14,10 +16,10 @@ function unitOf(key) {
   return UNITS.find(([end]) => key.endsWith(end) && key.length > end.length);
 }
 
-/** A name of the document as words, with the unit that is shown: `outer_radius_m` → outer radius [mm]. */
+/** A name of the document as plain words, with the unit that is shown: `outer_radius_m` → outer radius [mm]. */
 export function words(key) {
   const unit = unitOf(key);
-  const name = (unit ? key.slice(0, -unit[0].length) : key).replaceAll("_", " ");
+  const name = plainName(unit ? key.slice(0, -unit[0].length) : key);
   return unit ? `${name} [${unit[1]}]` : name;
 }
 

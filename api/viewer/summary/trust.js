@@ -2,6 +2,7 @@
 
 import { html, term } from "../dom.js";
 import { number, timeUnit, withUnit } from "../format.js";
+import { plainly } from "./plain_terms.js";
 
 /** Where a run ended that did not reach its end, in words; null for one that did, or that goes on. */
 export function stoppedAt({ ending, time_s, end_time_s }) {
@@ -34,7 +35,7 @@ export function trustPanel(summary, concerns) {
     "details",
     { class: "panel trust" },
     html("summary", {}, html("h2", {}, "Can these numbers be trusted?")),
-    concerns.length ? html("ul", { class: "warnings" }, concerns.map(({ kind, words }) => html("li", { class: kind }, words))) : html("p", { class: "quiet" }, "No warnings."),
+    concerns.length ? html("ul", { class: "warnings" }, concerns.map(({ kind, words }) => html("li", { class: kind }, plainly(words)))) : html("p", { class: "quiet" }, "No warnings."),
     html("p", {}, stopped ? `The checks looked at what was computed up to ${stopped}:` : "Checks of the computation:"),
     html("ul", { class: "gates" }, summary.gates.map((gate) => gateItem(gate, stopped))),
     html("p", { class: "quiet" }, `Uncertainties: ${summary.error_bars}. They cover the computation, not how well the model represents a person.`),

@@ -3,6 +3,7 @@
 import { html } from "../dom.js";
 import { inWords } from "../scene/scene_units.js";
 import { headline, isMiss } from "./headline.js";
+import { plainly } from "./plain_terms.js";
 import { isResolved } from "./quantity.js";
 import { reason, stoppedAt } from "./trust.js";
 
@@ -47,5 +48,5 @@ export function warningLine(summary, onOpen, remedy = null) {
   if (!all.length) return html("div", { class: "warning-line good" }, html("span", {}, "All checks of the computation passed; no warnings."), open);
   const [worst] = all;
   const badge = html("span", { class: `badge ${worst.kind}` }, worst.kind === "bad" ? "✗ no result" : "warning");
-  return html("div", { class: `warning-line ${worst.kind}` }, html("span", {}, badge, " ", worst.kind === "bad" ? worst.words : short(worst)), html("span", { class: "tools" }, remedy, open));
+  return html("div", { class: `warning-line ${worst.kind}` }, html("span", {}, badge, " ", plainly(worst.kind === "bad" ? worst.words : short(worst))), html("span", { class: "tools" }, remedy, open));
 }
