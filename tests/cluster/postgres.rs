@@ -39,7 +39,7 @@ async fn stores<const N: usize>(lease: Duration) -> Option<[PostgresStore; N]> {
 }
 
 fn end() -> JobEnd {
-    JobEnd { ending: Ending::Finished, summary: None, recording: None, progress: None }
+    JobEnd { ending: Ending::Finished, summary: None, headline: None, recording: None, progress: None }
 }
 
 #[tokio::test]

@@ -2,7 +2,7 @@
 
 import { getJson } from "../api.js";
 import { button, html, table } from "../dom.js";
-import { bytes, moment } from "../format.js";
+import { ABOUT_MARKS, bytes, marked, moment, number, setting, within } from "../format.js";
 import { pageOfQuestion } from "./asked.js";
 import { reached } from "./progress.js";
 import { stateBadge } from "./state_badge.js";
@@ -53,9 +53,32 @@ async function look(watched) {
   }
 }
 
-/** Where a job stands: its state, how far it is, and the size of what it left. */
+/** The numbers of a run in a list: [name on the wire, unit, what it is]. */
+const NUMBERS = [["peak_force_n", "N", "peak force"], ["largest_patch_area_mm2", "mm²", "largest contact patch"], ["stress_depth_mm", "mm", "depth of stress"], ["energy_given_j", "J", "energy given to the tissue"]];
+
+/** What flies, and how fast. */
+function projectileWords({ headline }) {
+  if (!headline?.projectile) return "–";
+  const { projectile, speed_m_per_s: speed } = headline;
+  return speed > 0 ? `${projectile}, ${setting(Number(speed.toPrecision(4)))} m/s` : projectile;
+}
+
+/** The main numbers of a run that has ended, each with what it is as a hint. */
+function numberWords({ headline, withheld }) {
+  if (withheld) return "withheld";
+  const found = NUMBERS.filter(([key]) => headline?.numbers[key]);
+  if (!found.length) return "–";
+  const above = headline.threshold_pa == null ? "" : ` above ${setting(headline.threshold_pa / 1e3)} kPa`;
+  return html("span", { class: "list-numbers" }, found.map(([key, unit, what]) => {
+    const { value, error, resolved, lower_bound: isLeast } = headline.numbers[key];
+    const about = `${what}${key === "stress_depth_mm" ? above : ""}${error == null ? ", error unknown" : `, ± ${number(error, 2)} ${unit}`}`;
+    return html("span", { title: about }, `${marked(within(value, error), resolved, isLeast)} ${unit}`);
+  }));
+}
+
+/** Where a job stands: its state, how far it is, the size of what it left, what flew, and its numbers. */
 function standing(job) {
-  return [stateBadge(job), reached(job), job.recording ? bytes(job.recording.bytes) : "–"];
+  return [stateBadge(job), reached(job), job.recording ? bytes(job.recording.bytes) : "–", projectileWords(job), numberWords(job)];
 }
 
 function welcome() {
@@ -79,7 +102,8 @@ function jobTable(jobs, choose, watched) {
     };
     show(job);
     if (!isOver(job)) watched.set(job.id, show);
-    return [html("a", { href: pageOfQuestion(job) ?? `#/job/${job.id}` }, job.name), cells[0], cells[1], moment(job.created_at), cells[2], box];
+    return [html("a", { href: pageOfQuestion(job) ?? `#/job/${job.id}` }, job.name), cells[3], cells[4], cells[0], cells[1], moment(job.created_at), cells[2], box];
   });
-  return table("Jobs, newest first", ["scene", "state", "done", "submitted", "recording", "compare"], rows);
+  const names = ["scene", "projectile", "force · patch · depth · energy", "state", "done", "submitted", "recording", "compare"];
+  return html("div", {}, table("Jobs, newest first", names, rows), html("p", { class: "quiet" }, ABOUT_MARKS));
 }

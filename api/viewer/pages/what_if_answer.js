@@ -1,7 +1,7 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { bracketed, commaSeparated, exceeds, number } from "../format.js";
+import { ABOUT_MARKS, bracketed, commaSeparated, exceeds, number } from "../format.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
 import { limitList } from "./what_if_limit.js";
@@ -149,9 +149,9 @@ export class WhatIfAnswer {
     const isCut = cases.some(({ lower_bounds: bounds }) => this.#numbers.some(([key]) => bounds?.includes(key)));
     const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
     return [
-      quantities.some(({ value, error }) => !exceeds(value, error)) && "In brackets: the error is as large as the number.",
+      (isCut || quantities.some(({ value, error }) => error == null || !exceeds(value, error))) && ABOUT_MARKS,
       quantities.some(({ error }) => error == null) && `Without ±: the error is not known${this.#isWhole ? "" : " yet"}.`,
-      isCut && `≥: at least so much; ${ends.size ? `the stress reaches ${[...ends].join(" and ")}, or ` : ""}the run ended while it was growing.`,
+      isCut && `≥ here: ${ends.size ? `the stress reaches ${[...ends].join(" and ")}, or ` : ""}the run ended while it was growing.`,
       ...reasons,
       this.errorBars && `Errors: ${this.errorBars}.`,
     ].filter(Boolean);

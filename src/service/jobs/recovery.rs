@@ -65,7 +65,7 @@ async fn recover_one(queue: &Arc<Queue>, orphan: &Orphan) -> Result<(), JobsErro
         kept => kept,
     };
     let recording = queue.with_files(keep).await?;
-    let end = JobEnd { ending, summary: None, recording, progress: None };
+    let end = JobEnd { ending, summary: None, headline: None, recording, progress: None };
     queue.store.finish(seq, attempt, &end).await?;
     queue.ring(Some(seq));
     Ok(())

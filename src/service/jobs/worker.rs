@@ -7,7 +7,7 @@ use super::control::{RunControl, StopReason};
 use super::engine::{RunOrder, RunReport};
 use super::failures::{internal, lacked_room, panicked, recording_failed};
 use super::queue::Queue;
-use super::store::{ClaimedJob, Event, JobEnd, OwnerRequest, Requeued};
+use super::store::{ClaimedJob, Event, Headline, JobEnd, OwnerRequest, Requeued};
 use super::{FinalRecording, JobId, JobState, JobsError, Progress, Stage};
 use crate::service::traces::continue_from;
 use crate::step::{Ending, Failure, FailureCause};
@@ -108,7 +108,7 @@ impl Worker {
             tracing::error!(job = %job.id, "the worker panicked");
             self.queue.metrics.run_panicked();
             let ending = internal().into();
-            let end = JobEnd { ending, summary: None, recording: None, progress: None };
+            let end = JobEnd { ending, summary: None, headline: None, recording: None, progress: None };
             if let Err(error) = self.write_end(job, &end) {
                 tracing::error!(job = %job.id, %error, "could not write how the job ended");
             }
@@ -237,11 +237,12 @@ impl Worker {
     ) -> Result<(), JobsError> {
         let mut end = match result {
             Ok(RunReport { ending, summary, progress }) => {
-                JobEnd { ending, summary, recording: None, progress: Some(progress) }
+                let headline = summary.as_ref().and_then(|summary| Headline::of(&job.document, summary));
+                JobEnd { ending, summary, headline, recording: None, progress: Some(progress) }
             }
             Err(failure) => {
                 let ending = failure.into();
-                JobEnd { ending, summary: None, recording: None, progress: None }
+                JobEnd { ending, summary: None, headline: None, recording: None, progress: None }
             }
         };
         match self.keep_recording(job, control, end.ending == Ending::Finished) {

@@ -1,5 +1,6 @@
 //! A job as its owner sees it: what the store returns, and what the routes send.
 
+use super::headline::Headline;
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobState, Phase, Priority};
 use crate::service::shelves::recording_name;
@@ -59,6 +60,8 @@ pub struct Job {
     pub failure: Option<Failure>,
     /// Whether its run gives no result: a check failed, and the summary lists its numbers as withheld, with the reason.
     pub withheld: bool,
+    /// Projectile and main numbers, for lists; null until the job has ended, and where there are none.
+    pub headline: Option<Headline>,
     /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
     /// Addresses related to the job.

@@ -8,6 +8,7 @@
 mod chosen;
 mod database_address;
 mod fault;
+mod headline;
 mod job;
 #[cfg(feature = "cluster")]
 mod postgres;
@@ -18,6 +19,7 @@ mod sqlite;
 pub(super) mod tests;
 
 pub use chosen::{PATIENCE, PROBE_PATIENCE, StoreAddress};
+pub use headline::{Headline, HeadlineNumber};
 pub use job::{Job, JobLinks, NOTICE};
 #[cfg(feature = "cluster")]
 pub use postgres::PostgresStore;

@@ -1,5 +1,6 @@
 //! Records of a job store.
 
+use super::headline::Headline;
 use super::job::Job;
 use crate::mesh::read::MeshFormat;
 use crate::scene::Problem;
@@ -87,6 +88,8 @@ pub struct JobEnd {
     pub ending: Ending,
     /// Summary as JSON text.
     pub summary: Option<String>,
+    /// Projectile and main numbers, for lists.
+    pub headline: Option<Headline>,
     /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
     /// Final progress, if known.

@@ -68,7 +68,7 @@ pub async fn submitted(store: &dyn JobStore, name: &str) -> Job {
 }
 
 fn end(ending: Ending) -> JobEnd {
-    JobEnd { ending, summary: None, recording: None, progress: None }
+    JobEnd { ending, summary: None, headline: None, recording: None, progress: None }
 }
 
 async fn jobs_are_claimed_once_in_the_order_of_their_coming(store: &dyn JobStore) {
@@ -263,8 +263,16 @@ async fn event_streams_are_numbered_and_end(store: &dyn JobStore) {
     let (events, ended) = store.events_after(job.seq, 2, 4).await.unwrap();
     assert_eq!(events.iter().map(|e| e.n).collect::<Vec<_>>(), [3, 4, 5, 6]);
     assert!(!ended);
+    let number = HeadlineNumber { value: 1234.5, error: Some(67.0), resolved: true, lower_bound: false };
+    let headline = Headline {
+        projectile: Some("ball".into()),
+        speed_m_per_s: Some(20.0),
+        threshold_pa: None,
+        numbers: [(crate::measure::QuantityOfInterest::PeakForceN, number)].into(),
+    };
     let finished = JobEnd {
         summary: Some("{}".into()),
+        headline: Some(headline.clone()),
         recording: Some(FinalRecording { bytes: 3, sha256: "0".into(), complete: true, attempt: 1 }),
         ..end(Ending::Finished)
     };
@@ -274,6 +282,9 @@ async fn event_streams_are_numbered_and_end(store: &dyn JobStore) {
         (row.recording.clone(), row.recording_name()),
         (finished.recording, recording_name(job.id, 1))
     );
+    // What a list says of it is in its row.
+    let page = Page { states: vec![], before: None, limit: 1 };
+    assert_eq!(store.jobs("anna", &page).await.unwrap()[0].headline.as_ref(), Some(&headline));
     assert_eq!(store.summary("anna", job.id).await.unwrap().as_deref(), Some("{}"));
     let (events, ended) = store.events_after(job.seq, 12, 4).await.unwrap();
     assert_eq!((events.len(), ended), (1, true));

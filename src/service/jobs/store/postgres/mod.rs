@@ -193,5 +193,6 @@ fn migrations() -> Migrator {
         ("identity", include_str!("migrations/0002_identity.sql")),
         ("owners", include_str!("migrations/0003_owners.sql")),
         ("withheld", include_str!("migrations/0004_withheld.sql")),
+        ("headline", include_str!("migrations/0005_headline.sql")),
     ])
 }

@@ -53,10 +53,11 @@ impl SqlStore {
             self.write_progress(&mut transaction, seq, attempt, progress).await?;
         }
         let failure = end.ending.failure().map(serde_json::to_string).transpose()?;
+        let headline = end.headline.as_ref().map(serde_json::to_string).transpose()?;
         let result = sqlx::query(concat!(
             "UPDATE jobs SET state = $4, phase = 'done', eta_s = NULL, failure = $5, summary = $6,
                  recording_bytes = $7, recording_sha256 = $8, recording_complete = $9, recording_attempt = $2, kept_bytes = length(scene) + $10,
-                 withheld = $11,
+                 withheld = $11, headline = $12,
                  progress = CASE WHEN $4 = 'succeeded' THEN 1 ELSE progress END, finished_at = ",
             now!(),
             "
@@ -73,6 +74,7 @@ impl SqlStore {
         .bind(end.recording.as_ref().map(|r| r.complete))
         .bind(end.kept_bytes().cast_signed())
         .bind(end.is_withheld())
+        .bind(headline)
         .execute(&mut *transaction)
         .await?;
         // An attempt that is over changes nothing. That it is has to be durable.

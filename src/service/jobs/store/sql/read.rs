@@ -234,6 +234,7 @@ pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
     let warnings: String = row.try_get("warnings")?;
     let priority: i64 = row.try_get("priority")?;
     let failure: Option<String> = row.try_get("failure")?;
+    let headline: Option<String> = row.try_get("headline")?;
     let recording = match (row.try_get("recording_bytes")?, row.try_get("recording_sha256")?) {
         (Some(bytes), Some(sha256)) => Some(FinalRecording {
             bytes: i64::cast_unsigned(bytes),
@@ -266,6 +267,7 @@ pub(super) fn job_of_row(row: &Row) -> Result<Job, JobsError> {
         finished_at: row.try_get("finished_at")?,
         failure: failure.map(|f| serde_json::from_str(&f)).transpose()?,
         withheld: row.try_get("withheld")?,
+        headline: headline.map(|text| serde_json::from_str(&text)).transpose()?,
         links: JobLinks::new(id, row.try_get("has_summary")?, recording.is_some()),
         recording,
         queue_position: None,

@@ -129,5 +129,6 @@ fn migrations() -> Migrator {
         ("workers", include_str!("migrations/0007_workers.sql")),
         ("owners", include_str!("migrations/0008_owners.sql")),
         ("withheld", include_str!("migrations/0009_withheld.sql")),
+        ("headline", include_str!("migrations/0010_headline.sql")),
     ])
 }
