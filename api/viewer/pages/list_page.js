@@ -14,6 +14,7 @@ const isOver = (job) => ["succeeded", "failed", "cancelled"].includes(job.state)
 export async function listPage() {
   const watched = new Map();
   const holder = html("div");
+  const legend = html("p", { class: "quiet", hidden: true }, ABOUT_MARKS);
   const chosen = [];
   const compare = html("a", { class: "button disabled", "aria-disabled": "true" }, "Compare two");
   const choose = (id, isChosen) => {
@@ -28,6 +29,7 @@ export async function listPage() {
     const page = await getJson(`/v1/jobs?limit=50${cursor ? `&cursor=${cursor}` : ""}`);
     if (!page.jobs.length && !cursor) return holder.replaceChildren(welcome());
     holder.append(jobTable(page.jobs, choose, watched));
+    legend.hidden = false;
     if (page.next_cursor) {
       const more = button("Older ones", () => (more.remove(), load(page.next_cursor)));
       holder.append(more);
@@ -39,6 +41,7 @@ export async function listPage() {
     {},
     html("div", { class: "title" }, html("h1", {}, "Impacts"), html("div", { class: "tools" }, compare, html("a", { class: "button", href: "#/ask" }, "Ask: at which speed?"), html("a", { class: "button primary", href: "#/new" }, "New impact"))),
     holder,
+    legend,
   );
   const timer = setInterval(() => look(watched).catch(() => clearInterval(timer)), REST);
   return { title: "Impacts", element, leave: () => clearInterval(timer) };
@@ -105,5 +108,5 @@ function jobTable(jobs, choose, watched) {
     return [html("a", { href: pageOfQuestion(job) ?? `#/job/${job.id}` }, job.name), cells[3], cells[4], cells[0], cells[1], moment(job.created_at), cells[2], box];
   });
   const names = ["scene", "projectile", "force · patch · depth · energy", "state", "done", "submitted", "recording", "compare"];
-  return html("div", {}, table("Jobs, newest first", names, rows), html("p", { class: "quiet" }, ABOUT_MARKS));
+  return table("Jobs, newest first", names, rows);
 }
