@@ -96,6 +96,27 @@ def test_what_is_wrong_is_said_at_its_field_in_its_unit(form, pointer, text, wor
     assert form.locator(".pointers code").all_text_contents() == [pointer]
 
 
+@pytest.mark.parametrize("scene, once, words", [
+    ({"accuracy": {"time_budget_s": 20}}, 0.4, "takes up to about 20 s: meshes are refined until errors are below 10 %"),
+    ({"accuracy": {"time_budget_s": 20}}, 320, "takes at least about 5.3 min, more than the 20 s that it may"),
+    ({"bodies": [{"mesh": {"generator": {}}}]}, 3, "takes about 4.0 s with its error bars"),
+    ({"bodies": [{"mesh": {"file": "a.msh"}}]}, 2, "takes about 40 s with its error bars"),
+    ({"bodies": [{"mesh": {"file": "a.msh"}}]}, 30, "takes about 30 s without error bars, which would take too long"),
+    ({"solver": {"error_bars": "none"}}, 30, "takes about 30 s without error bars"),
+], ids=str)
+def test_the_time_is_that_of_the_whole_run(page, scene, once, words):
+    page.goto("/")
+    said = page.evaluate("async ([scene, once]) => (await import('/viewer/pages/run_time.js')).wholeRunWords(scene, once)", [scene, once])
+    assert words in said, said
+
+
+def test_fields_have_plain_names(form):
+    grid = form.locator(".scene-form")
+    form.evaluate("document.querySelectorAll('.scene-form details').forEach((one) => (one.open = true))")
+    expect(grid.get_by_title("end_time_s", exact=True)).to_have_text("time to simulate [ms]")
+    expect(grid.get_by_title("bulk_modulus_pa", exact=True).first).to_have_text("stiffness against compression (bulk modulus) [kPa]")
+
+
 def test_a_vector_is_marked_as_a_whole_and_an_overlap_where_the_body_is_placed(form):
     put(form, "/bodies/0/placement/translation_m/2", "60")
     said = form.locator(".field-error:not([hidden]):not(:empty)")

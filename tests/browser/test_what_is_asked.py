@@ -1,5 +1,6 @@
 """A question as people ask it, and its answer as a curve against speed."""
 
+import math
 import re
 import time
 
@@ -36,6 +37,42 @@ def test_projectiles_and_people_have_sources(page):
     assert thickness[0] * thickness[2] == pytest.approx(thickness[1] ** 2, rel=0.02)
     assert thickness[1] < 10.4
     expect(sources).to_contain_text("Gibney")
+
+
+def test_a_ball_and_a_thickness_of_ones_own(page):
+    page.goto("/")
+    page.goto("/#/ask?hit=own&mm=40&g=20&of=soft&who=own&fat=12.3")
+    sources = page.locator(".sources")
+    expect(sources).to_contain_text("20 g, 40 mm, soft rubber, about 60 Shore A")
+    expect(sources).to_contain_text("fat 12.3 mm")
+    assert page.get_by_label("What hits?").input_value() == page.get_by_label("Who?").input_value() == "own"
+    assert [page.get_by_label(name, exact=True).input_value() for name in ("Diameter", "Mass", "Thickness of the fat")] == ["40", "20", "12.3"]
+    # As heavy as it is said to be: hollow, with the density of its rubber.
+    body = """async ([diameter_mm, mass_g, made]) => {
+        const [{ hardnessesFrom, ownBall }, library] = await Promise.all([import('/viewer/scene/own_ball.js'), fetch('/v1/materials').then((answer) => answer.json())]);
+        const ball = ownBall({ diameter_mm, mass_g, hardness: hardnessesFrom(library).find(({ id }) => id === made) });
+        return typeof ball === "string" ? ball : ball.body(0, 10);
+    }"""
+    hollow = page.evaluate(body, [40, 20, "soft"])
+    generator = hollow["mesh"]["generator"]
+    volume = 4 / 3 * math.pi * (generator["outer_radius_m"] ** 3 - generator["inner_radius_m"] ** 3)
+    assert volume * hollow["parts"][0]["density_kg_per_m3"] == pytest.approx(0.020, rel=1e-4)
+    solid = page.evaluate(body, [40, 43, "nbr_linder_2011"])
+    assert solid["mesh"]["generator"]["kind"] == "solid_ball" and solid["parts"][0]["material"] == {"library": "rubber/nbr_linder_2011"}
+    assert page.evaluate(body, [40, 100, "rigid"])["rigid"]["mass_kg"] == 0.1
+    # No rubber of that size weighs so much.
+    page.get_by_label("Mass", exact=True).fill("100")
+    expect(sources).to_contain_text("weighs from 7.4 g (hollow) to 34 g (solid)")
+    page.get_by_role("button", name="Answer", exact=True).click()
+    expect(page.locator(".ask-answer")).to_contain_text("choose a rigid one")
+    # The service accepts what the page would ask.
+    page.get_by_label("Mass", exact=True).fill("20")
+    assert "mm=40&g=20&of=soft&fat=12.3" in page.evaluate("location.hash")
+    for ball in (hollow, solid):
+        tissue = {"name": "block", "role": "tissue", "mesh": {"generator": {"kind": "block", "min_m": [-0.05, -0.05, -0.03], "max_m": [0.05, 0.05, 0], "elements": [4, 4, 2]}},
+                  "parts": [{"part": "block", "density_kg_per_m3": 1000, "material": {"law": "neo_hookean", "c10_pa": 2e4, "bulk_modulus_pa": 5e6}}], "fixed": [{"set": "z_min"}]}
+        answer = page.request.post("/v1/jobs/validate", data={"name": "own", "end_time_s": 1e-3, "bodies": [ball, tissue]})
+        assert answer.ok, answer.text()
 
 
 def test_a_range_that_is_none_is_said_to_be(page):
@@ -150,6 +187,14 @@ def test_an_address_has_the_question_and_its_answer(page, browser, service):
     address = page.evaluate("location.hash")
     assert re.fullmatch(r"#/ask\?hit=flashball_44&where=thigh&who=5&from=90&to=120&kpa=100&number=muscle&jobs=[\w-]+,[\w-]+&more=10", address)
     said = page.locator(".answers").inner_text()
+    # Asked anew in another browser, which knows no job of it: the service has one already.
+    known = address.split("jobs=")[1].split(",")[0]
+    asking = open_page(browser, service.address)
+    asking.goto("/" + re.sub("&jobs=.*", "", address))
+    asking.get_by_role("button", name="Answer", exact=True).click()
+    expect(asking.locator(".proposed")).to_have_count(1, timeout=COMPUTED_MS)
+    assert f"jobs={known}" in asking.evaluate("location.hash")
+    asking.close()
     # To the numbers of the job and back, as a reload, and in another browser: the same answer, and nothing is asked.
     other = open_page(browser, service.address)
     for one, come in [(page, page.reload), (other, lambda: other.goto("/" + address))]:

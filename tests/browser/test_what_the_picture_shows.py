@@ -169,6 +169,20 @@ def test_layers_have_names_and_the_flat_section_a_ruler(page, jobs):
     assert ticks[0] == 0 and ticks == sorted(ticks) and len(ticks) >= 3
 
 
+@pytest.mark.parametrize("bone, height", [(None, 113), ([0, -0.5, 0], 113), ([0, -0.05, 0], 94)])
+def test_the_name_of_a_threshold_does_not_lie_on_bone(page, bone, height):
+    page.goto("/")
+    place = """async (bone) => {
+        const THREE = await import("three");
+        const { Overlay } = await import("/viewer/mesh/overlay.js");
+        const overlay = new Overlay();
+        overlay.setContours([{ text: "100 kPa", at: [0, 0, 0], bone }]);
+        overlay.draw(new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1), false, 200, 200);
+        return Number(overlay.element.querySelector(".contour-name").getAttribute("y"));
+    }"""
+    assert page.evaluate(place, bone) == height
+
+
 def test_the_whole_stays_the_whole_in_another_view(page, jobs):
     open_job(page, jobs["near"])
     page.get_by_label("Simulated time", exact=True).fill("0")

@@ -35,11 +35,11 @@ export function topOf({ layer }, region, fat) {
   return layer === "muscle" ? (region.skin_m + fat) * 1e3 : 0;
 }
 
-/** Borders of the layers under the impact, {name, at}: depths measured as the number of a question is [mm]; none for what is no depth. */
+/** Borders of the layers under the impact, and where the model ends, {name, at}: depths measured as the number of a question is [mm]; none for what is no depth. */
 export function bordersOf({ number, region, fat }) {
   if (!isDepth(number)) return [];
   const { skin_m: skin, core, bone } = region;
-  const depths = [["skin", 0], ["top of the fat", skin], ["top of the muscle", skin + fat], ["bone under the impact", skin + fat + core[1] - bone]];
+  const depths = [["skin", 0], ["top of the fat", skin], ["top of the muscle", skin + fat], ["bone under the impact", skin + fat + core[1] - bone], ["deepest place, beside the bone", deepestOf(region, fat)]];
   return depths.map(([name, depth]) => ({ name, at: Number((depth * 1e3 - topOf(number, region, fat)).toPrecision(9)) }));
 }
 
