@@ -2,7 +2,7 @@
 
 const NAMES = {
   accuracy: "required accuracy", angles: "angles of the fibres", between: "between the bodies", bulk_modulus: "stiffness against compression (bulk modulus)", center: "centre",
-  damping: "damping", dynamic_relaxation: "settling before the impact", elements_along: "elements along", end_time: "time to simulate", error_bars: "errors estimated from",
+  damping: "damping", dynamic_relaxation: "relaxation before the impact", elements_along: "elements along", end_time: "time to simulate", error_bars: "errors estimated from",
   every_steps: "checked every so many steps", fibre_frame: "direction of the fibres", field_interval: "time between pictures", field_times: "times of pictures",
   fields: "quantities in the pictures", fixed: "held fixed", force_window: "averaging time of the force", friction: "friction coefficient", generator: "generated shape",
   grading: "largest over smallest element", grading_along: "largest over smallest element, along", grading_around: "largest over smallest element, around",

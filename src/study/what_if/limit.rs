@@ -164,9 +164,8 @@ mod tests {
         let verdict = find_limit([1.0, 3.0], 0.5, 1e-4, &mut |x| Ok(Evaluated::exactly(1.0 / x)));
         let Verdict::KeptFrom { kept_at, broken_at, .. } = verdict else { panic!("{verdict:?}") };
         assert!(broken_at < 2.0 && 2.0 <= kept_at && kept_at - broken_at <= 2e-4);
-        let verdict = find_limit([0.0, 1.0], 0.5, 1e-6, &mut |x| {
-            Ok(Evaluated::exactly(f64::from(u8::from(x > 0.3))))
-        });
+        let verdict =
+            find_limit([0.0, 1.0], 0.5, 1e-6, &mut |x| Ok(Evaluated::exactly(f64::from(u8::from(x > 0.3)))));
         let Verdict::KeptUpTo { kept_at, broken_at, .. } = verdict else { panic!("{verdict:?}") };
         assert!(kept_at <= 0.3 && 0.3 < broken_at && broken_at - kept_at <= 1e-6);
         assert_eq!(
@@ -191,10 +190,7 @@ mod tests {
         let open = find_limit([0.0, 4.0], 3.0, 1e-3, &mut number);
         assert_eq!(open, Verdict::Open { at: 4.0, at_least: 2.0 });
         // Exactly at the limit it may be above.
-        assert_eq!(
-            find_limit([0.0, 4.0], 2.0, 1e-3, &mut number),
-            Verdict::Open { at: 4.0, at_least: 2.0 }
-        );
+        assert_eq!(find_limit([0.0, 4.0], 2.0, 1e-3, &mut number), Verdict::Open { at: 4.0, at_least: 2.0 });
         assert_eq!(
             find_limit([3.0, 4.0], 1.0, 1e-3, &mut number),
             Verdict::BrokenAtBothEnds { values: [2.0; 2] }

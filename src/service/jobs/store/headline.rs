@@ -128,7 +128,8 @@ mod tests {
         assert!(found.numbers[&QuantityOfInterest::StressDepthMm].lower_bound);
         assert_eq!(found.threshold_pa, stress["threshold_pa"].as_f64());
         let scene: serde_json::Value = serde_json::from_str(SCENE).unwrap();
-        let ball = scene["bodies"].as_array().unwrap().iter().find(|body| body["role"] == "projectile").unwrap();
+        let ball =
+            scene["bodies"].as_array().unwrap().iter().find(|body| body["role"] == "projectile").unwrap();
         assert_eq!(found.projectile.as_deref(), ball["name"].as_str());
         assert!(found.speed_m_per_s.is_some_and(|speed| speed > 0.0));
     }
@@ -137,7 +138,8 @@ mod tests {
     fn a_question_has_a_projectile_and_a_withheld_run_no_numbers() {
         let scene: serde_json::Value = serde_json::from_str(SCENE).unwrap();
         let question = serde_json::json!({"scene": scene, "parameters": []}).to_string();
-        let found = Headline::of(question.as_bytes(), r#"{"withheld": {"reason": "a gate failed"}}"#).unwrap();
+        let found =
+            Headline::of(question.as_bytes(), r#"{"withheld": {"reason": "a gate failed"}}"#).unwrap();
         assert!(found.projectile.is_some() && found.numbers.is_empty());
         assert_eq!(Headline::of(br#"{"job": "01"}"#, r#"{"cases": []}"#), None);
     }

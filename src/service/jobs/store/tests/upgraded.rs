@@ -96,8 +96,13 @@ pub async fn check_upgraded(store: &dyn JobStore) {
     let mut claimed = Vec::new();
     while let Some(job) = store.claim(None).await.unwrap() {
         claimed.push(job.seq);
-        let end =
-            JobEnd { ending: crate::step::Ending::Finished, summary: None, headline: None, recording: None, progress: None };
+        let end = JobEnd {
+            ending: crate::step::Ending::Finished,
+            summary: None,
+            headline: None,
+            recording: None,
+            progress: None,
+        };
         assert!(store.finish(job.seq, job.attempt, &end).await.unwrap());
     }
     assert_eq!(claimed, [4, 6, 5, new.seq]);
