@@ -1,7 +1,7 @@
 // The four numbers of two runs, and their difference where they can be compared.
 
 import { html, table } from "../dom.js";
-import { change, timeUnit, withUnit } from "../format.js";
+import { ABOUT_MARKS, change, timeUnit, withUnit } from "../format.js";
 import { contactEnded, headline, isMiss, resultsOf } from "../summary/headline.js";
 import { hasError, numberWithError } from "../summary/quantity.js";
 import { stoppedAt } from "../summary/trust.js";
@@ -20,7 +20,7 @@ export function numbersTable([a, b]) {
     return [name, numberCell(a.summary, p), numberCell(b.summary, q), why == null ? differenceCell(p, q) : notComparable(why)];
   });
   const remark = obstacle ? `Not comparable: ${obstacle}.` : remarkOn(a, b);
-  return html("section", { class: "panel" }, table("The four numbers with their errors", ["number", runTitle(a), runTitle(b), "B − A"], rows), remark && html("p", { class: "quiet" }, remark));
+  return html("section", { class: "panel" }, table("The four numbers with their errors", ["number", runTitle(a), runTitle(b), "B − A"], rows), remark && html("p", { class: "quiet" }, remark), html("p", { class: "quiet" }, ABOUT_MARKS));
 }
 
 export function runTitle({ label, job, summary }) {

@@ -1,7 +1,7 @@
 // The four numbers as cards: each with its uncertainty as words and as a bar.
 
 import { html, svg, term } from "../dom.js";
-import { number, withUnit, within } from "../format.js";
+import { ABOUT_MARKS, number, withUnit, within } from "../format.js";
 import { headline, isMiss } from "./headline.js";
 import { ABOUT_DEPTH, ABOUT_STRESS } from "./layers.js";
 import { digits, errorWords, hasError, isResolved } from "./quantity.js";
@@ -36,7 +36,7 @@ function card({ label, unit, quantity, isLeast, note }, summary, most) {
     "article",
     { class: isResolved(quantity) ? "card" : "card doubtful" },
     html("h2", {}, explained(label)),
-    html("p", { class: "big" }, html("span", {}, html("b", {}, digits(quantity, isLeast)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit, most))),
+    html("p", { class: "big" }, html("span", {}, html("b", { title: (isLeast || !isResolved(quantity)) && ABOUT_MARKS }, digits(quantity, isLeast)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit, most))),
     errorBar(quantity, most),
     note && html("p", { class: "notes" }, explained(note)),
   );
