@@ -205,6 +205,19 @@ def test_a_depth_profile_is_of_layers(page, jobs):
     assert all(float(row[0]) > float(both[0][0]) for row in rows if row[1] or row[2])
 
 
+def test_the_list_has_the_projectile_and_the_numbers_of_each_run(page, jobs):
+    page.goto("/#/")
+    found = page.request.get(f"/v1/jobs/{jobs['good']['id']}").json()["headline"]
+    results = page.request.get(jobs["good"]["links"]["summary"]).json()["results"]
+    assert found["numbers"]["peak_force_n"]["value"] == results["impacts"][results["headline"]["impact"]]["peak_force_n"]["value"]
+    assert found["numbers"]["energy_given_j"]["error"] == results["tissue"]["energy_given_j"]["error"]["total"] and found["speed_m_per_s"] > 0
+    row = page.locator("main tbody tr", has=page.locator(f"a[href='#/job/{jobs['good']['id']}']"))
+    expect(row).to_contain_text(re.compile(rf"{found['projectile']}, [\d.]+ m/s.* N.* mm².* mm.* J", re.DOTALL))
+    expect(page.get_by_text("in brackets: the error is as large as the number")).to_be_visible()
+    withheld = page.request.get(f"/v1/jobs/{jobs['withheld']['id']}").json()
+    assert withheld["headline"]["numbers"] == {} and withheld["headline"]["projectile"] == found["projectile"]
+
+
 def test_a_withheld_run_has_no_result(page, jobs):
     badge = {"good": "succeeded", "withheld": "withheld", "broken": "failed"}
     for name, words in badge.items():
