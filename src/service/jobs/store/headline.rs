@@ -95,8 +95,8 @@ fn numbers_of(results: &Results) -> BTreeMap<QuantityOfInterest, HeadlineNumber>
     let bounds = lower_bounds(results);
     let number = |quantity: QuantityOfInterest| {
         let number = quantity.number(results)?;
-        let (value, error) = (number.value, number.half_width());
-        let (resolved, lower_bound) = (number.is_resolved(), bounds.contains(&quantity));
+        let (value, error) = (number.value, number.error.half_width());
+        let (resolved, lower_bound) = (number.error.is_resolved(), bounds.contains(&quantity));
         Some((quantity, HeadlineNumber { value, error, resolved, lower_bound }))
     };
     QuantityOfInterest::HEADLINE.into_iter().filter_map(number).collect()
