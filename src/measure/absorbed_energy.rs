@@ -75,6 +75,10 @@ pub struct AbsorbedEnergy {
     frame: Observer,
     /// Whether the motion of the projectile is prescribed.
     is_driven: bool,
+    /// Whether free projectiles alone can supply energy: there are no bodies but these and the tissue, and no loads but gravity.
+    is_supplied_by_projectiles: bool,
+    /// Most energy that they can have given so far [J], see [`Self::supplied`].
+    most_supplied: f64,
     /// Whether the tissue has been touched.
     is_touched: bool,
     /// States of tissue and projectile at the start and at the latest step.
@@ -109,9 +113,14 @@ impl AbsorbedEnergy {
         let held = holder.velocity(&plan.loads, 0.0);
         let acceleration = Vec3::from_fn(|axis, _| if held[axis].is_none() { gravity[axis] } else { 0.0 });
         let frame = Observer { acceleration, ..Observer::default() };
+        let (loads, count) = (&plan.loads, tissue.bodies.len() + projectile.bodies.len());
+        let is_loaded =
+            !(loads.prescribed.is_empty() && loads.pressures.is_empty() && loads.forces.is_empty());
+        let is_supplied_by_projectiles =
+            !projectile.bodies.is_empty() && count == plan.bodies.len() && !is_loaded;
         let any = !tissue.bodies.is_empty();
         let is_driven = plan.loads.prescribed.iter().any(|p| is_projectile(plan.body_of_node(p.node)));
-        any.then(|| Self { holder, planes, frame, is_driven, ..Self::of(sides) })
+        any.then(|| Self { holder, planes, frame, is_driven, is_supplied_by_projectiles, ..Self::of(sides) })
     }
 
     /// For tissue and projectile, in the frame at rest.
@@ -123,6 +132,8 @@ impl AbsorbedEnergy {
             planes: Vec::new(),
             frame: Observer::default(),
             is_driven: false,
+            is_supplied_by_projectiles: false,
+            most_supplied: 0.0,
             is_touched: false,
             motions: None,
             now: Absorbed::default(),
@@ -140,6 +151,14 @@ impl AbsorbedEnergy {
     /// Whether there is a projectile that moves by itself, so that its loss is defined: prescribed motion does work on it.
     pub fn has_free_projectile(&self) -> bool {
         !self.projectile.bodies.is_empty() && !self.is_driven
+    }
+
+    /// Most energy that the impact can have given to the tissue so far [J]: the energy of the projectiles at the start, and the work of
+    /// gravity on them. `None` where anything else can do work on the tissue, such as a plane in a moving frame.
+    pub fn supplied(&self) -> Option<f64> {
+        let is_known = self.is_supplied_by_projectiles
+            && (self.planes.is_empty() || self.frame.velocity == Vec3::zeros());
+        (is_known && self.most_supplied > 0.0).then_some(self.most_supplied)
     }
 
     /// Takes up the pairs of the ledger that are not listed in the plan.
@@ -171,9 +190,11 @@ impl AbsorbedEnergy {
         if self.now.by_state() > self.peak.by_state() {
             self.peak = self.now;
         }
+        let given = projectile.given_since(&start[1], &self.frame);
+        let supplied = start[1].energy(&self.frame) + given;
+        self.most_supplied = self.most_supplied.max(supplied);
         self.projectile_loss =
-            start[1].strain - projectile.strain - projectile.kinetic_since(&start[1], &self.frame)
-                + projectile.given_since(&start[1], &self.frame);
+            start[1].strain - projectile.strain - projectile.kinetic_since(&start[1], &self.frame) + given;
         self.disagreement = self.disagreement.max((self.now.by_state() - self.now.work).abs());
     }
 
@@ -247,6 +268,12 @@ mod tests {
             [None; 3],
         );
         assert!((measure.peak.by_state() - 4.2).abs() < 1e-12 && measure.peak.time == 1.0);
+        // The projectile began with 10 J; where others may supply energy, nothing is known.
+        assert_eq!(measure.supplied(), None);
+        measure.is_supplied_by_projectiles = true;
+        assert_eq!(measure.supplied(), Some(10.0));
+        (measure.planes, measure.frame.velocity) = (vec![0], Vec3::x());
+        assert_eq!(measure.supplied(), None);
         assert!((measure.peak.recoverable() - 4.0).abs() < 1e-12);
         assert!((measure.now.by_state() - 1.6).abs() < 1e-12);
         assert!(measure.disagreement < 1e-12);

@@ -12,7 +12,7 @@ pub struct Dose {
     /// Threshold, in the unit of the measure.
     pub threshold: f64,
     /// Reference volume above it at the latest field time [m³].
-    volume: f64,
+    pub volume: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_volume: f64,
     /// Largest volume represented by one of the points above the threshold, at any field time so far [m³].

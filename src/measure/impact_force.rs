@@ -41,6 +41,8 @@ pub struct ImpactForce {
     pub peak_step: (f64, f64),
     /// Patch of largest area so far.
     pub largest_patch: ContactPatch,
+    /// Latest time with a patch of that area [s]; `None` before the first.
+    pub largest_patch_time: Option<f64>,
     /// First and last time with r_n > 0 [s].
     pub contact_span: Option<[f64; 2]>,
     /// Momentum of the approach of the slave to the master, with the reduced mass of both [kg m/s].
@@ -70,6 +72,7 @@ impl ImpactForce {
             sums: ImpulseSample::default(),
             peak_step: (0.0, 0.0),
             largest_patch: ContactPatch::default(),
+            largest_patch_time: None,
             contact_span: None,
             approach,
             touches: ContactTime::default(),
@@ -112,6 +115,9 @@ impl ImpactForce {
         }
         if sample.patch.area > self.largest_patch.area {
             self.largest_patch = sample.patch;
+        }
+        if sample.patch.area > 0.0 && sample.patch.area >= self.largest_patch.area {
+            self.largest_patch_time = Some(sample.time);
         }
         let step_force = sample.force.norm();
         if step_force > self.peak_step.0 {

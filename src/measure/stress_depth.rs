@@ -272,6 +272,11 @@ impl StressDepth {
         named.filter(|(end, _)| is_it(*end)).map(|(_, name)| name.clone()).collect()
     }
 
+    /// Largest depth of the tissue [m]; `None` without a surface to measure it from.
+    pub fn deepest(&self) -> Option<f64> {
+        self.field.as_ref()?.deepest()
+    }
+
     /// Whether the tissue has a surface to measure from, so that depth is defined.
     pub fn has_skin(&self) -> bool {
         self.field.is_some()

@@ -143,7 +143,7 @@ fn observation(row: &Row, common: &Common) -> Option<Value> {
         Some(reason) => resource["dataAbsentReason"] = absent("error", reason),
         None => set_value(&mut resource, (quantity.value, &quantity.error), &ucum(unit)),
     }
-    if let Some(value) = resource.get_mut("valueQuantity").filter(|_| row.is_lower_bound) {
+    if let Some(value) = resource.get_mut("valueQuantity").filter(|_| quantity.is_lower_bound) {
         value["comparator"] = ">=".into();
     }
     Some(resource)

@@ -62,6 +62,11 @@ impl Motion {
         let mean = 0.5 * (before.impulse + self.impulse);
         Self { impulse_time: before.impulse_time + mean * (self.time - before.time), ..self }
     }
+    /// Strain and kinetic energy in a frame [J].
+    pub fn energy(&self, frame: &Observer) -> f64 {
+        let velocity = frame.velocity_at(self.time);
+        self.strain + self.kinetic - velocity.dot(&self.momentum) + 0.5 * self.mass * velocity.norm_squared()
+    }
     /// Work since `start` not done through contact, in a frame [J].
     pub fn given_since(&self, start: &Self, frame: &Observer) -> f64 {
         let by_others = self.momentum - start.momentum - self.impulse;

@@ -305,7 +305,7 @@ mod tests {
     use crate::measure::summary::{GateResult, Headline, Quantity};
 
     fn results(value: f64) -> Results {
-        let quantity = || Quantity { value, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
+        let quantity = || Quantity::new(value, GateResult::Passed);
         let impact = Impact {
             pair: "a–b".into(),
             between: ["a".into(), "b".into()],
@@ -324,12 +324,12 @@ mod tests {
             contact_duration_s: quantity(),
             contact_span_s: Some([0.0, 1.0]),
             contact_ended: true,
-            peak_force_is_lower_bound: false,
             touches_in_points: false,
             patch_area_mm2: quantity(),
             patch_long_axis_mm: quantity(),
             patch_short_axis_mm: quantity(),
             largest_patch_area_mm2: quantity(),
+            largest_patch_time_s: None,
             nodes_across_patch: [5, 5],
             friction_dissipation_j: quantity(),
             numerical_contact_dissipation_j: quantity(),

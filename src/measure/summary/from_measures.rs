@@ -6,7 +6,7 @@ use super::super::law_range::LawRanges;
 use super::super::measures::Measures;
 use super::super::pair::PairMeasures;
 use super::super::stress_depth::{Exceedance, Layer, Peak, StressDepth};
-use super::quantity::{ErrorEstimate, GateResult, Quantity};
+use super::quantity::{GateResult, Quantity};
 use super::results::{
     DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
     Results, SignificantStress, Split, StressedLayer, Tissue,
@@ -23,15 +23,19 @@ pub(super) struct Mint(pub GateResult);
 impl Mint {
     fn quantity(self, value: f64) -> Quantity {
         // Adding zero turns −0 into 0, so that no minus sign is printed.
-        Quantity { value: value + 0.0, error: ErrorEstimate::NotEstimated, gate: self.0 }
+        Quantity::new(value + 0.0, self.0)
+    }
+    /// A number that cannot be negative.
+    fn size(self, value: f64) -> Quantity {
+        self.quantity(value).from_zero_to(None)
     }
     fn located(self, scale: f64, peak: &Peak) -> Located {
         let position_m = peak.position.into();
-        Located { quantity: self.quantity(scale * peak.value), position_m, time_s: peak.time }
+        Located { quantity: self.size(scale * peak.value), position_m, time_s: peak.time }
     }
     fn exceeded(self, of: &ExceededIn) -> Exceeded {
         Exceeded {
-            quantity: self.quantity(of.value),
+            quantity: self.size(of.value),
             time_s: of.time,
             resolution: of.resolution(),
             is_peak: of.is_peak(),
@@ -55,7 +59,7 @@ pub(super) fn results(measures: &Measures, plan: &Plan, ending: Option<&Ending>,
     };
     let nothing_touched = ending.is_some() && has_missed(measures, plan);
     let mut results = Results { nothing_touched, impacts, tissue, headline };
-    results.mark_lower_bounds();
+    results.mark_lower_bounds(measures.time);
     results
 }
 
@@ -92,7 +96,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         pair: pair.name.clone(),
         between: pair.between.clone(),
         on_tissue: pair.on_tissue,
-        peak_force_n: mint.quantity(peak.force),
+        peak_force_n: mint.size(peak.force),
         peak_force_time_s: mint.quantity(peak.time),
         force_average: force.words(seconds),
         force_window_s: force.window(),
@@ -102,19 +106,19 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         },
         history: force.history().filter(|_| has_ended).map(|history| Arc::new(history.clone())),
         peak_force_placing_n: peak.placing,
-        peak_step_force_n: mint.quantity(force.peak_step.0),
-        impulse_n_s: mint.quantity(now.impulse.norm()),
+        peak_step_force_n: mint.size(force.peak_step.0),
+        impulse_n_s: mint.size(now.impulse.norm()),
         impulse_on: pair.between[pair.reported_on].clone(),
         impulse_vector_n_s: if pair.reported_on == 0 { now.impulse } else { -now.impulse }.into(),
-        contact_duration_s: mint.quantity(force.contact_time()),
+        contact_duration_s: mint.size(force.contact_time()),
         contact_span_s: force.contact_span,
         contact_ended: !force.is_in_contact(),
-        peak_force_is_lower_bound: false,
         touches_in_points: pair.is_of_points,
-        patch_area_mm2: mint.quantity(1e6 * patch.area),
-        patch_long_axis_mm: mint.quantity(1e3 * patch.axes[0]),
-        patch_short_axis_mm: mint.quantity(1e3 * patch.axes[1]),
-        largest_patch_area_mm2: mint.quantity(1e6 * force.largest_patch.area),
+        patch_area_mm2: mint.size(1e6 * patch.area),
+        patch_long_axis_mm: mint.size(1e3 * patch.axes[0]),
+        patch_short_axis_mm: mint.size(1e3 * patch.axes[1]),
+        largest_patch_area_mm2: mint.size(1e6 * force.largest_patch.area),
+        largest_patch_time_s: force.largest_patch_time,
         nodes_across_patch: [patch.nodes_across, force.largest_patch.nodes_across],
         friction_dissipation_j: mint.quantity(ledger.friction_j),
         numerical_contact_dissipation_j: mint.quantity(ledger.numerical_j),
@@ -143,6 +147,12 @@ fn tissue(measures: &Measures, ending: Option<&Ending>, mint: Mint) -> Option<Ti
         dissipated_j: mint.quantity(a.dissipated),
         not_from_contact_j: mint.quantity(a.not_from_contact),
     };
+    // What the tissue absorbs ends at what the impact supplies.
+    let supplied = absorbed.supplied();
+    let energy = |value: f64| match supplied {
+        Some(most) => mint.size(value).from_zero_to(Some(most)),
+        None => mint.quantity(value),
+    };
     // The zeros of the start would suggest that nothing happened.
     let is_looked_at = ending == Some(&Ending::Finished) || stress.time > 0.0;
     let peak = |peak: &Peak| is_looked_at.then(|| mint.located(1.0, peak));
@@ -150,11 +160,11 @@ fn tissue(measures: &Measures, ending: Option<&Ending>, mint: Mint) -> Option<Ti
     let deflection = Peak { value: d.largest, position: d.position, time: d.time };
     Some(Tissue {
         frame_velocity_m_per_s: absorbed.velocity().into(),
-        energy_given_j: mint.quantity(absorbed.now.given()),
-        absorbed_energy_j: mint.quantity(absorbed.now.by_state()),
-        absorbed_energy_by_work_j: mint.quantity(absorbed.now.work),
+        energy_given_j: energy(absorbed.now.given()),
+        absorbed_energy_j: energy(absorbed.now.by_state()),
+        absorbed_energy_by_work_j: energy(absorbed.now.work),
         absorbed_split: split(&absorbed.now),
-        peak_absorbed_energy_j: mint.quantity(absorbed.peak.by_state()),
+        peak_absorbed_energy_j: energy(absorbed.peak.by_state()),
         peak_absorbed_energy_time_s: mint.quantity(absorbed.peak.time),
         peak_absorbed_split: split(&absorbed.peak),
         contact_ended: !measures.strikes().any(|pair| pair.force.is_in_contact()),
@@ -170,23 +180,29 @@ fn tissue(measures: &Measures, ending: Option<&Ending>, mint: Mint) -> Option<Ti
             peak_strain_energy_density_j_per_m3: peak(&stress.energy_density),
         },
         deflection_mm: mint.located(1e3, &deflection),
-        viscous_response_m2_per_s: mint.quantity(d.largest_rate),
+        viscous_response_m2_per_s: mint.size(d.largest_rate),
     })
 }
 
+/// Reference volume of the tissue [mm³].
+fn whole_mm3(stress: &StressDepth) -> f64 {
+    1e9 * stress.parts.volumes.iter().sum::<f64>()
+}
+
 fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress> {
+    let deepest = stress.deepest().map(|depth| 1e3 * depth);
+    let volume = |value: f64| mint.size(1e9 * value).from_zero_to(Some(whole_mm3(stress)));
     let of = |e: &Exceedance| SignificantStress {
         threshold_pa: e.threshold,
-        depth_mm: stress.has_skin().then(|| mint.quantity(1e3 * e.depth)),
+        depth_mm: stress.has_skin().then(|| mint.size(1e3 * e.depth).from_zero_to(deepest)),
         depth_resolution_mm: stress.has_skin().then_some(1e3 * e.depth_resolution()),
         depth_time_s: e.depth_time,
-        volume_mm3: mint.quantity(1e9 * e.largest_volume),
-        volume_at_end_mm3: mint.quantity(1e9 * e.volume),
+        volume_mm3: volume(e.largest_volume),
+        volume_at_end_mm3: volume(e.volume),
         point_spacing_mm: 1e3 * e.largest_point.cbrt(),
         numerical_volume_mm3: 1e9 * e.largest_numerical,
         reaches: stress.ends_of(e),
         depth_reaches: stress.ends_of_depth(e),
-        depth_is_lower_bound: false,
         layers: stressed_layers(stress, e),
     };
     stress.exceedances.iter().map(of).collect()
@@ -227,7 +243,8 @@ fn dose_volumes(stress: &StressDepth, mint: Mint) -> Vec<DoseVolume> {
         let of = |dose: &Dose| DoseVolume {
             measure,
             threshold: dose.threshold,
-            volume_mm3: mint.quantity(1e9 * dose.largest_volume),
+            volume_mm3: mint.size(1e9 * dose.largest_volume).from_zero_to(Some(whole_mm3(stress))),
+            volume_at_end_mm3: 1e9 * dose.volume,
             point_spacing_mm: 1e3 * dose.largest_point.cbrt(),
         };
         doses.iter().map(of).collect::<Vec<_>>()

@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn what_a_scene_lacks_is_named_beside_the_sentence() {
         let shallow = PersonDocument { chest_depth_m: None, ..CHEST };
-        let response = Quantity { value: 0.1, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
+        let response = Quantity::new(0.1, GateResult::Passed);
         let lacks = |person| {
             let measure = viscous(&response, None, person);
             (measure.statement, measure.missing)

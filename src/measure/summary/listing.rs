@@ -8,6 +8,12 @@ use super::written::{bare, error_of, marked, number, seconds, with_unit, within}
 /// Fraction of the absorbed energy above which work not done through contact gets a row of its own [-].
 const NOTABLE_WORK: f64 = 1e-3;
 
+/// What the absorbed energy is beside the energy given, which is the one of the headline.
+const ABOUT_ABSORBED: &str = "the energy given without what the mesh loses where nodes first touch, which a finer mesh passes on to the tissue";
+
+/// Why a number may be larger after the end of the run.
+const LASTS: &str = "contact has not ended";
+
 /// The numbers of one contact, or of the tissue.
 pub struct Group<'a> {
     /// Subject of the rows.
@@ -30,8 +36,6 @@ pub struct Row<'a> {
     pub code: Option<String>,
     /// Remark that limits or explains the number.
     pub note: String,
-    /// Whether the number is a lower bound, since the model or the run ends before what it measures.
-    pub is_lower_bound: bool,
     entry: Entry<'a>,
 }
 
@@ -51,15 +55,7 @@ impl<'a> Row<'a> {
         Self::new(title.into(), Entry::Words(words.into()))
     }
     fn new(title: String, entry: Entry<'a>) -> Self {
-        Self {
-            title,
-            is_part: false,
-            of: None,
-            code: None,
-            note: String::new(),
-            is_lower_bound: false,
-            entry,
-        }
+        Self { title, is_part: false, of: None, code: None, note: String::new(), entry }
     }
     /// A quantity of interest, with what it is exactly.
     fn of_interest(of: Of, exactly: &str, quantity: &'a Quantity, code: &str) -> Self {
@@ -69,7 +65,7 @@ impl<'a> Row<'a> {
     }
     /// A value with the time at which it is largest [s].
     fn at(title: impl Into<String>, quantity: &'a Quantity, time_s: f64, unit: &'static str) -> Self {
-        Self::number(title, quantity, unit).note(format!("at {}", seconds(time_s)))
+        Self::number(title, quantity, unit).note(format!("at {}", seconds(time_s))).growing()
     }
     fn exceeded(title: impl Into<String>, exceeded: &'a Exceeded, unit: &'static str) -> Self {
         Self::at(title, &exceeded.quantity, exceeded.time_s, unit)
@@ -92,8 +88,11 @@ impl<'a> Row<'a> {
     fn code(self, code: impl Into<String>) -> Self {
         Self { code: Some(code.into()), ..self }
     }
-    fn lower_bound(self, is_lower_bound: bool) -> Self {
-        Self { is_lower_bound, ..self }
+    /// With the reason behind its note where the number is a lower bound, and may be larger after the end of the run.
+    fn growing(self) -> Self {
+        let is_bound = self.quantity().is_some_and(|(quantity, _)| quantity.is_lower_bound);
+        let separator = if self.note.is_empty() { "" } else { ", " };
+        if is_bound { Self { note: format!("{}{separator}{LASTS}", self.note), ..self } } else { self }
     }
 
     /// The quantity with its unit; `None` for words.
@@ -107,7 +106,7 @@ impl<'a> Row<'a> {
     /// The value as text: with its unit, in brackets unless it is resolved, and as "≥" where it is a lower bound.
     pub fn value(&self) -> String {
         match &self.entry {
-            Entry::Number(quantity, unit) => with_unit(quantity, unit, self.is_lower_bound),
+            Entry::Number(quantity, unit) => with_unit(quantity, unit),
             Entry::Words(words) => words.clone(),
         }
     }
@@ -140,16 +139,14 @@ pub fn listing(results: &Results) -> Vec<Group<'_>> {
 }
 
 fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
-    let (bounds, lasts) = (impact.lower_bounds(), !impact.contact_ended);
-    let single = with_unit(&impact.peak_step_force_n, "N", false);
+    let single = with_unit(&impact.peak_step_force_n, "N");
     let mut rows = vec![
         Row::of_interest(Of::PeakForceN, &impact.force_average, &impact.peak_force_n, "peak-force"),
-        Row::words("at", with_unit(&impact.peak_force_time_s, "s", false)).part(),
+        Row::words("at", with_unit(&impact.peak_force_time_s, "s")).part(),
         Row::words("peak force of a single step", single).note("not a converged quantity"),
         Row::of_interest(Of::ImpulseNS, "", &impact.impulse_n_s, "impulse"),
         Row::number("duration of contact", &impact.contact_duration_s, "s")
-            .note(if lasts { "contact has not ended" } else { "" })
-            .lower_bound(lasts)
+            .growing()
             .code("contact-duration"),
     ];
     if !impact.touches_in_points {
@@ -160,11 +157,8 @@ fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
         rows.push(Row::words("spread over", format!("{} mm", axes.join(" × "))).note(nodes).part());
         rows.push(Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area"));
     }
-    for row in &mut rows {
-        row.is_lower_bound |= row.of.is_some_and(|of| bounds.contains(&of));
-        if !is_headline {
-            (row.of, row.code) = (None, None);
-        }
+    if !is_headline {
+        rows.iter_mut().for_each(|row| (row.of, row.code) = (None, None));
     }
     rows
 }
@@ -172,10 +166,11 @@ fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
 fn tissue(tissue: &Tissue, headline_stress: Option<usize>) -> Vec<Row<'_>> {
     let mut rows = energies(tissue);
     for (index, stress) in tissue.significant_stress.iter().enumerate() {
-        rows.extend(above(stress, tissue, headline_stress == Some(index)));
+        rows.extend(above(stress, headline_stress == Some(index)));
     }
     rows.extend(tissue.dose_volumes.iter().map(|dose| {
         Row::number(format!("volume of {}", dose.measure.above(dose.threshold)), &dose.volume_mm3, "mm³")
+            .growing()
     }));
     rows.extend(strains(tissue));
     rows
@@ -191,14 +186,15 @@ fn energies(tissue: &Tissue) -> Vec<Row<'_>> {
         ));
     }
     let (given, absorbed) = (&tissue.energy_given_j, &tissue.absorbed_energy_j);
-    rows.push(Row::of_interest(Of::EnergyGivenJ, "at the end", given, "energy-given"));
-    rows.push(Row::of_interest(Of::AbsorbedEnergyJ, "at the end", absorbed, "absorbed-energy"));
-    let by_work = with_unit(&tissue.absorbed_energy_by_work_j, "J", false);
+    rows.push(Row::of_interest(Of::EnergyGivenJ, "at the end", given, "energy-given").growing());
+    let of_absorbed = Row::of_interest(Of::AbsorbedEnergyJ, "at the end", absorbed, "absorbed-energy");
+    rows.push(of_absorbed.note(ABOUT_ABSORBED).growing());
+    let by_work = with_unit(&tissue.absorbed_energy_by_work_j, "J");
     rows.push(Row::words("from the work of the reactions", by_work).part());
     rows.extend(split(&tissue.absorbed_split, absorbed));
     let peak = &tissue.peak_absorbed_energy_j;
-    rows.push(Row::number("absorbed energy, at its peak", peak, "J"));
-    rows.push(Row::words("at", with_unit(&tissue.peak_absorbed_energy_time_s, "s", false)).part());
+    rows.push(Row::number("absorbed energy, at its peak", peak, "J").growing());
+    rows.push(Row::words("at", with_unit(&tissue.peak_absorbed_energy_time_s, "s")).part());
     rows.extend(split(&tissue.peak_absorbed_split, peak));
     rows.extend(
         tissue.projectile_loss_j.as_ref().map(|lost| Row::number("lost by the projectile", lost, "J")),
@@ -217,38 +213,30 @@ fn split<'a>(split: &'a Split, absorbed: &Quantity) -> impl Iterator<Item = Row<
 }
 
 /// Depth and volume above a threshold of stress, and the layers of that volume.
-fn above<'a>(
-    stress: &'a SignificantStress,
-    tissue: &Tissue,
-    is_headline: bool,
-) -> impl Iterator<Item = Row<'a>> + use<'a> {
+fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<Item = Row<'a>> + use<'a> {
     let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
-    let at_ends = |ends: &[String]| match ends {
-        [] => String::new(),
-        ends => format!("it reaches {}, where the model ends", ends.join(", ")),
+    let with_ends = |row: Row<'a>, ends: &[String]| match ends {
+        [] => row.growing(),
+        ends => row.note(format!("it reaches {}, where the model ends", ends.join(", "))),
     };
-    let is_deeper = stress.is_deeper(tissue);
-    let has_grown = is_deeper && stress.depth_reaches.is_empty();
-    let going_on = if has_grown { "contact has not ended".into() } else { at_ends(&stress.depth_reaches) };
     let row = |what: &str, quantity, unit| {
         Row::number(format!("{what} of von Mises stress above {threshold}"), quantity, unit)
             .code(format!("{what}-above-{}-pa", stress.threshold_pa))
     };
     let depth = stress.depth_mm.as_ref().map(|depth| {
-        let row = row("depth", depth, "mm").note(going_on).lower_bound(is_deeper);
+        let row = with_ends(row("depth", depth, "mm"), &stress.depth_reaches);
         Row { of: is_headline.then_some(Of::StressDepthMm), ..row }
     });
-    let volume = row("volume", &stress.volume_mm3, "mm³").note(at_ends(&stress.reaches));
-    let volume = volume.lower_bound(!stress.reaches.is_empty());
+    let volume = with_ends(row("volume", &stress.volume_mm3, "mm³"), &stress.reaches);
     let layers = stress.layers.iter().filter(|_| stress.layers.len() > 1);
     depth.into_iter().chain([volume]).chain(layers.map(|layer| of_layer(layer, stress)))
 }
 
 /// The part of a volume that lies in one layer, as certain as the whole.
 fn of_layer(layer: &StressedLayer, stress: &SignificantStress) -> Row<'static> {
-    let error = &stress.volume_mm3.error;
+    let Quantity { error, is_lower_bound, .. } = &stress.volume_mm3;
     let volume = within(layer.volume_mm3, error.half_width());
-    let volume = marked(&volume, error.is_resolved(), !stress.reaches.is_empty());
+    let volume = marked(&volume, error.is_resolved(), *is_lower_bound);
     let between = layer.depth_mm.map(|[from, to]| format!("{from:.1} to {to:.1} mm below the surface"));
     Row::words(format!("in {}", layer.part), format!("{volume} mm³")).note(between.unwrap_or_default()).part()
 }

@@ -21,6 +21,52 @@ pub struct Quantity {
     pub error: ErrorEstimate,
     /// Whether the run that produced it passed its acceptance checks.
     pub gate: GateResult,
+    /// Whether it is a lower bound, because the model or the run ends before what it measures: see `lower_bounds.rs`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_lower_bound: bool,
+    /// Least and largest value that is possible, where they are known: its [interval](Self::interval) ends there.
+    #[serde(default, skip_serializing_if = "is_unlimited")]
+    pub possible: [Option<f64>; 2],
+}
+
+/// The interval of a number with its error, within what is possible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interval {
+    /// The value ± this half width.
+    Around(f64),
+    /// Between two ends, of which the upper one is what is possible.
+    Between([f64; 2]),
+    /// From the least possible value to this one.
+    UpTo(f64),
+}
+
+impl Quantity {
+    /// A value without an error.
+    pub(super) fn new(value: f64, gate: GateResult) -> Self {
+        let (error, possible) = (ErrorEstimate::NotEstimated, [None; 2]);
+        Self { value, error, gate, is_lower_bound: false, possible }
+    }
+
+    /// The same of a number that cannot be negative, and no more than `most`, if that is known.
+    #[must_use]
+    pub(super) fn from_zero_to(self, most: Option<f64>) -> Self {
+        Self { possible: [Some(0.0), most], ..self }
+    }
+
+    /// The value with its estimated error: the intersection of value ± error with what is possible, in which the value itself always is.
+    /// `None` without an estimate.
+    pub fn interval(&self) -> Option<Interval> {
+        let (value, error) = (self.value, self.error.half_width()?);
+        let [least, most] = self.possible;
+        let [low, high] = [value - error, value + error];
+        let upper = most.map_or(high, |most| high.min(most.max(value)));
+        let is_cut = [least.is_some_and(|least| low < least && least <= value), upper < high];
+        Some(match is_cut {
+            [true, _] => Interval::UpTo(upper),
+            [false, true] => Interval::Between([low, upper]),
+            [false, false] => Interval::Around(error),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -29,7 +75,7 @@ impl Quantity {
     pub(super) fn with_mesh_error(value: f64, mesh: f64, resolved: bool) -> Self {
         let (step, contact, bulk_modulus, resolution) = (0.0, 0.0, 0.0, 0.0);
         let error = Estimate { total: mesh, mesh, step, contact, bulk_modulus, resolution, resolved };
-        Self { value, error: ErrorEstimate::Estimated(error), gate: GateResult::Passed }
+        Self { error: ErrorEstimate::Estimated(error), ..Self::new(value, GateResult::Passed) }
     }
 }
 
@@ -107,4 +153,31 @@ impl Estimate {
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
 fn is_zero(error: &f64) -> bool {
     *error == 0.0
+}
+
+fn is_unlimited(possible: &[Option<f64>; 2]) -> bool {
+    *possible == [None; 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_ends_where_the_number_does() {
+        let interval = |value, error, possible| {
+            let quantity = Quantity::with_mesh_error(value, error, error < value);
+            Quantity { possible, ..quantity }.interval()
+        };
+        assert_eq!(interval(7.5, 9.0, [None; 2]), Some(Interval::Around(9.0)));
+        assert_eq!(interval(7.5, 9.0, [Some(0.0), None]), Some(Interval::UpTo(16.5)));
+        assert_eq!(interval(7.5, 9.0, [Some(0.0), Some(8.0)]), Some(Interval::UpTo(8.0)));
+        assert_eq!(interval(7.5, 2.0, [Some(0.0), Some(8.0)]), Some(Interval::Between([5.5, 8.0])));
+        assert_eq!(interval(7.5, 0.5, [Some(0.0), Some(8.0)]), Some(Interval::Around(0.5)));
+        // A value beyond the end by its own error stays in its interval.
+        assert_eq!(interval(8.25, 0.5, [Some(0.0), Some(8.0)]), Some(Interval::Between([7.75, 8.25])));
+        assert_eq!(interval(-0.5, 1.0, [Some(0.0), None]), Some(Interval::Around(1.0)));
+        assert_eq!(interval(0.0, 0.0, [Some(0.0), Some(8.0)]), Some(Interval::Around(0.0)));
+        assert_eq!(Quantity::new(1.0, GateResult::Passed).interval(), None);
+    }
 }

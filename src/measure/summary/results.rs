@@ -99,9 +99,6 @@ pub struct Impact {
     pub contact_span_s: Option<[f64; 2]>,
     /// Whether contact has ended.
     pub contact_ended: bool,
-    /// Whether the peak force is a lower bound, since contact lasts and its window is the last one.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub peak_force_is_lower_bound: bool,
     /// Whether both sides are rigid and touch in points: then there is no patch.
     pub touches_in_points: bool,
     /// Patch area, averaged over the window of the peak force; a node counts as in contact until it was last pressed the length of
@@ -113,6 +110,9 @@ pub struct Impact {
     pub patch_short_axis_mm: Quantity,
     /// Largest patch area at any time [mm²].
     pub largest_patch_area_mm2: Quantity,
+    /// Latest time at which the patch was as large as that [s]; absent without a patch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_patch_time_s: Option<f64>,
     /// Nodes across the short axis, at the peak force and at the largest patch.
     pub nodes_across_patch: [u32; 2],
     /// Energy dissipated by friction [J].
@@ -267,9 +267,6 @@ pub struct SignificantStress {
     /// Those of them at which it is as deep as anywhere: the model truncates its depth, too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub depth_reaches: Vec<String>,
-    /// Whether the depth is a lower bound: there, or since it was largest when it was last evaluated in contact.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub depth_is_lower_bound: bool,
     /// Parts of the tissue above the threshold.
     pub layers: Vec<StressedLayer>,
 }
@@ -317,6 +314,9 @@ pub struct DoseVolume {
     pub threshold: f64,
     /// Largest reference volume above it at any field time [mm³].
     pub volume_mm3: Quantity,
+    /// Reference volume above it when it was last evaluated [mm³].
+    #[serde(skip)]
+    pub volume_at_end_mm3: f64,
     /// Edge of the largest cube represented by a quadrature point, as in [`SignificantStress`] [mm].
     pub point_spacing_mm: f64,
 }

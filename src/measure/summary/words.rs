@@ -1,9 +1,8 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, Tissue};
-use super::written::{number, rounded, seconds, within};
+use super::written::{interval, number, seconds, within};
 use crate::step::{Ending, Failure};
 
 /// A few sentences on the numbers of a run that has reached a time [s], for readers without a technical background: the contact of the
@@ -79,15 +78,15 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
 
 /// "123 N (± 4)", or "0.25 (± 0.01)" of a pure number, whose unit is empty; a value that does not exceed its error is marked
 /// as uncertain.
-fn value(quantity: &Quantity, unit: &str, is_lower_bound: bool) -> String {
+fn value(quantity: &Quantity, unit: &str) -> String {
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let digits = within(quantity.value, quantity.error.half_width());
-    let bound = if is_lower_bound { "at least " } else { "" };
+    let bound = if quantity.is_lower_bound { "at least " } else { "" };
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
         ErrorEstimate::NotEstimated => format!("{bound}about {digits}{unit} (error not estimated)"),
         ErrorEstimate::Estimated(error) if error.resolved => {
-            format!("{bound}{digits}{unit} (± {})", rounded(error.total))
+            format!("{bound}{digits}{unit} ({})", interval(quantity, 1.0).unwrap_or_default())
         }
         ErrorEstimate::Estimated(error) => {
             let is_small = error.total < quantity.value.abs();
@@ -107,7 +106,7 @@ fn contact(results: &Results) -> Option<String> {
     let area = if impact.touches_in_points {
         String::new()
     } else {
-        format!(", and on up to {}", value(&impact.largest_patch_area_mm2, "mm²", false))
+        format!(", and on up to {}", value(&impact.largest_patch_area_mm2, "mm²"))
     };
     let is_other = |other: &&Impact| other.contact_span_s.is_some() && !std::ptr::eq(*other, impact);
     let others = match results.impacts.iter().filter(is_other).count() {
@@ -118,7 +117,7 @@ fn contact(results: &Results) -> Option<String> {
     let [a, b] = &impact.between;
     Some(format!(
         "{a} and {b} pressed against each other with up to {}, {} after the start{area}.{others}",
-        value(&impact.peak_force_n, "N", impact.lower_bounds().contains(&Of::PeakForceN)),
+        value(&impact.peak_force_n, "N"),
         seconds(impact.peak_force_time_s.value),
     ))
 }
@@ -140,13 +139,11 @@ fn in_tissue(stress: Option<&SignificantStress>, tissue: &Tissue, has_finished: 
         [part] => (*part).to_owned(),
         [parts @ .., last] => format!("{} and {last}", parts.join(", ")),
     };
-    let is_cut = !stress.reaches.is_empty();
-    let depth = stress.depth_mm.as_ref();
-    let depth = depth.map(|depth| format!(", {} deep", value(depth, "mm", stress.is_deeper(tissue))));
+    let depth = stress.depth_mm.as_ref().map(|depth| format!(", {} deep", value(depth, "mm")));
     Some(format!(
         "More than {threshold} kPa (von Mises stress) was reached in {parts}{}, in a volume of {}{so_far}.",
         depth.unwrap_or_default(),
-        value(&stress.volume_mm3, "mm³", is_cut)
+        value(&stress.volume_mm3, "mm³")
     ))
 }
 
@@ -157,14 +154,15 @@ fn reaches_end(stress: &SignificantStress) -> Option<String> {
 }
 
 fn energy(tissue: &Tissue) -> String {
-    let of_loss = tissue.projectile_loss_j.as_ref().map_or_else(String::new, |loss| {
-        format!(", of {} that the projectile lost", value(loss, "J", false))
-    });
+    let of_loss = tissue
+        .projectile_loss_j
+        .as_ref()
+        .map_or_else(String::new, |loss| format!(", of {} that the projectile lost", value(loss, "J")));
     let frame = if tissue.has_moving_frame() { ", in the frame of the tissue at first contact" } else { "" };
-    format!(
-        "When the run ended the tissue had been given {}{of_loss}{frame}.",
-        value(&tissue.energy_given_j, "J", false)
-    )
+    // Of the end itself it is no bound.
+    let at_end = Quantity { is_lower_bound: false, ..tissue.energy_given_j.clone() };
+    let still = if tissue.energy_given_j.is_lower_bound { "; it was still growing" } else { "" };
+    format!("When the run ended the tissue had been given {}{of_loss}{frame}{still}.", value(&at_end, "J"))
 }
 
 #[cfg(test)]
@@ -173,7 +171,7 @@ mod tests {
 
     fn tissue(looked_at_until_s: f64, stresses: &[f64]) -> Tissue {
         use super::super::{GateResult, Located, Peaks, Split};
-        let zero = || Quantity { value: 0.0, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
+        let zero = || Quantity::new(0.0, GateResult::Passed);
         let split = || Split {
             strain_j: zero(),
             kinetic_j: zero(),
@@ -206,7 +204,6 @@ mod tests {
                     numerical_volume_mm3: 0.0,
                     reaches: Vec::new(),
                     depth_reaches: Vec::new(),
-                    depth_is_lower_bound: false,
                     layers: Vec::new(),
                 })
                 .collect(),
@@ -239,11 +236,14 @@ mod tests {
 
     #[test]
     fn a_doubt_is_the_right_one() {
-        let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "", false);
+        let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "");
         assert_eq!(said(0.02), "about 0.244 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
-        let bound = Quantity::with_mesh_error(0.2444, 0.02, true);
-        assert_eq!(value(&bound, "mm", true), "at least 0.244 mm (± 0.020)");
+        let certain = Quantity::with_mesh_error(0.2444, 0.02, true);
+        let bound = Quantity { is_lower_bound: true, ..certain.clone() };
+        assert_eq!(value(&bound, "mm"), "at least 0.244 mm (± 0.020)");
+        let cut = Quantity { possible: [Some(0.0), Some(0.25)], ..certain };
+        assert_eq!(value(&cut, "mm"), "0.244 mm (between 0.224 and 0.250)");
     }
 
     #[test]

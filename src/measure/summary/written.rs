@@ -1,6 +1,6 @@
 //! Formatting of numbers for display.
 
-use super::quantity::{ErrorEstimate, Quantity};
+use super::quantity::{ErrorEstimate, Interval, Quantity};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -65,6 +65,25 @@ pub fn marked(value: &str, is_resolved: bool, is_lower_bound: bool) -> String {
     if is_resolved { format!("{bound}{value}") } else { format!("({bound}{value})") }
 }
 
+/// The end of what is possible, which is known better than the error: to three significant digits.
+fn limit(value: f64) -> String {
+    to_place(value, order(value, 3) - 2)
+}
+
+/// The interval of a value with its error, in units of 1/scale: "± 0.50", "between 5.80 and 8.00" or "up to 8.00". An end that is
+/// what is possible has three digits, the others end where the error does. `None` without an estimate.
+pub fn interval(quantity: &Quantity, scale: f64) -> Option<String> {
+    let error = quantity.error.half_width()?;
+    let most = quantity.value + error;
+    let end = |value: f64| within(scale * value, Some(scale * error));
+    let upper = |upper: f64| if upper < most { limit(scale * upper) } else { end(upper) };
+    Some(match quantity.interval()? {
+        Interval::Around(error) => format!("± {}", rounded(scale * error)),
+        Interval::Between([low, high]) => format!("between {} and {}", end(low), upper(high)),
+        Interval::UpTo(high) => format!("up to {}", upper(high)),
+    })
+}
+
 /// The factor and the unit in which a time is read.
 fn unit_of_time(time: f64) -> (f64, &'static str) {
     match time.abs() {
@@ -94,24 +113,24 @@ fn shown_in(value: f64, unit: &str) -> (f64, Cow<'static, str>) {
 }
 
 /// The marked value of a quantity, in units of 1/scale.
-fn value_of(quantity: &Quantity, scale: f64, is_lower_bound: bool) -> String {
-    let Quantity { value, error, .. } = quantity;
+fn value_of(quantity: &Quantity, scale: f64) -> String {
+    let Quantity { value, error, is_lower_bound, .. } = quantity;
     let digits = within(scale * value, error.half_width().map(|half_width| scale * half_width));
-    marked(&digits, error.is_resolved(), is_lower_bound)
+    marked(&digits, error.is_resolved(), *is_lower_bound)
 }
 
 /// The marked value of a quantity with its unit.
-pub(super) fn with_unit(quantity: &Quantity, unit: &str, is_lower_bound: bool) -> String {
+pub(super) fn with_unit(quantity: &Quantity, unit: &str) -> String {
     let (scale, unit) = shown_in(quantity.value, unit);
-    format!("{}{unit}", value_of(quantity, scale, is_lower_bound))
+    format!("{}{unit}", value_of(quantity, scale))
 }
 
 /// The marked value of a quantity, without a unit.
 pub(super) fn bare(quantity: &Quantity) -> String {
-    value_of(quantity, 1.0, false)
+    value_of(quantity, 1.0)
 }
 
-/// "± 200 N (mesh 150, step 45, contact 5)"; of a time the total.
+/// "± 200 N (mesh 150, step 45, contact 5)", or the ends of what is possible; of a time the total.
 pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
     let error = match &quantity.error {
         ErrorEstimate::Estimated(error) => error,
@@ -119,10 +138,10 @@ pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
         ErrorEstimate::NothingTouched => return "nothing touched".into(),
     };
     let (scale, in_unit) = shown_in(quantity.value, unit);
-    let [total, mesh, step, contact] =
-        [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    let [mesh, step, contact] = [error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    let interval = interval(quantity, scale).unwrap_or_default();
     if unit == "s" {
-        return format!("± {total}{in_unit}");
+        return format!("{interval}{in_unit}");
     }
     // Others are shown only where they are more than rounding.
     let notable = [("bulk modulus", error.bulk_modulus), ("resolution", error.resolution)];
@@ -131,7 +150,7 @@ pub(super) fn error_of(quantity: &Quantity, unit: &str) -> String {
         notable.map(|(name, part)| format!(", {name} {}", rounded(scale * part))).collect();
     let others = others.concat();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
-    format!("± {total}{in_unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
+    format!("{interval}{in_unit} (mesh {mesh}, step {step}, contact {contact}{others}){verdict}")
 }
 
 /// A fraction in percent.
@@ -187,12 +206,27 @@ mod tests {
     #[test]
     fn a_number_shows_its_doubt() {
         let unresolved = Quantity::with_mesh_error(2729.5, 5270.0, false);
-        assert_eq!(with_unit(&unresolved, "N", false), "(2700) N");
-        assert_eq!(with_unit(&unresolved, "N", true), "(≥ 2700) N");
+        assert_eq!(with_unit(&unresolved, "N"), "(2700) N");
+        assert_eq!(with_unit(&Quantity { is_lower_bound: true, ..unresolved }, "N"), "(≥ 2700) N");
         let resolved = Quantity::with_mesh_error(1e-4, 2.603e-6, true);
-        assert_eq!(with_unit(&resolved, "s", true), "≥ 100.0 µs");
+        let bound = Quantity { is_lower_bound: true, ..resolved.clone() };
+        assert_eq!(with_unit(&bound, "s"), "≥ 100.0 µs");
         assert_eq!(error_of(&resolved, "s"), "± 2.6 µs");
         let unknown = Quantity { error: ErrorEstimate::NotEstimated, ..resolved };
-        assert_eq!(with_unit(&unknown, "s", false), "(100.0) µs");
+        assert_eq!(with_unit(&unknown, "s"), "(100.0) µs");
+    }
+
+    #[test]
+    fn an_error_ends_at_what_is_possible() {
+        let of = |error: f64, possible| {
+            let quantity = Quantity::with_mesh_error(7.8, error, error < 7.8);
+            error_of(&Quantity { possible, ..quantity }, "J")
+        };
+        let supplied = [Some(0.0), Some(8.0)];
+        assert_eq!(of(9.0, supplied), "up to 8.00 J (mesh 9.0, step 0, contact 0): NOT RESOLVED");
+        assert_eq!(of(2.0, supplied), "between 5.8 and 8.00 J (mesh 2.0, step 0, contact 0)");
+        assert_eq!(of(0.1, supplied), "± 0.10 J (mesh 0.10, step 0, contact 0)");
+        assert_eq!(of(9.0, [Some(0.0), None]), "up to 16.8 J (mesh 9.0, step 0, contact 0): NOT RESOLVED");
+        assert_eq!(of(9.0, [None; 2]), "± 9.0 J (mesh 9.0, step 0, contact 0): NOT RESOLVED");
     }
 }
