@@ -37,6 +37,9 @@ export function within(value, error) {
   return isLong ? number(rounded, Math.max(1, digits)) : rounded.toFixed(Math.max(0, -place)).replace("-", "−");
 }
 
+/** The end of what is possible, which is known better than the error: three significant digits. */
+export const limit = (value) => number(value, 3);
+
 /** A number that people set, without zeros that say nothing. */
 export function setting(value) {
   return String(Number(value.toPrecision(6))).replace("-", "−");

@@ -4,7 +4,9 @@
 
 use super::RecordedRun;
 use super::text::capitalised;
-use crate::measure::summary::{ErrorEstimate, InjuryMeasure, Row, listing, rounded, within};
+use crate::measure::summary::{
+    ErrorEstimate, InjuryMeasure, Interval, Quantity, Row, interval, listing, rounded, within,
+};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -141,7 +143,10 @@ fn observation(row: &Row, common: &Common) -> Option<Value> {
     let miss = common.run.is_miss().then_some("Nothing touched: there was no impact");
     match miss.or(common.run.withheld()) {
         Some(reason) => resource["dataAbsentReason"] = absent("error", reason),
-        None => set_value(&mut resource, (quantity.value, &quantity.error), &ucum(unit)),
+        None => {
+            set_value(&mut resource, (quantity.value, &quantity.error), &ucum(unit));
+            add_interval(&mut resource, quantity, &ucum(unit));
+        }
     }
     if let Some(value) = resource.get_mut("valueQuantity").filter(|_| quantity.is_lower_bound) {
         value["comparator"] = ">=".into();
@@ -178,6 +183,18 @@ fn set_value(resource: &mut Value, (value, error): (f64, &ErrorEstimate), unit: 
     }]);
     if resource.get("valueQuantity").is_none() {
         resource["status"] = "preliminary".into();
+    }
+}
+
+/// Adds the interval of a number where it ends at what is possible, and not where the numerical error does.
+fn add_interval(resource: &mut Value, of: &Quantity, unit: &str) {
+    let is_cut = of.interval().is_some_and(|interval| !matches!(interval, Interval::Around(_)));
+    let (true, Some(words)) = (is_cut, interval(of, 1.0)) else { return };
+    let [low, high] = of.ends();
+    let end = |value: f64| quantity(&within(value, None), unit);
+    let code = coded("interval", &format!("The number with its error, within what is possible: {words}"));
+    if let Some(components) = resource["component"].as_array_mut() {
+        components.push(json!({"code": code, "valueRange": {"low": end(low), "high": end(high)}}));
     }
 }
 

@@ -43,6 +43,7 @@ pub fn page(run: &RecordedRun, origin: &Origin<'_>) -> Result<String, String> {
     warnings.retain(|warning| !words.contains(warning));
     list(&mut body, "In plain words", &words);
     list(&mut body, "To read before the numbers are used", &warnings);
+    over_time(&mut body, run)?;
     let bodies: Vec<Vec<String>> = simulated(run).into_iter().map(Vec::from).collect();
     body += "<div class=\"simulated\">";
     table(
@@ -54,18 +55,6 @@ pub fn page(run: &RecordedRun, origin: &Origin<'_>) -> Result<String, String> {
     body += "</div>";
     list(&mut body, "What the model omits", &omissions(run));
     criteria_table(&mut body, &run.criteria);
-    body += "<section><h2>Over time</h2><div class=\"pictures\">";
-    for picture in pictures(run)? {
-        push(
-            &mut body,
-            format_args!(
-                "<figure>{}<figcaption>{}</figcaption></figure>",
-                inline(&picture.svg, picture.title),
-                picture.title
-            ),
-        );
-    }
-    body += "</div></section>";
     listing.iter().filter(|_| !run.is_miss()).for_each(|group| group_table(&mut body, group));
     let of_computation = run.numerics.as_ref().map(|numerics| numerics_group(numerics, &run.relaxation));
     if let Some(group) = of_computation {
@@ -121,6 +110,17 @@ fn header(out: &mut String, run: &RecordedRun) {
     }
 }
 
+/// The charts. What follows them are tables, which may go on at the next page.
+fn over_time(out: &mut String, run: &RecordedRun) -> Result<(), String> {
+    out.push_str("<section><h2>Over time</h2><div class=\"pictures\">\n");
+    for picture in pictures(run)? {
+        let (svg, title) = (inline(&picture.svg, picture.title), picture.title);
+        push(out, format_args!("<figure>{svg}<figcaption>{title}</figcaption></figure>"));
+    }
+    out.push_str("</div></section>\n");
+    Ok(())
+}
+
 /// The section through the impact at the worst instant.
 fn section(out: &mut String, run: &RecordedRun) {
     let tissue = run.results().and_then(|results| results.tissue.as_ref());
@@ -130,11 +130,14 @@ fn section(out: &mut String, run: &RecordedRun) {
         .instant
         .as_ref()
         .and_then(|instant| section_picture(instant, run.worst().what, &run.scene, &thresholds));
+    // The table omits the peak where points are beyond the limit of their law; their colours are no results either.
+    let is_omitted = tissue.is_some_and(|tissue| tissue.peaks.peak_von_mises_pa.is_none());
+    let remark = if is_omitted { "; the largest stress at a point is no result of this run" } else { "" };
     if let Some((svg, caption)) = picture {
         push(
             out,
             format_args!(
-                "<figure class=\"section\">{}<figcaption>{caption}</figcaption></figure>",
+                "<figure class=\"section\">{}<figcaption>{caption}{remark}</figcaption></figure>",
                 inline(&svg, "Section through the impact")
             ),
         );

@@ -4,8 +4,10 @@
 //! computed and when comes from the service.
 
 mod averaged_force;
+mod chart;
 pub mod csv;
 pub mod date;
+mod depth_picture;
 pub mod fhir;
 pub mod fields;
 pub mod html;

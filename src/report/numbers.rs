@@ -2,7 +2,7 @@
 
 use super::text::{capitalised, escaped};
 use crate::measure::QuantityOfInterest;
-use crate::measure::summary::{Group, Quantity, rounded, within};
+use crate::measure::summary::{Group, Interval, Quantity, interval, rounded, within};
 use std::fmt::Write as _;
 
 /// Cards of the four main results of a listing, which is empty if they are withheld.
@@ -33,21 +33,23 @@ fn in_words(quantity: &Quantity, unit: &str) -> String {
         return "Its numerical error was not estimated: an indication, not a result.".into();
     };
     let end = |value| within(value, Some(error));
-    if quantity.error.is_resolved() {
-        let fraction = 100.0 * error / value.abs();
+    let words = interval(quantity, 1.0).unwrap_or_default();
+    if !quantity.error.is_resolved() {
         return format!(
-            "± {} {unit}: between {} and {} {unit}, a numerical error of {} %.",
-            rounded(error),
-            end(value - error),
-            end(value + error),
-            rounded(fraction)
+            "{} {unit}: the mesh does not resolve it, no more than an order of magnitude.",
+            capitalised(&words)
         );
     }
-    format!(
-        "± {} {unit}: the mesh does not resolve it. No more than an order of magnitude, up to {} {unit}.",
-        rounded(error),
-        end(value + error)
-    )
+    match quantity.interval() {
+        Some(Interval::Around(_)) => {
+            let (low, high, fraction) = (end(value - error), end(value + error), 100.0 * error / value.abs());
+            format!(
+                "{words} {unit}: between {low} and {high} {unit}, a numerical error of {} %.",
+                rounded(fraction)
+            )
+        }
+        _ => format!("{} {unit}: the numerical error, up to what is possible.", capitalised(&words)),
+    }
 }
 
 #[cfg(test)]
@@ -74,6 +76,11 @@ mod tests {
         assert!(page.contains(">(2700) N<") && page.contains("order of magnitude"), "{page}");
         assert!(page.contains(">482 mm²<") && page.contains("between 470 and 494 mm²"), "{page}");
         assert!(page.contains("This run has no such number"), "{page}");
+        // A patch is not negative.
+        let mut patch = quantity_of(482.0, 500.0, false);
+        patch["possible"] = json!([0.0, null]);
+        let page_of_patch = page_of(&quantity_of(2730.0, 5300.0, false), &patch);
+        assert!(page_of_patch.contains("Up to 980 mm²: the mesh does not resolve it"), "{page_of_patch}");
         // Brackets once had others around them from the style sheet.
         assert!(!page.contains("((") && !include_str!("report.css").contains("content:"), "{page}");
     }

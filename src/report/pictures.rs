@@ -1,17 +1,16 @@
 //! The charts of a report, as SVG.
 
+use super::chart::{Chart, Drawn, FONT, legend};
+use super::depth_picture::depth_picture;
 use super::{RecordedRun, Series};
-use crate::measure::summary::{Impact, Results, SignificantStress};
+use crate::measure::summary::{Impact, Quantity, Results, marked, within};
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (640, 380);
-const FONT: &str = "sans-serif";
 /// Largest number of points of a line; longer ones keep the minimum and maximum of each interval.
 const MOST_POINTS: usize = 1200;
-
-type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// A chart with its title.
 pub(super) struct Picture {
@@ -54,11 +53,11 @@ pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
 /// Force averaged over the window, with the peak and its error bar.
 fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: &Impact) -> Drawn {
     let value = impact.peak_force_n.value;
-    let error = impact.peak_force_n.error.half_width().unwrap_or_default();
+    let [low, high] = impact.peak_force_n.ends();
     let at = impact.peak_force_time_s.value;
-    let (unit, scale) = if value + error >= 2e3 { ("kN", 1e-3) } else { ("N", 1.0) };
+    let (unit, scale) = if high >= 2e3 { ("kN", 1e-3) } else { ("N", 1.0) };
     // Room for the legend above the peak.
-    let top = 1.25 * scale * (value + error).max(force.iter().map(|p| p.1).fold(0.0, f64::max));
+    let top = 1.25 * scale * high.max(force.iter().map(|p| p.1).fold(0.0, f64::max));
     let (time_unit, time_scale) = time_unit(force);
     let mut chart =
         axes(area, end(force) * time_scale, 0.0..top.max(1e-12), &format!("force [{unit}]"), time_unit)?;
@@ -72,8 +71,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
     chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(2)))?;
     // The peak with its error bar.
     let colour = COLOURS[1].stroke_width(2);
-    let bar =
-        vec![(time_scale * at, scale * (value - error).max(0.0)), (time_scale * at, scale * (value + error))];
+    let bar = vec![(time_scale * at, scale * low.max(0.0)), (time_scale * at, scale * high)];
     chart
         .draw_series(std::iter::once(PathElement::new(bar, colour)))?
         .label("peak and its numerical error")
@@ -115,79 +113,16 @@ fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> D
     legend(&mut chart)
 }
 
-/// One row per threshold: the depth range in which each part exceeds it.
-fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[SignificantStress]) -> Drawn {
-    let layers = || {
-        stresses.iter().enumerate().flat_map(|(row, stress)| {
-            stress.layers.iter().filter_map(move |layer| {
-                let [from, to] = layer.depth_mm?;
-                Some((row, layer.part.as_str(), from, to))
-            })
-        })
-    };
-    let deepest = layers().map(|(.., to)| to).fold(0.0, f64::max).max(1e-3);
-    // Parts from the surface inwards, each with its first depth.
-    let mut parts: Vec<(&str, f64)> = Vec::new();
-    for (_, part, from, _) in layers() {
-        match parts.iter_mut().find(|(name, _)| *name == part) {
-            Some((_, first)) => *first = first.min(from),
-            None => parts.push((part, from)),
-        }
-    }
-    parts.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let rows = stresses.len() as f64;
-    area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(area)
-        .margin(12)
-        .x_label_area_size(50)
-        .y_label_area_size(92)
-        .build_cartesian_2d(0.0..1.05 * deepest, -0.5 * (parts.len() as f64 * 0.22)..rows)?;
-    let name = |y: &f64| {
-        let row = y.floor();
-        let is_middle = (y - row - 0.5).abs() < 1e-6 && (0.0..rows).contains(y);
-        stresses
-            .get(row as usize)
-            .filter(|_| is_middle)
-            .map_or_else(String::new, |stress| format!("> {} kPa", 1e-3 * stress.threshold_pa))
-    };
-    chart
-        .configure_mesh()
-        .x_desc("depth below the surface [mm]")
-        .disable_y_mesh()
-        .light_line_style(TRANSPARENT)
-        .y_labels(2 * stresses.len() + 3)
-        .y_label_formatter(&|_| String::new())
-        .label_style((FONT, 17))
-        .axis_desc_style((FONT, 18))
-        .draw()?;
-    // One bar for each part and threshold.
-    for (index, (part, _)) in parts.iter().enumerate() {
-        let colour = COLOURS[index % COLOURS.len()];
-        let bars = layers().filter(|(_, name, ..)| name == part).map(|(row, _, from, to)| {
-            let y = row as f64;
-            // A layer of one quadrature point has no thickness; a thin bar is drawn.
-            Rectangle::new(
-                [(from, y + 0.22), (to.max(from + 0.004 * deepest), y + 0.78)],
-                colour.mix(0.85).filled(),
-            )
-        });
-        chart
-            .draw_series(bars)?
-            .label(*part)
-            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(0.85).filled()));
-    }
-    for row in 0..stresses.len() {
-        let y = row as f64 + 0.5;
-        let (_, pixel) = chart.backend_coord(&(0.0, y));
-        area.draw(&Text::new(name(&y), (8, pixel - 8), (FONT, 18).into_font()))?;
-    }
-    legend(&mut chart)
+/// A number as in the tables, without a unit.
+fn written(of: &Quantity) -> String {
+    marked(&within(of.value, of.error.half_width()), of.error.is_resolved(), of.is_lower_bound)
 }
 
-/// Ellipse of the patch with its two axes, and a scale bar.
+/// Ellipse of the patch with its two axes, and a scale bar; a dashed line without a filling where the patch is not resolved.
 fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Impact) -> Drawn {
-    let [long, short, surface] =
-        [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm, &impact.patch_area_mm2].map(|of| of.value);
+    let all = [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm, &impact.patch_area_mm2];
+    let ([long, short, _], [of_long, of_short, of_area]) = (all.map(|of| of.value), all.map(written));
+    let is_resolved = all.iter().all(|of| of.error.is_resolved());
     let across = 1.5 * long.max(short).max(1e-3);
     let (width, height) = (f64::from(SIZE.0) - 24.0, f64::from(SIZE.1) - 24.0);
     let (half_x, half_y) = if width > height {
@@ -202,8 +137,12 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Impact) -> Draw
         (0.5 * long * angle.cos(), 0.5 * short * angle.sin())
     });
     let ellipse: Vec<(f64, f64)> = ellipse.collect();
-    chart.draw_series(std::iter::once(Polygon::new(ellipse.clone(), COLOURS[0].mix(0.2).filled())))?;
-    chart.draw_series(std::iter::once(PathElement::new(ellipse, COLOURS[0].stroke_width(2))))?;
+    if is_resolved {
+        chart.draw_series(std::iter::once(Polygon::new(ellipse.clone(), COLOURS[0].mix(0.2).filled())))?;
+        chart.draw_series(std::iter::once(PathElement::new(ellipse, COLOURS[0].stroke_width(2))))?;
+    } else {
+        chart.draw_series(DashedLineSeries::new(ellipse, 5, 5, COLOURS[0].stroke_width(2)))?;
+    }
     // Scale bar and labels.
     let scale = nice(0.35 * across);
     let (left, low) = (-0.94 * half_x, -0.86 * half_y);
@@ -211,10 +150,14 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Impact) -> Draw
         [(left, low), (left + scale, low)],
         BLACK.stroke_width(3),
     )))?;
+    let doubt = if is_resolved { "" } else { "; in brackets: not resolved" };
     let label = |text: String, at: (f64, f64)| Text::new(text, at, (FONT, 18).into_font());
     chart.draw_series([
         label(format!("{scale} mm"), (left, low + 0.12 * half_y)),
-        label(format!("{surface:.0} mm², spread over {long:.1} mm × {short:.1} mm"), (left, 0.94 * half_y)),
+        label(
+            format!("{of_area} mm², spread over {of_long} mm × {of_short} mm{doubt}"),
+            (left, 0.94 * half_y),
+        ),
         label("ellipse of the same second moments, at the peak force".into(), (left, 0.80 * half_y)),
     ])?;
     Ok(())
@@ -225,12 +168,6 @@ fn nice(length: f64) -> f64 {
     let power = 10_f64.powf(length.log10().floor());
     [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|l| *l <= length).unwrap_or(power)
 }
-
-type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
 
 /// Axes of a chart over time from 0 to `end`.
 fn axes<'a, 'b>(
@@ -258,18 +195,6 @@ fn axes<'a, 'b>(
         .draw()
         .map_err(|error| error.to_string())?;
     Ok(chart)
-}
-
-fn legend<'a, 'b: 'a>(chart: &mut Chart<'a, 'b>) -> Drawn {
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .label_font((FONT, 17))
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.25))
-        .draw()
-        .map_err(|error| error.to_string())?;
-    Ok(())
 }
 
 fn end(line: &Series) -> f64 {

@@ -4,7 +4,7 @@ use super::instant::{Body, Instant};
 use super::section::{Corner, Line, Section, band, level};
 use super::section_frame::{Frame, LEFT, NAMES, SIZE};
 use super::section_scale::Scale;
-use crate::measure::summary::number;
+use crate::measure::summary::{number, rounded};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -245,12 +245,15 @@ impl Picture {
         }
         let place = |stress: f64| bottom - height * (stress / scale.low).ln() / (scale.high / scale.low).ln();
         let inside = scale.thresholds.iter().copied().filter(|t| (scale.low..scale.high).contains(t));
-        for stress in std::iter::once(scale.low).chain(inside.clone()).chain([scale.high]) {
+        // The last band is open: its end would look like the largest stress, which is none of the results here.
+        let [above, _] = scale.band(scale.count() - 1);
+        let last = (scale.high, format!("&gt; {}", rounded(1e-3 * above)));
+        let below = std::iter::once(scale.low).chain(inside.clone());
+        for (stress, words) in below.map(|stress| (stress, kilopascals(stress))).chain([last]) {
             self.add(format_args!(
-                "<text x=\"{}\" y=\"{:.1}\">{}</text>",
+                "<text x=\"{}\" y=\"{:.1}\">{words}</text>",
                 left + 22.0,
-                place(stress) + 4.5,
-                kilopascals(stress)
+                place(stress) + 4.5
             ));
         }
         for threshold in inside {
@@ -310,5 +313,7 @@ mod tests {
             before.rsplit_once("y=\"").unwrap().1.trim_end_matches('"').parse::<f64>().unwrap()
         };
         assert!(height("skin") < height("muscle"), "{svg}");
+        // The last band is open: it does not end with a largest stress.
+        assert!(svg.contains(">&gt; 14</text>") && !svg.contains(">20</text>"), "{svg}");
     }
 }

@@ -150,7 +150,7 @@ def test_cards_name_their_threshold_and_their_errors(page, jobs):
     cards = page.get_by_label("The four numbers").get_by_role("article")
     expect(cards.nth(2).locator("h2")).to_have_text("Depth of stress above 10 kPa")
     for card in cards.all():
-        expect(card.locator(".error")).to_contain_text("±")
+        expect(card.locator(".error")).to_contain_text(re.compile("± |up to |between "))
 
 
 def test_numbers_have_the_digits_that_their_errors_leave(page, jobs):
@@ -160,7 +160,7 @@ def test_numbers_have_the_digits_that_their_errors_leave(page, jobs):
     assert page.evaluate(digits, pairs) == ["5600", "59", "40.00", "1.324", "90", "0", "0.40", "2151", "0", "7.923"]
     results = page.request.get(jobs["good"]["links"]["summary"]).json()["results"]
     energy = results["tissue"]["energy_given_j"]
-    shown = float(page.get_by_label("The four numbers").get_by_role("article").nth(3).locator("b").inner_text())
+    shown = float(page.get_by_label("The four numbers").get_by_role("article").nth(3).locator("b").inner_text().removeprefix("≥\u00a0"))
     assert shown != energy["value"] and abs(shown - energy["value"]) < 0.06 * energy["error"]["total"]
 
 
@@ -251,7 +251,8 @@ def test_what_cannot_be_compared_is_said(page, jobs):
     # Of two that an end of the model cuts there is no difference.
     summary = page.request.get(f"/v1/jobs/{jobs['longer']['id']}/summary").json()
     for stress in summary["results"]["tissue"]["significant_stress"]:
-        stress.update(depth_is_lower_bound=True, depth_reaches=["the held nodes “bone”"])
+        stress["depth_mm"]["is_lower_bound"] = True
+        stress["depth_reaches"] = ["the held nodes “bone”"]
     said = page.evaluate(
         """async (summary) => {
             const { numbersTable } = await import("/viewer/pages/compare_numbers.js");
@@ -260,6 +261,46 @@ def test_what_cannot_be_compared_is_said(page, jobs):
         summary,
     )
     assert "both are lower bounds" in said
+
+
+def test_no_difference_is_shown_of_what_is_not_resolved(page, jobs):
+    summary = page.request.get(jobs["good"]["links"]["summary"]).json()
+    unresolved = page.request.get(jobs["good"]["links"]["summary"]).json()
+    unresolved["results"]["tissue"]["energy_given_j"]["error"].update(total=900.0, resolved=False)
+    rows = page.evaluate(
+        """async (summaries) => {
+            const { numbersTable } = await import("/viewer/pages/compare_numbers.js");
+            const table = numbersTable(["A", "B"].map((label, i) => ({ label, job: { name: label }, summary: summaries[i] })));
+            return [...table.querySelectorAll("tbody tr")].map((row) => row.textContent);
+        }""",
+        [summary, unresolved],
+    )
+    assert rows[3].endswith("not comparable not resolved in B"), rows
+    assert "within the errors" in rows[0], rows
+
+
+def test_error_bars_end_at_what_is_possible(page, jobs):
+    said = page.evaluate(
+        """async (numbers) => {
+            const { digits, errorWords } = await import("/viewer/summary/quantity.js");
+            return numbers.map((number) => `${digits(number)} ${errorWords(number)}`);
+        }""",
+        [{"value": 7.8, "error": {"total": total, "resolved": total < 7.8}, "possible": possible, "is_lower_bound": total < 1} for total, possible in [(9, [0, 8]), (2, [0, 8]), (0.1, [0, 8]), (9, [0, None])]],
+    )
+    assert said == ["(7.8) up to 8.00", "7.8 between 5.8 and 8.00", "≥\u00a07.80 ± 0.10", "(7.8) up to 16.8"]
+    # On the card, with the words for that end.
+    summary = page.request.get(jobs["good"]["links"]["summary"]).json()
+    energy = summary["results"]["tissue"]["energy_given_j"]
+    energy.update(value=7.8, possible=[0, 8], is_lower_bound=True)
+    energy["error"].update(total=9.0, resolved=False)
+    words = page.evaluate(
+        """async (summary) => {
+            const { headlineCards } = await import("/viewer/summary/cards.js");
+            return headlineCards(summary).lastElementChild.textContent;
+        }""",
+        summary,
+    )
+    assert "(≥\u00a07.8) J not resolved: up to 8.00\u202fJ, all that the impact supplies" in words, words
 
 
 def test_no_difference_is_drawn_with_a_run_that_is_withheld(page, jobs):

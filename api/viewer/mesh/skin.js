@@ -9,15 +9,9 @@ const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** Distances of two nodes that are looked at for the deepest place, at most. */
-const MOST_PAIRS = 4e8;
-
 export class Skin {
   /** Corners of its facets, three each [m]. */
   #corners;
-  /** Nodes of its facets. */
-  #nodes;
-  #rest;
 
   /** The skin of a body: the surface that goes on smoothly from the facet nearest to `place` [m], at rest. */
   constructor(body, place) {
@@ -40,38 +34,13 @@ export class Skin {
         open.push(next);
       }
     }
-    this.#rest = X;
     this.#corners = [...found].map((t) => facets[t]);
-    this.#nodes = new Set([...found].flatMap((t) => [...triangles.subarray(3 * t, 3 * t + 3)]));
-  }
-
-  /** Depth of the deepest node at rest [m]; Infinity where there are too many to look at. */
-  get deepest() {
-    const X = this.#rest;
-    const count = X.length / 3;
-    if (count * this.#nodes.size > MOST_PAIRS) return Infinity;
-    const skin = Float64Array.from([...this.#nodes].flatMap((node) => [...X.subarray(3 * node, 3 * node + 3)]));
-    // No node is deeper than the nearest of the skin is away: those that are farthest from all come first.
-    const bounds = Float64Array.from({ length: count }, (_, i) => distanceToNodes(skin, X[3 * i], X[3 * i + 1], X[3 * i + 2]));
-    let deepest = 0;
-    for (const node of Uint32Array.from(bounds.keys()).sort((a, b) => bounds[b] - bounds[a])) {
-      if (bounds[node] <= deepest) break;
-      deepest = Math.max(deepest, this.depthOf(X.subarray(3 * node, 3 * node + 3)));
-    }
-    return deepest;
   }
 
   /** Depth of a place at rest [m]. */
   depthOf(place) {
     return this.#corners.reduce((least, facet) => Math.min(least, distanceTo(facet, place)), Infinity);
   }
-}
-
-/** Distance of a point from the nearest of some nodes, x y z each. */
-function distanceToNodes(nodes, x, y, z) {
-  let least = Infinity;
-  for (let i = 0; i < nodes.length; i += 3) least = Math.min(least, (nodes[i] - x) ** 2 + (nodes[i + 1] - y) ** 2 + (nodes[i + 2] - z) ** 2);
-  return Math.sqrt(least);
 }
 
 /** Distance of a point from a triangle (Ericson, Real-Time Collision Detection, 2005, 5.1.5). */

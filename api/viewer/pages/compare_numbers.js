@@ -2,14 +2,14 @@
 
 import { html, table } from "../dom.js";
 import { ABOUT_MARKS, change, timeUnit, withUnit } from "../format.js";
-import { contactEnded, headline, isMiss, resultsOf } from "../summary/headline.js";
-import { hasError, numberWithError } from "../summary/quantity.js";
+import { contactEnded, headline, isLeast, isMiss, resultsOf } from "../summary/headline.js";
+import { hasError, isResolved, numberWithError } from "../summary/quantity.js";
 import { stoppedAt } from "../summary/trust.js";
 
 /** Ends of runs and windows of means that differ by less than this fraction are the same [-]. */
 const SAME = 1e-6;
 
-/** The four numbers of both, and B − A; a difference below the sum of the errors says nothing. */
+/** The four numbers of both, and B − A of those that are resolved in both; a difference below the sum of the errors says nothing. */
 export function numbersTable([a, b]) {
   const [left, right] = [headline(a.summary), headline(b.summary)];
   const obstacle = obstacleOfRuns(a, b);
@@ -61,6 +61,8 @@ function remarkOn(a, b) {
 function obstacleOfNumbers(p, q) {
   if (!p.quantity || !q.quantity) return "not in both";
   if (p.label !== q.label) return "above different thresholds";
+  const unresolved = [p, q].map(({ quantity }) => hasError(quantity) && !isResolved(quantity));
+  if (unresolved.includes(true)) return `not resolved in ${["A", "B"].filter((_, i) => unresolved[i]).join(" and ")}`;
   if (isCut(p) && isCut(q)) return "both are lower bounds";
   if (p.average == null || p.average === q.average || isSame(p.average, q.average)) return null;
   return `averaged over ${averageWords(p)} and ${averageWords(q)}; one window for both makes them so`;
@@ -73,13 +75,13 @@ function averageWords({ average }) {
 }
 
 /** Whether a number is a lower bound whatever the time, not the value up to the end of the run. */
-const isCut = ({ isLeast, isGrowing }) => isLeast && !isGrowing;
+const isCut = ({ quantity, isGrowing }) => isLeast(quantity) && !isGrowing;
 
-function numberCell(summary, { quantity, isLeast }) {
+function numberCell(summary, { quantity }) {
   if (!quantity) return "–";
   if (isMiss(summary)) return "nothing touched";
   if (summary.withheld) return "withheld";
-  return numberWithError(quantity, isLeast);
+  return numberWithError(quantity);
 }
 
 function notComparable(why) {

@@ -11,7 +11,6 @@ import { injuryCriteria } from "../summary/criteria.js";
 import { layerSentences } from "../summary/layers.js";
 import { trustPanel } from "../summary/trust.js";
 import { concerns, warningLine } from "../summary/warnings.js";
-import { Skin } from "../mesh/skin.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
 import { pageOfQuestion } from "./asked.js";
@@ -148,8 +147,7 @@ class JobPage {
     const picture = html("div", { class: "stage-holder" });
     const finer = job.links.recording && !job.failure && concerns(summary).some(({ isMeshed }) => isMeshed);
     const remedy = finer && html("a", { class: "button", href: `#/new/${job.id}?accuracy` }, "Run it again, refined");
-    const cards = html("div", {}, headlineCards(summary));
-    const answer = html("div", { class: "answer" }, cards, layers, warningLine(summary, open, remedy || null));
+    const answer = html("div", { class: "answer" }, html("div", {}, headlineCards(summary)), layers, warningLine(summary, open, remedy || null));
     const rest = html("div", { class: "rest" });
     this.#body.append(
       html("div", { class: "first-screen" }, picture, answer),
@@ -163,7 +161,6 @@ class JobPage {
     const recording = await this.#showRecording(opening, rest, summary, picture);
     if (!recording) return;
     layers.replaceChildren(layerSentences(summary, boneIn(recording)) ?? "");
-    cards.replaceChildren(headlineCards(summary, deepestIn(recording)));
   }
 
   /** The answer to a what-if question. */
@@ -245,12 +242,6 @@ function boneIn(recording) {
   if (!line) return null;
   const away = Array.from({ length: bone.X.length / 3 }, (_, i) => Math.hypot(...line.centre.map((c, k) => bone.X[3 * i + k] - c)));
   return { depth_mm: 1e3 * Math.min(...away) };
-}
-
-/** How deep the tissue is where it is deepest [mm]; Infinity where that is not known. */
-function deepestIn(recording) {
-  const line = impactLine(recording);
-  return line ? 1e3 * new Skin(recording.tissue, line.centre).deepest : Infinity;
 }
 
 /** Why a job failed, where, and what to do. */

@@ -1,20 +1,20 @@
 // The four numbers as cards: each with its uncertainty as words and as a bar.
 
 import { html, svg, term } from "../dom.js";
-import { ABOUT_MARKS, number, withUnit, within } from "../format.js";
+import { ABOUT_MARKS, within } from "../format.js";
 import { headline, isMiss } from "./headline.js";
 import { ABOUT_DEPTH, ABOUT_STRESS } from "./layers.js";
-import { digits, errorWords, hasError, isResolved } from "./quantity.js";
+import { digits, errorWords, hasError, intervalOf, isResolved } from "./quantity.js";
 import { stoppedAt } from "./trust.js";
 
 /** Words in the cards that are explained. */
 const TERMS = [["stress", ABOUT_STRESS], ["below the nearest surface", ABOUT_DEPTH]];
 
-/** The four cards; no depth is more than `deepest` [mm]. */
-export function headlineCards(summary, deepest = Infinity) {
+/** The four cards. */
+export function headlineCards(summary) {
   if (isMiss(summary)) return html("section", { class: "cards", "aria-label": "Nothing touched" }, missCard(summary));
   const remark = remarkOn(summary);
-  return html("section", { class: "cards", "aria-label": "The four numbers" }, remark && html("p", { class: "cards-remark" }, remark), headline(summary).map((item) => card(item, summary, item.isDepth ? deepest : Infinity)));
+  return html("section", { class: "cards", "aria-label": "The four numbers" }, remark && html("p", { class: "cards-remark" }, remark), headline(summary).map((item) => card(item, summary)));
 }
 
 /** What is true of all four; null where they are results. */
@@ -28,7 +28,7 @@ function missCard({ plain_words: words = [] }) {
   return html("article", { class: "card" }, html("h2", {}, "Nothing touched"), html("p", { class: "notes" }, words[0] ?? "There was no impact to evaluate."));
 }
 
-function card({ label, unit, quantity, isLeast, note }, summary, most) {
+function card({ label, unit, quantity, limit, note }, summary) {
   const empty = (big, words) => html("article", { class: "card" }, html("h2", {}, explained(label)), html("p", { class: "big quiet" }, big), words && html("p", { class: "notes" }, words));
   if (!quantity) return empty("–", stoppedAt(summary) ? "The run ended before it was known." : "not in this scene");
   if (summary.withheld) return empty("withheld");
@@ -36,8 +36,8 @@ function card({ label, unit, quantity, isLeast, note }, summary, most) {
     "article",
     { class: isResolved(quantity) ? "card" : "card doubtful" },
     html("h2", {}, explained(label)),
-    html("p", { class: "big" }, html("span", {}, html("b", { title: (isLeast || !isResolved(quantity)) && ABOUT_MARKS }, digits(quantity, isLeast)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit, most))),
-    errorBar(quantity, most),
+    html("p", { class: "big" }, html("span", {}, html("b", { title: (quantity.is_lower_bound || !isResolved(quantity)) && ABOUT_MARKS }, digits(quantity)), ` ${unit} `), html("span", { class: "error" }, errorOf(quantity, unit, limit))),
+    errorBar(quantity),
     note && html("p", { class: "notes" }, explained(note)),
   );
 }
@@ -50,28 +50,25 @@ function explained(words) {
   return [before, term(name, about), after];
 }
 
-/** The upper end of a number with its error: no more than is possible. */
-const endOf = ({ value, error }, most) => Math.min(value + error.total, Math.max(most, value));
-
-function errorOf(quantity, unit, most) {
+/** The error in words; `limit` says what an interval ends at that ends above. */
+function errorOf(quantity, unit, limit) {
   if (!hasError(quantity)) return "uncertainty not estimated";
-  const end = endOf(quantity, most);
-  const isCut = end < quantity.value + quantity.error.total;
-  const upTo = `up to ${withUnit(end, unit, 2)}${isCut ? ", where the tissue ends" : ""}`;
-  if (!isResolved(quantity)) return `${errorWords(quantity, unit)}, not resolved: ${upTo}`;
-  return isCut ? `${errorWords(quantity, unit)}, ${upTo}` : errorWords(quantity, unit);
+  const words = `${isResolved(quantity) ? "" : "not resolved: "}${errorWords(quantity, unit)}`;
+  return limit && intervalOf(quantity).isCutAbove ? `${words}, ${limit}` : words;
 }
 
 /** The number as a dot with its error as a whisker, on an axis from 0. */
-function errorBar({ value, error }, most) {
-  if (typeof error !== "object" || !(value + error.total > 0)) return null;
-  const end = endOf({ value, error }, most);
-  const scale = 200 / end;
-  const [left, right, at] = [Math.max(0, value - error.total) * scale, end * scale, value * scale];
-  const isOpen = error.total > value;
+function errorBar(quantity) {
+  if (!hasError(quantity)) return null;
+  const { value } = quantity;
+  const { low, high } = intervalOf(quantity);
+  if (!(high > 0)) return null;
+  const scale = 200 / high;
+  const [left, right, at] = [Math.max(0, low) * scale, high * scale, value * scale];
+  const isOpen = quantity.error.total > value;
   return svg(
     "svg",
-    { class: "error-bar", viewBox: "-6 -9 212 18", role: "img", "aria-label": `${within(value, error.total)} plus or minus ${number(error.total, 2)}${end < value + error.total ? `, no more than ${number(end, 2)}` : ""}` },
+    { class: "error-bar", viewBox: "-6 -9 212 18", role: "img", "aria-label": `${within(value, quantity.error.total)}, ${errorWords(quantity).replace("±", "plus or minus")}` },
     svg("path", { d: "M0 0H200", class: "axis" }),
     svg("path", { d: `M${left} 0H${right}M${right} -5V5${isOpen ? "" : `M${left} -5V5`}`, class: isOpen ? "whisker open" : "whisker" }),
     svg("circle", { cx: at, cy: 0, r: 4.5 }),

@@ -2,7 +2,7 @@
 
 import { table } from "../dom.js";
 import { number } from "../format.js";
-import { isDepthLeast, resultsOf } from "./headline.js";
+import { resultsOf } from "./headline.js";
 import { digits, hasError } from "./quantity.js";
 
 /** What the error of a number is made of. */
@@ -11,15 +11,15 @@ const ERROR_PARTS = ["mesh", "step", "contact", "bulk_modulus", "resolution"];
 /** Every number of the summary as a table. */
 export function allNumbers(summary) {
   const [rows, results] = [[], resultsOf(summary)];
-  const walk = (path, value, isLeast = false) => {
+  const walk = (path, value) => {
     if (value && typeof value === "object" && "value" in value && "error" in value) {
       const words = path.join(" › ").replaceAll("_", " ");
       const parts = hasError(value) ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k] ?? 0, 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
-      rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : digits(value, isLeast), ...parts]);
+      rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : digits(value), ...parts]);
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {
         const name = Array.isArray(value) ? inner?.pair ?? inner?.part ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;
-        walk([...path, name], inner, key === "depth_mm" && value.layers != null && isDepthLeast(value));
+        walk([...path, name], inner);
       }
     }
   };

@@ -54,7 +54,7 @@ export function significantThreshold(summary) {
 }
 
 /**
- * The four numbers: {label, unit, quantity, note}, `isLeast` where it is a lower bound, `isGrowing` if since it may grow after the run, `isDepth` below the surface, `isOfTheEnd` where it goes on after contact,
+ * The four numbers: {label, unit, quantity, note}, `isGrowing` where it is a lower bound since it may grow after the run, not at an end of the tissue, `limit` what its interval ends at, `isOfTheEnd` where it goes on after contact,
  * `average` [s] or a filter's name where it is a mean over time. The quantity is absent where the scene has no contact or no tissue, or the
  * run did not get there.
  */
@@ -63,10 +63,10 @@ export function headline(summary) {
   const impact = mainImpact(results);
   const { tissue } = results;
   return [
-    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, isLeast: impact != null && isForceGrowing(impact), isGrowing: true, average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
-    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2 },
+    { label: "Peak force", unit: "N", quantity: impact?.peak_force_n, isGrowing: isLeast(impact?.peak_force_n), average: impact?.force_window_s ?? impact?.force_filter, note: impact && forceNote(impact, results, summary) },
+    { label: "Largest contact patch", unit: "mm²", quantity: impact?.largest_patch_area_mm2, isGrowing: isLeast(impact?.largest_patch_area_mm2), note: isLeast(impact?.largest_patch_area_mm2) && GREW },
     depth(results),
-    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isOfTheEnd: true, note: tissue && energyNote(results, impact) },
+    { label: "Energy given to the tissue", unit: "J", quantity: tissue?.energy_given_j, isGrowing: isLeast(tissue?.energy_given_j), isOfTheEnd: true, limit: "all that the impact supplies", note: tissue && energyNote(results, impact) },
   ];
 }
 
@@ -76,27 +76,27 @@ function forceNote(impact, { impacts }, { end_time_s: end }) {
   const { factor, name } = timeUnit(end);
   const when = time && time.value > 0 ? `${number(time.value * factor, 3)} ${name} after the start` : null;
   const isOneOfSeveral = impacts.filter((impact) => impact.on_tissue).length > 1;
-  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when, isForceGrowing(impact) && "or more: it still grew at the end"].filter(Boolean).join(", ");
+  return [isOneOfSeveral && pair, average?.replace(/, (\d+ steps|1\/\d+ of the contact)$/, "").replace(/\.0+(?= )/, ""), when, isLeast(impact.peak_force_n) && GREW].filter(Boolean).join(", ");
 }
 
-/** Whether a peak force may grow after the run. */
-const isForceGrowing = ({ peak_force_is_lower_bound: isLeast }) => isLeast ?? false;
+/** Whether a number is a lower bound. */
+export const isLeast = (quantity) => quantity?.is_lower_bound ?? false;
 
-/** Whether the depth of a stress is a lower bound, and whether because it may grow after the run, not at an end of the tissue. */
-export const isDepthLeast = ({ depth_is_lower_bound: isLeast }) => isLeast ?? false;
-const isDepthGrowing = (stress) => isDepthLeast(stress) && !stress.depth_reaches?.length;
+/** What is said of a number that may grow after the run. */
+const GREW = "or more: it still grew at the end";
 
 function depth(results) {
   const { main } = significant(results);
-  const isGrowing = main != null && isDepthGrowing(main);
+  const isGrowing = isLeast(main?.depth_mm) && !main.depth_reaches?.length;
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
   const ends = (main?.depth_reaches ?? []).map((end) => end.replace(/^the held nodes “(.*)”$/, "the $1"));
   const why = [ends.length && `it reaches ${ends.join(" and ")}`, isGrowing && "it still grew at the end"].filter(Boolean);
   const least = why.length ? `, or more: ${why.join(", and ")}` : "";
-  return { label, unit: "mm", quantity: main?.depth_mm, isLeast: main != null && isDepthLeast(main), isGrowing, isOfTheEnd: true, isDepth: true, note: main && `below the nearest surface${least}` };
+  return { label, unit: "mm", quantity: main?.depth_mm, isGrowing, isOfTheEnd: true, limit: "where the tissue ends", note: main && `below the nearest surface${least}` };
 }
 
 function energyNote(results, impact) {
   if (!impact?.contact_span_s) return "at the end";
+  if (isLeast(results.tissue.energy_given_j)) return "at the end, and more later: it still grew; some may return to the projectile";
   return contactEnded(results) ? "when contact had ended" : "at the end; contact has not ended";
 }

@@ -2,7 +2,7 @@
 
 import { html, term } from "../dom.js";
 import { exceeds, marked, number, within } from "../format.js";
-import { isDepthLeast, resultsOf, threshold } from "./headline.js";
+import { isLeast, resultsOf, threshold } from "./headline.js";
 import { hasError, isResolved } from "./quantity.js";
 
 export const ABOUT_STRESS = "von Mises stress: how strongly the tissue is sheared at a place, as one number; a pressure from all sides does not count";
@@ -38,18 +38,18 @@ function extent(stress, [from, to]) {
   const { depth_mm: depth } = stress;
   const begin = (words) => (from < SAME_MM ? "to" : `from ${words} to`);
   if (!isEnd(stress, to) || !depth) return `${begin(millimetres(from, to - from))} ${millimetres(to, to - from)} mm deep`;
-  const least = isDepthLeast(stress) ? "at least " : "";
+  const least = isLeast(depth) ? "at least " : "";
   const error = hasError(depth) ? depth.error.total : null;
   if (error == null || !exceeds(to, error)) return `${begin(millimetres(from, to - from))} ${least}(${millimetres(to, to - from)}) mm deep`;
   return `${begin(within(from, error))} ${least}${within(to, error)} ± ${number(error, 2)} mm deep`;
 }
 
-/** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole, and is a lower bound where the model ends. */
-function amount({ volume_mm3: whole, reaches }, { volume_mm3: mm3 }) {
+/** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole, and is a lower bound where the whole is. */
+function amount({ volume_mm3: whole }, { volume_mm3: mm3 }) {
   const [size, unit] = mm3 < 1000 ? [mm3, "mm³"] : [mm3 / 1000, "cm³"];
   if (!isResolved(whole)) return `in (${number(size, 2)}) ${unit} of it`;
   const error = (whole.error.total / whole.value) * size;
-  return `in ${marked(within(size, error), true, reaches?.length > 0)} ± ${number(error, 2)} ${unit} of it`;
+  return `in ${marked(within(size, error), true, isLeast(whole))} ± ${number(error, 2)} ${unit} of it`;
 }
 
 /** The sentence on one layer, after its name. */

@@ -1,7 +1,7 @@
 // A number with its error: to the digits that the error leaves, in brackets where it is not resolved; the same on every page.
 
 import { html } from "../dom.js";
-import { exceeds, marked, withUnit, within } from "../format.js";
+import { exceeds, limit, marked, number, within } from "../format.js";
 
 /** Whether the error of a number was estimated. */
 export function hasError({ error }) {
@@ -14,18 +14,33 @@ export function isResolved(quantity) {
 }
 
 /** A number as text, to the decimal place of its error: in brackets where it is not resolved, with ≥ where it is a lower bound. */
-export function digits(quantity, isLeast = false) {
-  return marked(within(quantity.value, quantity.error?.total), isResolved(quantity), isLeast);
+export function digits(quantity) {
+  return marked(within(quantity.value, quantity.error?.total), isResolved(quantity), quantity.is_lower_bound);
 }
 
-/** The error of a number as text. */
+/**
+ * The value ± its error within what is possible, by the rule of the summary: {low, high}, `isCutBelow` and `isCutAbove` where an end is what
+ * is possible. The value itself is always in it.
+ */
+export function intervalOf({ value, error: { total }, possible: [least, most] = [] }) {
+  const [low, high] = [value - total, value + total];
+  const upper = Math.min(high, Math.max(most ?? Infinity, value));
+  const isCutBelow = least != null && low < least && least <= value;
+  return { low: isCutBelow ? least : low, high: upper, isCutBelow, isCutAbove: upper < high };
+}
+
+/** The error of a number as text: "± 0.50 J", or "between 5.8 and 8.00 J" and "up to 8.00 J" where it ends at what is possible. */
 export function errorWords(quantity, unit = "") {
   if (!hasError(quantity)) return `error ${quantity.error ?? "not estimated"}`;
-  return `± ${withUnit(quantity.error.total, unit, 2)}`;
+  const { total } = quantity.error;
+  const { low, high, isCutBelow, isCutAbove } = intervalOf(quantity);
+  const upper = isCutAbove ? limit(high) : within(high, total);
+  const words = isCutBelow ? `up to ${upper}` : isCutAbove ? `between ${within(low, total)} and ${upper}` : `± ${number(total, 2)}`;
+  return unit ? `${words}\u202f${unit}` : words;
 }
 
 /** A number with its error for a cell of a table. */
-export function numberWithError(quantity, isLeast) {
+export function numberWithError(quantity) {
   const remark = hasError(quantity) && !isResolved(quantity) ? ", not resolved" : "";
-  return html("span", { class: isResolved(quantity) ? "number" : "number unsure" }, `${digits(quantity, isLeast)} ${errorWords(quantity)}${remark}`);
+  return html("span", { class: isResolved(quantity) ? "number" : "number unsure" }, `${digits(quantity)} ${errorWords(quantity)}${remark}`);
 }

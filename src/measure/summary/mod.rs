@@ -33,14 +33,14 @@ pub use listing::{Group, Row, listing};
 pub use lower_bounds::lower_bounds;
 pub use numerics::{Numerics, numerics_group};
 pub use of_interest::{QuantityOfInterest, QuantityTitle};
-pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
+pub use quantity::{ErrorEstimate, Estimate, GateResult, Interval, Quantity};
 pub use relaxation::RelaxationOfBody;
 pub use results::{
     DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
     Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use table::render_table;
-pub use written::{marked, number, rounded, short, within};
+pub use written::{interval, marked, number, rounded, short, within};
 
 use super::measures::Measures;
 use crate::plan::Plan;

@@ -53,6 +53,16 @@ impl Quantity {
         Self { possible: [Some(0.0), most], ..self }
     }
 
+    /// Ends of the interval; those of the value alone without an estimate.
+    pub fn ends(&self) -> [f64; 2] {
+        match self.interval() {
+            Some(Interval::Around(error)) => [self.value - error, self.value + error],
+            Some(Interval::Between(ends)) => ends,
+            Some(Interval::UpTo(high)) => [self.possible[0].unwrap_or(self.value), high],
+            None => [self.value; 2],
+        }
+    }
+
     /// The value with its estimated error: the intersection of value ± error with what is possible, in which the value itself always is.
     /// `None` without an estimate.
     pub fn interval(&self) -> Option<Interval> {
