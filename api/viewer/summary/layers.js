@@ -3,7 +3,7 @@
 import { html, term } from "../dom.js";
 import { exceeds, marked, number, within } from "../format.js";
 import { isLeast, resultsOf, threshold } from "./headline.js";
-import { hasError, isResolved } from "./quantity.js";
+import { errorWords, hasError, intervalOf, isResolved } from "./quantity.js";
 
 export const ABOUT_STRESS = "von Mises stress: how strongly the tissue is sheared at a place, as one number; a pressure from all sides does not count";
 
@@ -41,7 +41,9 @@ function extent(stress, [from, to]) {
   const least = isLeast(depth) ? "at least " : "";
   const error = hasError(depth) ? depth.error.total : null;
   if (error == null || !exceeds(to, error)) return `${begin(millimetres(from, to - from))} ${least}(${millimetres(to, to - from)}) mm deep`;
-  return `${begin(within(from, error))} ${least}${within(to, error)} ± ${number(error, 2)} mm deep`;
+  const [first, last] = [begin(within(from, error)), `${least}${within(to, error)}`];
+  // Not deeper than the tissue.
+  return intervalOf(depth).isCutAbove ? `${first} ${last} mm deep (${errorWords(depth, "mm")})` : `${first} ${last} ± ${number(error, 2)} mm deep`;
 }
 
 /** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole, and is a lower bound where the whole is. */
