@@ -1,7 +1,7 @@
 //! What a list says of a run beside its name: the projectile, its speed and the main numbers.
 
 use crate::measure::QuantityOfInterest;
-use crate::measure::summary::{Results, lower_bounds};
+use crate::measure::summary::Results;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
@@ -92,12 +92,11 @@ fn projectile_of(document: Flying) -> Option<FlyingBody> {
 
 /// The main numbers of results.
 fn numbers_of(results: &Results) -> BTreeMap<QuantityOfInterest, HeadlineNumber> {
-    let bounds = lower_bounds(results);
     let number = |quantity: QuantityOfInterest| {
         let number = quantity.number(results)?;
         let (value, error) = (number.value, number.error.half_width());
-        let (resolved, lower_bound) = (number.error.is_resolved(), bounds.contains(&quantity));
-        Some((quantity, HeadlineNumber { value, error, resolved, lower_bound }))
+        let resolved = number.error.is_resolved();
+        Some((quantity, HeadlineNumber { value, error, resolved, lower_bound: number.is_lower_bound }))
     };
     QuantityOfInterest::HEADLINE.into_iter().filter_map(number).collect()
 }
