@@ -149,14 +149,6 @@ impl Delassus {
         }
     }
 
-    /// Whether a reaction of contact `d` changes the velocity of contact `c`, or may.
-    pub fn connects(&self, c: usize, d: usize) -> bool {
-        match self {
-            Self::Dense(W) => W.block(c, d).iter().flatten().any(|x| *x != 0.0),
-            Self::Sparse(W) => W.row(c).any(|(column, _)| column == d),
-        }
-    }
-
     /// The operator of some contacts, ascending, that no block connects to others.
     ///
     /// # Errors
@@ -215,6 +207,11 @@ impl DenseDelassus {
             let at = (3 * c + i) * n + 3 * d;
             [self.values[at], self.values[at + 1], self.values[at + 2]]
         })
+    }
+
+    /// Whether a reaction of contact `d` changes the velocity of contact `c`.
+    pub fn connects(&self, c: usize, d: usize) -> bool {
+        self.block(c, d).iter().flatten().any(|x| *x != 0.0)
     }
 
     /// Row `i` of 3 nc.

@@ -20,7 +20,7 @@ pub(super) fn groups(W: &Delassus) -> Vec<Vec<usize>> {
         Delassus::Sparse(W) => {
             (0..contacts).for_each(|c| W.row(c).for_each(|(d, _)| connected.join(c, d)));
         }
-        Delassus::Dense(_) => {
+        Delassus::Dense(W) => {
             for (c, d) in (0..contacts).flat_map(|c| (0..c).map(move |d| (c, d))) {
                 if !connected.are_one(c, d) && (W.connects(c, d) || W.connects(d, c)) {
                     connected.join(c, d);
