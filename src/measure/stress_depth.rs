@@ -16,6 +16,10 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
 
+/// Name of the end at which no tissue is deeper, though it is no end of its own: the middle of a body with a surface all around, or where it
+/// is held along some axes.
+pub const GREATEST_DEPTH: &str = "the greatest depth of the model";
+
 /// Fraction of the volume of a part in which the 95th percentile of the strain is exceeded [-].
 const TAIL: f64 = 0.05;
 
@@ -261,10 +265,16 @@ impl StressDepth {
         self.named(|end| exceedance.reached >> end & 1 == 1)
     }
 
-    /// Those of the ends at which the region is as deep as anywhere: what is beyond may be deeper.
+    /// Those of the ends at which the region is as deep as anywhere: what is beyond may be deeper. [`GREATEST_DEPTH`] where it is at none of
+    /// them and as deep as the tissue.
     pub fn ends_of_depth(&self, exceedance: &Exceedance) -> Vec<String> {
         let Exceedance { depth, depths_at_ends, .. } = exceedance;
-        self.named(|end| *depth > 0.0 && depths_at_ends[end] >= *depth)
+        let ends = self.named(|end| *depth > 0.0 && depths_at_ends[end] >= *depth);
+        let deepest = self.field.as_ref().and_then(StressField::deepest);
+        if ends.is_empty() && *depth > 0.0 && deepest.is_some_and(|deepest| *depth >= deepest) {
+            return vec![GREATEST_DEPTH.to_owned()];
+        }
+        ends
     }
 
     fn named(&self, is_it: impl Fn(usize) -> bool) -> Vec<String> {

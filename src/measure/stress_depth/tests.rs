@@ -115,6 +115,18 @@ fn an_end_at_which_the_region_is_shallower_does_not_truncate_its_depth() {
 }
 
 #[test]
+fn a_region_as_deep_as_the_tissue_reaches_its_greatest_depth_where_no_end_is() {
+    for (deepest, expected) in [(2, &[][..]), (3, &[GREATEST_DEPTH][..])] {
+        let mut measure = column(4, &[1.0]);
+        measure.begin(1.0, None);
+        (0..=deepest).for_each(|slot| feed(&mut measure, 1, slot, 2.0));
+        measure.end();
+        let found = &measure.exceedances[0];
+        assert_eq!(measure.ends_of_depth(found), expected, "{found:?}");
+    }
+}
+
+#[test]
 fn without_a_skin_there_is_volume_but_no_depth() {
     let mut measure = StressDepth { field: None, ..column(1, &[1.0]) };
     measure.begin(0.0, None);

@@ -1,5 +1,6 @@
 //! The listing: every number of the results, in one order, that the text, the report and FHIR observations show.
 
+use super::super::stress_depth::GREATEST_DEPTH;
 use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::Quantity;
 use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
@@ -217,6 +218,7 @@ fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<
     let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
     let with_ends = |row: Row<'a>, ends: &[String]| match ends {
         [] => row.growing(),
+        [only] if only == GREATEST_DEPTH => row.note(format!("it reaches {GREATEST_DEPTH}")),
         ends => row.note(format!("it reaches {}, where the model ends", ends.join(", "))),
     };
     let row = |what: &str, quantity, unit| {

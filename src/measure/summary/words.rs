@@ -1,5 +1,6 @@
 //! The summary in plain words, sentence by sentence.
 
+use super::super::stress_depth::GREATEST_DEPTH;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, Tissue};
 use super::written::{interval, number, seconds, within};
@@ -149,8 +150,11 @@ fn in_tissue(stress: Option<&SignificantStress>, tissue: &Tissue, has_finished: 
 
 /// Sentence on a region above the threshold that continues beyond the model.
 fn reaches_end(stress: &SignificantStress) -> Option<String> {
-    (!stress.reaches.is_empty())
-        .then(|| format!("This region reaches {}: the model ends there.", stress.reaches.join(" and ")))
+    if !stress.reaches.is_empty() {
+        return Some(format!("This region reaches {}: the model ends there.", stress.reaches.join(" and ")));
+    }
+    let deepest = stress.depth_reaches.iter().find(|end| *end == GREATEST_DEPTH)?;
+    Some(format!("This region reaches {deepest}: below the nearest surface there is no deeper tissue."))
 }
 
 fn energy(tissue: &Tissue) -> String {
@@ -258,6 +262,19 @@ mod tests {
         assert_eq!(
             said,
             format!("It turned too far. This was in element 7 of part block of body gel. {remedy}")
+        );
+    }
+
+    #[test]
+    fn a_region_as_deep_as_the_tissue_is_said_to_be() {
+        let mut stress = tissue(1e-4, &[1e4]).significant_stress.remove(0);
+        assert_eq!(reaches_end(&stress), None);
+        stress.depth_reaches = vec![GREATEST_DEPTH.to_owned()];
+        assert!(reaches_end(&stress).is_some_and(|said| said.contains("there is no deeper tissue")));
+        stress.reaches = vec!["the held nodes “bone”".to_owned()];
+        assert!(
+            reaches_end(&stress)
+                .is_some_and(|said| said.contains("reaches the held nodes “bone”: the model"))
         );
     }
 
