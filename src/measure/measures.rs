@@ -9,6 +9,7 @@ use super::hourglass_energy::HourglassEnergy;
 use super::law_range::LawRanges;
 use super::pair::{PairMeasures, pairs_of};
 use super::penetration::Penetration;
+use super::squeeze::Squeeze;
 use super::stress_depth::StressDepth;
 use super::summary::{ErrorBars, RequestedAccuracy};
 use super::wave_reach::WaveSpeed;
@@ -38,6 +39,8 @@ pub struct Measures {
     pub eroded: Eroded,
     /// Interpenetration of bodies at the look times.
     pub penetration: Penetration,
+    /// Thickness of the tissue between what strikes it and its base.
+    pub squeeze: Squeeze,
     /// Fields at the latest field time; `None` if the plan requests none.
     pub fields: Option<Fields>,
     /// Energy ledger at the latest step.
@@ -85,6 +88,11 @@ impl Measures {
     /// Pairs in which the tissue is struck: by projectiles, or by bodies that these push onto it, as armour; without either by any
     /// body. What merely supports the tissue does not strike it.
     pub fn strikes(&self) -> impl Iterator<Item = &PairMeasures> {
+        self.numbered_strikes().map(|(_, pair)| pair)
+    }
+
+    /// The same pairs with their numbers in the plan.
+    fn numbered_strikes(&self) -> impl Iterator<Item = (usize, &PairMeasures)> {
         let has_touched = |pair: &&PairMeasures| pair.force.contact_span.is_some();
         let by_projectile = |pair: &&PairMeasures| pair.on_tissue && pair.of_projectile;
         let is_direct = self.pairs.values().filter(by_projectile).any(|pair| has_touched(&pair));
@@ -97,7 +105,7 @@ impl Measures {
         let any = self.pairs.values().any(|pair| by_projectile(&pair) || by_pushed(pair));
         let is_struck =
             move |pair: &&PairMeasures| by_projectile(pair) || by_pushed(pair) || (!any && pair.on_tissue);
-        self.pairs.values().filter(is_struck)
+        self.pairs.each().filter(move |(_, pair)| is_struck(pair))
     }
 
     /// Pairs that results and recordings list, with their numbers in the plan: all, or of more than 64 those that have touched.
@@ -201,6 +209,8 @@ impl Measures {
             let touched =
                 |pair: usize| self.pairs.get(pair).is_some_and(|pair| pair.force.contact_span.is_some());
             self.penetration.accumulate(frame, touched);
+            let strikes: Vec<usize> = self.numbered_strikes().map(|(pair, _)| pair).collect();
+            self.squeeze.accumulate(frame, &strikes);
         }
         if frame.is_field_time {
             self.accumulate_points(frame);

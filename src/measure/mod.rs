@@ -28,6 +28,7 @@ pub mod pair;
 pub mod penetration;
 pub mod presented_area;
 mod sink;
+pub mod squeeze;
 pub mod stress_depth;
 pub mod stress_field;
 pub mod summary;

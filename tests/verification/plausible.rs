@@ -340,6 +340,44 @@ fn what_reaches_an_end_of_the_model_says_so() {
 }
 
 #[test]
+fn a_depth_is_a_lower_bound_where_the_tissue_is_no_deeper() {
+    // Held at its bottom along z alone, and free with a surface all around: its middle is deepest.
+    for (fixed, deepest_mm) in [(json!([{"set": "z_min", "axes": ["z"]}]), 30.0), (json!([]), 20.0)] {
+        let mut scene = ball_on_gel([0.0, 0.0, -5.0], 4e-3);
+        scene["solver"] = json!({"error_bars": "none"});
+        scene["bodies"][1]["fixed"] = fixed;
+        scene["measures"] = json!({"stress_thresholds_pa": [1.0]});
+        let summary = summary(&scene, None);
+        let stress = &summary.values().tissue.as_ref().unwrap().significant_stress[0];
+        let depth = stress.depth_mm.as_ref().unwrap().value;
+        assert!((depth - deepest_mm).abs() < 1e-9, "{depth}");
+        assert!(stress.depth_is_lower_bound, "{stress:?}");
+        assert_eq!(stress.depth_reaches, ["the greatest depth of the model"]);
+        let table = render_table(&summary);
+        assert!(table.contains("it reaches the greatest depth of the model"), "{table}");
+    }
+}
+
+#[test]
+fn tissue_that_is_squeezed_against_its_base_has_one_warning_that_a_thicker_one_has_not() {
+    let warned = |thickness: f64| {
+        let mut scene = ball_on_gel([0.0, 0.0, -8.0], 6e-3);
+        scene["solver"] = json!({"error_bars": "none"});
+        scene["bodies"][0] = json!({
+            "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -8],
+            "rigid": {"shape": {"kind": "ball", "radius_m": 0.02}, "center_m": [0, 0, 0.0601], "mass_kg": 0.02}
+        });
+        scene["bodies"][1]["mesh"]["generator"]["min_m"][2] = json!(0.04 - thickness);
+        let summary = summary(&scene, None);
+        summary.warnings.into_iter().filter(|w| w.contains("squeezed gel against")).collect::<Vec<_>>()
+    };
+    let thin = warned(0.01);
+    assert_eq!(thin.len(), 1, "{thin:?}");
+    assert!(thin[0].contains("the nodes that hold it") && thin[0].contains("10.00 mm became"), "{thin:?}");
+    assert_eq!(warned(0.1), [""; 0]);
+}
+
+#[test]
 fn the_force_is_averaged_over_a_fraction_of_the_contact_and_a_short_window_is_reported() {
     let summary_of = |measures: Value| {
         let mut scene = ball_on_gel([0.0, 0.0, -5.0], 2e-2);

@@ -19,6 +19,7 @@ mod quantity;
 mod relaxation;
 mod results;
 mod softening;
+mod squeezed;
 mod table;
 mod warnings;
 mod words;

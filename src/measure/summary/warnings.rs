@@ -14,6 +14,7 @@ use super::laws::{
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
 use super::softening::{SofteningOfPart, softening};
+use super::squeezed::squeezed_in_words;
 use super::written::{number, seconds};
 use crate::plan::Plan;
 use crate::step::{Ending, Energy, Outcome};
@@ -129,6 +130,7 @@ pub(super) fn warnings(
     all.add(Gravity::Remark, penetration_warning(&measures.penetration.deepest));
     all.add(Gravity::Remark, rigid_impact_warning(&measures.energy));
     all.add(Gravity::Remark, projection_warning(&measures.energy));
+    all.add(Gravity::Remark, measures.squeeze.worst.as_ref().and_then(squeezed_in_words));
     body_warnings(&mut all, measures, plan);
     all.add(Gravity::Remark, sampling_warning(measures).filter(|_| outcome.is_some()));
     contact_warnings(&mut all, measures, plan, outcome);
