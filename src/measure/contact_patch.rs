@@ -5,6 +5,9 @@
 //!
 //! In an impact nodes leave the surface and touch it again within a few steps, on every mesh at other instants, so that the area of the
 //! nodes pressed at one instant does not converge. A node therefore counts as in contact until it was last pressed a given time ago.
+//! The coarser the mesh, the longer a node stays away: gaps of up to two nodes between others in contact are closed ([`closing`]).
+
+mod closing;
 
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
@@ -199,29 +202,35 @@ impl PatchGeometry {
         let mut areas = [0.0; 2];
         for i in self.faces_of(node) {
             let face = self.incident[i];
-            let corners = &self.faces[face as usize];
-            // Shapes are evaluated once per evaluation.
-            let (of, shape) = &mut self.shapes[face as usize];
-            if *of != self.evaluation {
-                let whole = FaceShape::new(corners, position);
-                let limited = match limit {
-                    Limit::Shadow(shadow) => whole.clipped(corners, position, shadow),
-                    Limit::Front(_) | Limit::None => whole,
-                };
-                (*of, *shape) = (self.evaluation, limited);
-            }
+            let shape = self.shape(face, position, limit);
             // Faces oriented towards the contact contribute.
             let is_pressed = shape.is_turned(n)
                 && match limit {
                     Limit::Front(normal) => shape.is_in_front(normal),
                     Limit::Shadow(_) | Limit::None => true,
                 };
-            if let (true, Some(corner)) = (is_pressed, corners.iter().position(|&c| c == node)) {
+            let corner = self.faces[face as usize].iter().position(|&corner| corner == node);
+            if let (true, Some(corner)) = (is_pressed, corner) {
                 areas.iter_mut().zip(shape.tributary_areas(corner)).for_each(|(sum, area)| *sum += area);
                 self.pressed_faces.push(face);
             }
         }
         areas
+    }
+
+    /// Shape of a face within the limit, found once per evaluation.
+    fn shape(&mut self, face: u32, position: &impl Fn(u32) -> Vec3, limit: &Limit) -> FaceShape {
+        let corners = &self.faces[face as usize];
+        let (of, shape) = &mut self.shapes[face as usize];
+        if *of != self.evaluation {
+            let whole = FaceShape::new(corners, position);
+            let limited = match limit {
+                Limit::Shadow(shadow) => whole.clipped(corners, position, shadow),
+                Limit::Front(_) | Limit::None => whole,
+            };
+            (*of, *shape) = (self.evaluation, limited);
+        }
+        *shape
     }
 
     /// The patch of pair `pair` in a frame; nodes count as in contact until they were last pressed `window` ago [s].
@@ -300,7 +309,8 @@ impl PatchGeometry {
     ) -> Vec<Pressed> {
         self.evaluation += 1;
         self.pressed_faces.clear();
-        let touches = std::mem::take(&mut self.touches);
+        let mut touches = self.touches.clone();
+        touches.extend(self.enclosed(position, limit, followers));
         let pressed = touches.iter().map(|(node, touch)| {
             let mut tributary = self.tributary_area(*node, &touch.normal, position, limit);
             for (follower, w) in followers.led_by(*node as usize) {
@@ -310,9 +320,7 @@ impl PatchGeometry {
             let normal_force = if touch.time < time { 0.0 } else { touch.force };
             Pressed { position: position(*node), tributary, weight: touch.weight, normal_force }
         });
-        let pressed = pressed.collect();
-        self.touches = touches;
-        pressed
+        pressed.collect()
     }
 
     /// Mean edge length of the pressed faces [m].

@@ -143,8 +143,58 @@ fn a_node_that_bounces_keeps_its_area_and_the_weight_of_its_last_touch() {
         assert!((patch.area - area).abs() < 1e-12 && patch.nodes == nodes, "{patch:?}");
         assert!((patch.peak_pressure - pressure).abs() < 1e-12, "{patch:?}");
     };
-    check(at(&mut geometry, 1.0, &[(60, 0.75), (60, 0.25), (62, 1.0)]), 2.0, 2, 6.0);
+    check(at(&mut geometry, 1.0, &[(60, 0.75), (60, 0.25), (64, 1.0)]), 2.0, 2, 6.0);
     // Only one of them is pressed, and by half; then none.
     check(at(&mut geometry, 2.0, &[(60, 0.5)]), 1.5, 1, 6.0);
     check(at(&mut geometry, 3.0, &[]), 1.5, 0, 0.0);
+}
+
+/// Area of the patch of these nodes of the grid, all pressed with full weight.
+fn area_of(pressed: impl IntoIterator<Item = u32>) -> f64 {
+    let (surface, position) = grid();
+    let mut geometry = PatchGeometry::of_slave(0, &surface, None);
+    for node in pressed {
+        geometry.add(node, Touch { time: 1.0, normal: -Vec3::z(), weight: 1.0, force: 1.0 });
+    }
+    patch_of(&geometry.press(1.0, &position, &Limit::None, &Followers::default()), 1.0).area
+}
+
+/// The nodes of the grid in a rectangle, given by its columns and rows.
+fn block(columns: std::ops::Range<u32>, rows: std::ops::Range<u32>) -> Vec<u32> {
+    rows.flat_map(|j| columns.clone().map(move |i| j * 11 + i)).collect()
+}
+
+#[test]
+fn a_gap_of_two_nodes_is_closed_and_a_wider_one_stays_open() {
+    let around = |hole: &[u32]| {
+        let ring = block(1..10, 1..10).into_iter().filter(|node| !hole.contains(node));
+        area_of(ring.collect::<Vec<_>>())
+    };
+    assert!((around(&[]) - 81.0).abs() < 1e-12);
+    assert!((around(&block(4..6, 4..6)) - 81.0).abs() < 1e-12);
+    // Two nodes wide, along all of its length.
+    assert!((around(&block(4..6, 2..9)) - 81.0).abs() < 1e-12);
+    assert!((around(&block(4..7, 4..7)) - 72.0).abs() < 1e-12);
+}
+
+#[test]
+fn closing_keeps_the_edge_of_a_patch() {
+    assert!((area_of(block(3..7, 3..7)) - 16.0).abs() < 1e-12);
+    // A disc keeps its edge, too: all of its nodes, and none more.
+    let is_in = |node: &u32| {
+        let (x, y) = (f64::from(node % 11) - 5.0, f64::from(node / 11) - 5.0);
+        x.hypot(y) <= 3.7
+    };
+    let disc: Vec<u32> = (0..121).filter(is_in).collect();
+    assert!((area_of(disc.clone()) - disc.len() as f64).abs() < 1e-12);
+}
+
+#[test]
+fn a_border_is_closed_along_itself_alone() {
+    // Pressed up to one node from the border: the border is not pressed.
+    assert!((area_of(block(1..10, 1..10)) - 81.0).abs() < 1e-12);
+    // A gap that reaches the border, as one in a plane of symmetry does, between nodes pressed on it.
+    let gap = block(0..2, 4..6);
+    let pressed: Vec<u32> = block(0..5, 1..10).into_iter().filter(|node| !gap.contains(node)).collect();
+    assert!((area_of(pressed) - 4.5 * 9.0).abs() < 1e-12);
 }
