@@ -1,5 +1,6 @@
 //! Largest von Mises stress below each of some depths below the surface, over the field times.
 
+use super::computed::{Computed, ComputedMotion};
 use super::stress_field::StressField;
 use super::tissue_parts::TissueParts;
 use crate::mesh::MeshError;
@@ -14,6 +15,7 @@ pub struct DepthProfile {
     peaks: Vec<f64>,
     /// The tissue and its field; `None` before the start and without a surface to measure depth from.
     tissue: Option<(TissueParts, StressField)>,
+    motion: ComputedMotion,
 }
 
 /// Depth of the deepest node of the tissue below the surface [m]; `None` without tissue or surface.
@@ -23,7 +25,7 @@ pub fn deepest_node(plan: &Plan) -> Option<f64> {
 
 /// The tissue and its field.
 fn tissue(plan: &Plan) -> Result<Option<(TissueParts, StressField)>, MeshError> {
-    let parts = TissueParts::new(plan);
+    let parts = TissueParts::new(&Computed::of(plan));
     let field = parts.stress_field(plan)?;
     Ok(field.map(|field| (parts, field)))
 }
@@ -31,7 +33,7 @@ fn tissue(plan: &Plan) -> Result<Option<(TissueParts, StressField)>, MeshError> 
 impl DepthProfile {
     /// A profile from these depths [m] on, ascending.
     pub fn new(from: Vec<f64>) -> Self {
-        Self { peaks: vec![0.0; from.len()], from, tissue: None }
+        Self { peaks: vec![0.0; from.len()], from, tissue: None, motion: ComputedMotion::default() }
     }
 
     /// Largest von Mises stress from each depth on [Pa], as deep as the tissue extends; empty without tissue or surface.
@@ -61,12 +63,15 @@ impl Recorder for DepthProfile {
             return Ok(());
         };
         field.begin();
-        for block in frame.plan.blocks.iter().filter(|block| parts.bodies.contains(&block.body)) {
-            block.for_each_moved_batch(frame.points(), &mut |slots, points| {
-                for (lane, slot) in slots.clone().enumerate() {
-                    for q in 0..points.count {
-                        let stress = (points.von_mises[q][lane], points.volume[q][lane]);
-                        field.add(block.first_slot + slot, q, stress);
+        let (computed, own) = (Computed::of(frame.plan), self.motion.frame(frame));
+        for block in own.plan.blocks.iter().filter(|block| parts.bodies.contains(&block.body)) {
+            block.for_each_moved_batch(own.points(), &mut |slots, points| {
+                for image in 0..computed.images() {
+                    for (lane, slot) in slots.clone().enumerate() {
+                        let slot = computed.slot(block.first_slot + slot, image);
+                        for q in 0..points.count {
+                            field.add(slot, q, (points.von_mises[q][lane], points.volume[q][lane]));
+                        }
                     }
                 }
             });

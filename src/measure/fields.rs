@@ -1,5 +1,6 @@
 //! Fields at the nodes and elements, projected from the quadrature points.
 
+use super::computed::Computed;
 use crate::mechanics::element::{ElementKind, MOST_NODES, MOST_POINTS};
 use crate::mechanics::force::{BATCH, PointBatch, PointScalar};
 use crate::mesh::Cells;
@@ -21,39 +22,52 @@ pub struct Fields {
     pub principal_strain: Vec<f64>,
     /// Volume-weighted mean Cauchy stress of each element, xx, yy, zz, xy, yz, xz [Pa].
     pub element_cauchy: Vec<[f64; 6]>,
+    /// Sums at the nodes and elements that are computed, of which those of the whole are unfolded.
+    sums: Sums,
     /// Volume around each node, and of each element [m³]; empty if no such field is requested.
     nodal_volume: Vec<f64>,
     element_volume: Vec<f64>,
-    /// All elements, by their global nodes.
+    /// The elements that are computed, by their nodes.
     cells: Cells,
 }
 
+/// Sums over quadrature points, weighted by volume, at the nodes and elements that are computed, as the fields of the same name.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Sums {
+    von_mises: Vec<f64>,
+    pressure: Vec<f64>,
+    principal_strain: Vec<f64>,
+    element_cauchy: Vec<[f64; 6]>,
+}
+
 impl Fields {
-    /// Allocates the stress and strain fields that the plan requests; `None` if it requests none.
-    pub fn new(plan: &Plan) -> Option<Self> {
+    /// Allocates the stress and strain fields that the plan of a whole scene requests; `None` if it requests none.
+    pub fn new(whole: &Plan) -> Option<Self> {
         // Requested fields only.
-        let requested = |field| plan.fields.contains(&field);
+        let plan = Computed::of(whole).plan;
+        let requested = |field| whole.fields.contains(&field);
         let room = |field, n: usize| vec![0.0; if requested(field) { n } else { 0 }];
-        let nodes = plan.node_count();
-        let fields = Self {
-            von_mises: room(FieldName::VonMises, nodes),
-            pressure: room(FieldName::Pressure, nodes),
-            principal_strain: room(FieldName::PrincipalStrain, nodes),
-            element_cauchy: if requested(FieldName::ElementCauchyStress) {
-                vec![[0.0; 6]; plan.element_count()]
-            } else {
-                vec![]
-            },
-            ..Self::default()
+        let has_cauchy = requested(FieldName::ElementCauchyStress);
+        let tensors = |n: usize| vec![[0.0; 6]; if has_cauchy { n } else { 0 }];
+        let (all, own) = (whole.node_count(), plan.node_count());
+        let sums = Sums {
+            von_mises: room(FieldName::VonMises, own),
+            pressure: room(FieldName::Pressure, own),
+            principal_strain: room(FieldName::PrincipalStrain, own),
+            element_cauchy: tensors(plan.element_count()),
         };
-        if !fields.is_nodal() && fields.element_cauchy.is_empty() {
+        if !sums.is_nodal() && !has_cauchy {
             return None;
         }
         let mut fields = Self {
-            nodal_volume: vec![0.0; if fields.is_nodal() { nodes } else { 0 }],
-            element_volume: vec![0.0; fields.element_cauchy.len()],
+            von_mises: room(FieldName::VonMises, all),
+            pressure: room(FieldName::Pressure, all),
+            principal_strain: room(FieldName::PrincipalStrain, all),
+            element_cauchy: tensors(whole.element_count()),
+            nodal_volume: vec![0.0; if sums.is_nodal() { own } else { 0 }],
+            element_volume: vec![0.0; sums.element_cauchy.len()],
+            sums,
             cells: plan.bodies.iter().flat_map(|b| b.cells.iter()).collect(),
-            ..fields
         };
         // Reference volumes are the weights of the averages.
         for block in &plan.blocks {
@@ -80,24 +94,19 @@ impl Fields {
         }
     }
 
-    /// Whether any nodal field is requested.
-    fn is_nodal(&self) -> bool {
-        !(self.von_mises.is_empty() && self.pressure.is_empty() && self.principal_strain.is_empty())
-    }
-
     /// Resets to zero, the value of elements that have not moved.
     pub fn clear(&mut self) {
-        for field in [&mut self.von_mises, &mut self.pressure, &mut self.principal_strain] {
+        for field in self.sums.nodal() {
             field.fill(0.0);
         }
-        self.element_cauchy.fill([0.0; 6]);
+        self.sums.element_cauchy.fill([0.0; 6]);
     }
 
-    /// Accumulates the quadrature points of a batch of elements (global numbers, in the order of its lanes).
+    /// Accumulates the quadrature points of a batch of elements that are computed (their numbers, in the order of its lanes).
     pub fn accumulate(&mut self, elements: &[u32], points: &PointBatch) {
-        if !self.element_cauchy.is_empty() {
+        if !self.sums.element_cauchy.is_empty() {
             for (lane, &element) in elements.iter().enumerate() {
-                let mean = &mut self.element_cauchy[element as usize];
+                let mean = &mut self.sums.element_cauchy[element as usize];
                 for (cauchy, volume) in points.cauchy.iter().zip(&points.volume) {
                     mean.iter_mut().zip(cauchy).for_each(|(m, s)| *m += volume[lane] * s[lane]);
                 }
@@ -107,11 +116,8 @@ impl Fields {
         // A batch is of one kind.
         let Some(first) = elements.first() else { return };
         let kind = cells.kind(*first as usize).element();
-        for (field, values) in [
-            (&mut self.von_mises, &points.von_mises),
-            (&mut self.pressure, &points.pressure),
-            (&mut self.principal_strain, &points.principal_strain),
-        ] {
+        let values = [&points.von_mises, &points.pressure, &points.principal_strain];
+        for (field, values) in self.sums.nodal().into_iter().zip(values) {
             if field.is_empty() {
                 continue;
             }
@@ -124,16 +130,52 @@ impl Fields {
         }
     }
 
+    /// Ends a pass: the averages of all images.
+    pub fn end(&mut self, computed: &Computed) {
+        self.divide_sums();
+        self.unfold(computed);
+    }
+
     /// Divides the sums by their volumes.
-    pub fn average(&mut self) {
-        for field in [&mut self.von_mises, &mut self.pressure, &mut self.principal_strain] {
-            divide(field, &self.nodal_volume);
+    fn divide_sums(&mut self) {
+        let Self { sums, nodal_volume, element_volume, .. } = self;
+        for sum in sums.nodal() {
+            divide(sum, nodal_volume);
         }
-        for (mean, &volume) in self.element_cauchy.iter_mut().zip(&self.element_volume) {
+        for (mean, &volume) in sums.element_cauchy.iter_mut().zip(&*element_volume) {
             if volume > 0.0 {
                 *mean = mean.map(|m| m / volume);
             }
         }
+    }
+
+    /// Fills the fields of the whole: invariants are alike in all images, shears change their signs.
+    fn unfold(&mut self, computed: &Computed) {
+        let sums = &self.sums;
+        computed.unfold(&sums.von_mises, &mut self.von_mises);
+        computed.unfold(&sums.pressure, &mut self.pressure);
+        computed.unfold(&sums.principal_strain, &mut self.principal_strain);
+        for image in 0..computed.images() {
+            let signs = computed.signs(image);
+            let shears = [signs.x * signs.y, signs.y * signs.z, signs.x * signs.z];
+            for (element, &[xx, yy, zz, xy, yz, xz]) in (0..).zip(&sums.element_cauchy) {
+                // The sum makes +0 of −0.
+                let [xy, yz, xz] = [xy * shears[0], yz * shears[1], xz * shears[2]].map(|shear| shear + 0.0);
+                self.element_cauchy[computed.element(element, image) as usize] = [xx, yy, zz, xy, yz, xz];
+            }
+        }
+    }
+}
+
+impl Sums {
+    /// The nodal sums; empty those that are not requested.
+    fn nodal(&mut self) -> [&mut Vec<f64>; 3] {
+        [&mut self.von_mises, &mut self.pressure, &mut self.principal_strain]
+    }
+
+    /// Whether any nodal field is requested.
+    fn is_nodal(&self) -> bool {
+        !(self.von_mises.is_empty() && self.pressure.is_empty() && self.principal_strain.is_empty())
     }
 }
 
@@ -169,8 +211,7 @@ mod tests {
     #[test]
     fn averages_are_weighted_by_volume() {
         let mut fields = Fields {
-            von_mises: vec![0.0; 12],
-            element_cauchy: vec![[0.0; 6]; 2],
+            sums: Sums { von_mises: vec![0.0; 12], element_cauchy: vec![[0.0; 6]; 2], ..Sums::default() },
             nodal_volume: vec![0.0; 12],
             element_volume: vec![0.0; 2],
             cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]].into(),
@@ -188,17 +229,19 @@ mod tests {
         for _ in 0..2 {
             fields.clear();
             fields.accumulate(&[0, 1], &points);
-            fields.average();
+            fields.divide_sums();
         }
-        assert!((fields.von_mises[0] - 3.0).abs() < 1e-14 && (fields.von_mises[9] - 9.0).abs() < 1e-14);
-        assert!((fields.von_mises[5] - 7.0).abs() < 1e-14, "(1·3 + 2·9)/3");
-        assert_eq!(fields.element_cauchy[1], [9.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!(
+            (fields.sums.von_mises[0] - 3.0).abs() < 1e-14 && (fields.sums.von_mises[9] - 9.0).abs() < 1e-14
+        );
+        assert!((fields.sums.von_mises[5] - 7.0).abs() < 1e-14, "(1·3 + 2·9)/3");
+        assert_eq!(fields.sums.element_cauchy[1], [9.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
 
     #[test]
     fn what_has_not_moved_takes_part_in_the_average() {
         let mut fields = Fields {
-            von_mises: vec![0.0; 12],
+            sums: Sums { von_mises: vec![0.0; 12], ..Sums::default() },
             nodal_volume: vec![0.0; 12],
             cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]].into(),
             ..Fields::default()
@@ -211,15 +254,17 @@ mod tests {
             (points.volume[q][0], points.von_mises[q][0]) = (1.0, 3.0);
         }
         fields.accumulate(&[0], &points);
-        fields.average();
-        assert!((fields.von_mises[0] - 3.0).abs() < 1e-14 && (fields.von_mises[4] - 1.5).abs() < 1e-14);
-        assert_eq!(fields.von_mises[8], 0.0);
+        fields.divide_sums();
+        assert!(
+            (fields.sums.von_mises[0] - 3.0).abs() < 1e-14 && (fields.sums.von_mises[4] - 1.5).abs() < 1e-14
+        );
+        assert_eq!(fields.sums.von_mises[8], 0.0);
     }
 
     #[test]
     fn a_linear_field_leans_towards_its_side() {
         let mut fields = Fields {
-            pressure: vec![0.0; 8],
+            sums: Sums { pressure: vec![0.0; 8], ..Sums::default() },
             nodal_volume: vec![0.0; 8],
             cells: vec![[0, 1, 2, 3, 4, 5, 6, 7]].into(),
             ..Fields::default()
@@ -230,9 +275,9 @@ mod tests {
             (points.volume[q][0], points.pressure[q][0]) = (1.0, Hex8::point(q)[0]);
         }
         fields.accumulate(&[0], &points);
-        fields.average();
+        fields.divide_sums();
         // p = ξ at points ±1/√3 with weights (1 ± ξ)/2: the projection of ξ to the corner ξ = 1 is 1/3.
-        let largest = fields.pressure.iter().copied().fold(0.0, f64::max);
+        let largest = fields.sums.pressure.iter().copied().fold(0.0, f64::max);
         assert!((largest - 1.0 / 3.0).abs() < 1e-14, "{largest}");
     }
 }

@@ -7,6 +7,7 @@ mod tests;
 
 pub use rates::PartRates;
 
+use super::computed::Computed;
 use crate::mechanics::force::{
     ElementBlock, ErosionLimits, Formulation, PointBatch, PointInput, PointScalar,
 };
@@ -94,6 +95,8 @@ pub struct PartRange {
     erodes_at: Option<f64>,
     /// Index of the body in [`LawRanges`].
     in_body: usize,
+    /// Images of each point, itself included, all of which count [-].
+    images: f64,
 }
 
 /// Strain energy of one body [J].
@@ -132,6 +135,7 @@ impl PartRange {
             has_turned_over: false,
             erodes_at: None,
             in_body,
+            images: 1.0,
         }
     }
     /// Volumes outside each of the limits.
@@ -142,7 +146,7 @@ impl PartRange {
     fn accumulate(&mut self, body: &mut BodyRange, lanes: Range<usize>, points: &PointBatch) {
         for lane in lanes.clone() {
             for q in 0..points.count {
-                body.all.now += points.volume[q][lane] * points.psi[q][lane];
+                body.all.now += self.images * points.volume[q][lane] * points.psi[q][lane];
             }
         }
         let of = |scalar: &PointScalar| Extremes::new(&scalar[..points.count], lanes.clone());
@@ -169,7 +173,7 @@ impl PartRange {
     fn accumulate_damage(&mut self, lanes: Range<usize>, points: &PointBatch) {
         for lane in lanes {
             for q in 0..points.count {
-                let (damage, volume) = (points.damage[q][lane], points.volume[q][lane]);
+                let (damage, volume) = (points.damage[q][lane], self.images * points.volume[q][lane]);
                 if damage > 0.0 {
                     self.softened.volume.now += volume;
                 }
@@ -194,7 +198,7 @@ impl PartRange {
                 let of_point =
                     Deformations { stretch: strains.map(stretch), jacobian: [points.jacobian[q][lane]; 2] };
                 self.extend(&of_point);
-                let volume = points.volume[q][lane];
+                let volume = self.images * points.volume[q][lane];
                 let energy = volume * points.psi[q][lane];
                 let exceeds =
                     |range: Deformations, stretch: [f64; 2]| range.excess(stretch, of_point.jacobian) > 1.0;
@@ -275,15 +279,17 @@ pub struct LawRanges {
     pub parts: Vec<PartRange>,
     /// The bodies that own them.
     bodies: Vec<BodyRange>,
-    /// Part index of each slot of the plan; irrelevant for padding.
+    /// Part index of each slot of what is computed; irrelevant for padding.
     part_of: Vec<u32>,
     /// Rates that the points of each slot have had; empty where the plan compares none.
     reached: Vec<Reached>,
 }
 
 impl LawRanges {
-    /// Empty ranges for the parts of a plan.
-    pub fn new(plan: &Plan) -> Self {
+    /// Empty ranges for the parts of the plan of a whole scene.
+    pub fn new(whole: &Plan) -> Self {
+        let computed = Computed::of(whole);
+        let (plan, images) = (computed.plan, computed.images() as f64);
         let bodies = vec![BodyRange::default(); plan.bodies.len()];
         let slots = plan.slot_count();
         let reached = vec![Reached::default(); if plan.compares_rates() { slots } else { 0 }];
@@ -302,10 +308,11 @@ impl LawRanges {
                     let stretch = |at: ErosionLimits| at.stretch;
                     let erodes_at = block.parameters.erosion.map(stretch).filter(is_sooner);
                     let part = PartRange::at_rest(body.name.clone(), name.clone(), validity, block.body);
-                    ranges.parts.push(PartRange { erodes_at, set: body.sets[part_index].clone(), ..part });
+                    let set = body.sets[part_index].clone();
+                    ranges.parts.push(PartRange { erodes_at, set, images, ..part });
                     ranges.parts.len() - 1
                 });
-                ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();
+                ranges.parts[index].volume += images * block.point_volumes(slot).iter().sum::<f64>();
                 ranges.part_of[block.first_slot + slot] = index as u32;
             }
         }
@@ -340,13 +347,13 @@ impl LawRanges {
             end = lanes.end;
             let part = &mut self.parts[run[0] as usize];
             if let Some(reached) = &mut reached {
-                part.rates.accumulate(reached, lanes.clone(), points);
+                part.rates.accumulate(reached, lanes.clone(), points, part.images);
             }
             part.accumulate(&mut self.bodies[part.in_body], lanes, points);
         }
     }
 
-    /// Evaluates all points of a frame.
+    /// Evaluates all points of a frame of what is computed.
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
@@ -377,14 +384,14 @@ impl LawRanges {
                     if J <= 0.0 {
                         part.jacobian[0] = part.jacobian[0].min(J);
                         part.has_turned_over = true;
-                        part.beyond.volume.now += rest;
+                        part.beyond.volume.now += part.images * rest;
                     }
                 }
             }
         }
     }
 
-    /// Ends the pass over the points of a frame.
+    /// Ends the pass over the points of a frame of what is computed.
     pub fn end(&mut self, frame: &Frame) {
         self.add_turned_over(frame);
         let time = frame.time;

@@ -2,6 +2,7 @@
 
 use super::absorbed_energy::AbsorbedEnergy;
 use super::artificial_end::ArtificialEnds;
+use super::computed::{Computed, ComputedMotion};
 use super::deflection::Deflection;
 use super::eroded::Eroded;
 use super::fields::Fields;
@@ -31,6 +32,8 @@ pub struct Measures {
     pub hourglass: HourglassEnergy,
     /// Deformation of each part compared with the range of its law.
     pub laws: LawRanges,
+    /// Motion of the elements whose points are evaluated.
+    motion: ComputedMotion,
     /// Wave speed in the tissue; `None` if it allows no conclusion.
     wave_speed: Option<WaveSpeed>,
     /// Deflection of the tissue's surface.
@@ -125,28 +128,33 @@ impl Measures {
         if let Some(fields) = fields {
             fields.clear();
         }
-        let input = PointInput { with_rate: laws.have_rates(), ..frame.points() };
+        let (computed, own) = (Computed::of(frame.plan), self.motion.frame(frame));
+        let input = PointInput { with_rate: laws.have_rates(), ..own.points() };
         // One pass over the moved elements serves all three measures.
-        for block in &frame.plan.blocks {
+        for block in &own.plan.blocks {
             block.for_each_moved_batch(input, &mut |slots, points| {
-                let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
-                laws.accumulate(among_all.clone(), points);
+                let [first, end] = [slots.start, slots.end].map(|slot| block.first_slot + slot);
+                laws.accumulate(first..end, points);
                 if let Some(stress) = stress {
-                    let position =
-                        |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
-                    stress.accumulate(block.body, among_all, points, position);
+                    for image in 0..computed.images() {
+                        let position = |lane: usize, q: usize| {
+                            computed.place(block.point_position(slots.start + lane, q, &own.plan.X), image)
+                        };
+                        let slots = computed.slot(first, image)..computed.slot(end, image);
+                        stress.accumulate(block.body, slots, points, position);
+                    }
                 }
                 if let Some(fields) = fields {
                     fields.accumulate(&block.elements[slots], points);
                 }
             });
         }
-        laws.end(frame);
+        laws.end(&own);
         if let Some(stress) = stress {
             stress.end();
         }
         if let Some(fields) = fields {
-            fields.average();
+            fields.end(&computed);
         }
     }
 
@@ -215,7 +223,7 @@ impl Measures {
         if frame.is_field_time {
             self.accumulate_points(frame);
         } else if frame.is_look_time {
-            self.laws.look(frame);
+            self.laws.look(&self.motion.frame(frame));
         }
     }
 }

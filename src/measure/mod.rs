@@ -10,6 +10,7 @@
 pub mod absorbed_energy;
 pub mod artificial_end;
 pub mod channel_class;
+pub mod computed;
 pub mod contact_patch;
 pub mod contact_time;
 pub mod convergence;

@@ -7,6 +7,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::computed::Computed;
 use super::exceeded::{Dose, ExceededIn};
 use super::stress_field::{MOST_ENDS, Region, StressField};
 use super::tissue_parts::{TissueParts, ends_of_nodes};
@@ -191,7 +192,7 @@ pub struct StressDepth {
     reach: Option<WaveReach>,
     /// Names of the tissue's ends, at most 32.
     pub ends: Vec<String>,
-    /// For each slot the bit set of the ends adjacent to its element; empty if the tissue has no ends.
+    /// For each slot of all images the bit set of the ends adjacent to its element; empty if the tissue has no ends.
     at_ends: Vec<u32>,
     /// Doses of strain energy density [J/m³].
     pub energy_doses: Vec<Dose>,
@@ -221,7 +222,7 @@ impl StressDepth {
     /// # Errors
     /// When no distance can be taken to the surface.
     pub fn new(plan: &Plan) -> Result<Option<Self>, crate::mesh::MeshError> {
-        let parts = TissueParts::new(plan);
+        let parts = TissueParts::new(&Computed::of(plan));
         if parts.bodies.is_empty() {
             return Ok(None);
         }
@@ -309,7 +310,7 @@ impl StressDepth {
         self.field.iter_mut().for_each(StressField::begin);
     }
 
-    /// Accumulates the quadrature points of a batch of elements of a body, with their slots among all slots and their
+    /// Accumulates the quadrature points of a batch of elements of a body, with their slots among those of all images and their
     /// places `position(lane, index in the element)`. Elements that have not moved may be omitted.
     pub fn accumulate(
         &mut self,
@@ -373,15 +374,17 @@ impl StressDepth {
     }
 }
 
-/// For each slot of a plan the bit set of the tissue ends at which its element has nodes.
+/// For each slot of all images of a plan the bit set of the tissue ends at which its element has nodes.
 fn at_ends(plan: &Plan) -> Vec<u32> {
-    let of_node = ends_of_nodes(plan);
-    let mut at_ends = vec![0; plan.slot_count()];
-    for block in &plan.blocks {
-        for slot in 0..block.elements.len() {
-            let nodes = block.nodes_of(slot);
-            at_ends[block.first_slot + slot] =
-                nodes.iter().fold(0, |bits, node| bits | of_node[*node as usize]);
+    let (of_node, computed) = (ends_of_nodes(plan), Computed::of(plan));
+    let mut at_ends = vec![0; computed.slot_count()];
+    for image in 0..computed.images() {
+        for block in &computed.plan.blocks {
+            for slot in 0..block.elements.len() {
+                let nodes = block.nodes_of(slot);
+                at_ends[computed.slot(block.first_slot + slot, image)] =
+                    nodes.iter().fold(0, |bits, node| bits | of_node[computed.node(*node, image) as usize]);
+            }
         }
     }
     at_ends

@@ -28,15 +28,15 @@ const ERROR_OVER_SCATTER: f64 = 2.309_401_076_758_503;
 const LEAST_SPREAD: f64 = 0.1;
 
 /// An element of the tissue.
-pub struct TissueElement<'a> {
-    /// Its slot in the plan.
+pub struct TissueElement {
+    /// Its slot.
     pub slot: usize,
     /// Index of its part.
     pub part: usize,
     /// Kind of the cell, which gives nodes and points.
     pub cell: CellKind,
     /// Global numbers of its nodes, in the order of the kind.
-    pub nodes: &'a [u32],
+    pub nodes: Vec<u32>,
     /// Reference volumes of its quadrature points [m³].
     pub volumes: [f64; MOST_POINTS],
 }
@@ -100,11 +100,11 @@ pub struct StressField {
 
 impl StressField {
     /// A field without stress, given of each node of the plan the depth [m], unused outside of the tissue, and the bit set of the ends of the
-    /// tissue that it belongs to. `part_count` and `slot_count` are those of the plan.
-    pub fn new<'a>(
+    /// tissue that it belongs to. `part_count` and `slot_count` are the numbers of parts and of slots.
+    pub fn new(
         (depths, ends): (&[f64], &[u32]),
         (part_count, slot_count): (usize, usize),
-        tissue: impl Iterator<Item = TissueElement<'a>>,
+        tissue: impl Iterator<Item = TissueElement>,
     ) -> Self {
         let mut field = Self {
             vertices: Vec::new(),

@@ -1,5 +1,6 @@
 //! The tissue of a plan, part by part.
 
+use super::computed::Computed;
 use super::stress_field::{MOST_ENDS, StressField, TissueElement};
 use crate::mesh::MeshError;
 use crate::mesh::distance::DepthField;
@@ -15,23 +16,27 @@ pub struct TissueParts {
     pub names: Vec<String>,
     /// Reference volume of each part [m³].
     pub volumes: Vec<f64>,
-    /// For each slot of the plan the index of its part; 0 in other bodies, where it is unused.
+    /// For each slot of all images the index of its part; 0 in other bodies, where it is unused.
     pub of_slot: Vec<u32>,
 }
 
 impl TissueParts {
-    /// The parts of a plan's tissue.
-    pub fn new(plan: &Plan) -> Self {
+    /// The parts of the tissue of what is computed, and of its images.
+    pub fn new(computed: &Computed) -> Self {
+        let plan = computed.plan;
         let is_tissue = |body: &usize| plan.bodies[*body].role == Role::Tissue;
         let bodies = (0..plan.bodies.len()).filter(is_tissue).collect();
-        let mut parts = Self { bodies, of_slot: vec![0; plan.slot_count()], ..Self::default() };
+        let mut parts = Self { bodies, of_slot: vec![0; computed.slot_count()], ..Self::default() };
         for block in plan.blocks.iter().filter(|block| is_tissue(&block.body)) {
             let body = &plan.bodies[block.body];
             for (slot, element) in block.elements.iter().enumerate() {
                 let name = &body.parts[body.part_of[(element - body.elements.start) as usize] as usize];
                 let part = parts.index_of(name);
-                parts.volumes[part] += block.point_volumes(slot).iter().sum::<f64>();
-                parts.of_slot[block.first_slot + slot] = part as u32;
+                let volume = block.point_volumes(slot).iter().sum::<f64>();
+                parts.volumes[part] += computed.images() as f64 * volume;
+                for image in 0..computed.images() {
+                    parts.of_slot[computed.slot(block.first_slot + slot, image)] = part as u32;
+                }
             }
         }
         parts
@@ -46,37 +51,48 @@ impl TissueParts {
         })
     }
 
-    /// The stress field over the depth below the surface; `None` without one.
+    /// The stress field over the depth below the surface of a whole plan; `None` without one.
     ///
     /// # Errors
     /// If no distance can be taken to the surface.
-    pub fn stress_field(&self, plan: &Plan) -> Result<Option<StressField>, MeshError> {
-        if plan.measures.tissue_skin.is_empty() {
+    pub fn stress_field(&self, whole: &Plan) -> Result<Option<StressField>, MeshError> {
+        if whole.measures.tissue_skin.is_empty() {
             return Ok(None);
         }
-        let skin = DepthField::new(&plan.measures.tissue_skin, &plan.X)?;
-        let mut depths = vec![f64::NAN; plan.X.len()];
+        let skin = DepthField::new(&whole.measures.tissue_skin, &whole.X)?;
+        let mut depths = vec![f64::NAN; whole.X.len()];
         for body in &self.bodies {
-            let nodes = plan.bodies[*body].nodes.clone();
+            let nodes = whole.bodies[*body].nodes.clone();
             let nodes = nodes.start as usize..nodes.end as usize;
-            depths[nodes.clone()].copy_from_slice(&skin.depths(&plan.X[nodes]));
+            depths[nodes.clone()].copy_from_slice(&skin.depths(&whole.X[nodes]));
         }
-        let blocks = plan.blocks.iter().filter(|block| self.bodies.contains(&block.body));
-        let elements = blocks.flat_map(|block| {
-            let body = &plan.bodies[block.body];
-            block.elements.iter().enumerate().map(move |(slot, element)| {
+        let computed = Computed::of(whole);
+        let elements = (0..computed.images()).flat_map(|image| self.elements(computed, image));
+        let counts = (self.names.len(), computed.slot_count());
+        Ok(Some(StressField::new((&depths, &ends_of_nodes(whole)), counts, elements)))
+    }
+
+    /// The elements of the tissue in an image, with their nodes of the whole.
+    fn elements<'a>(
+        &'a self,
+        computed: Computed<'a>,
+        image: usize,
+    ) -> impl Iterator<Item = TissueElement> + 'a {
+        let blocks = computed.plan.blocks.iter().filter(|block| self.bodies.contains(&block.body));
+        blocks.flat_map(move |block| {
+            let body = &computed.plan.bodies[block.body];
+            block.elements.iter().enumerate().map(move |(in_block, element)| {
                 let cell = body.cells.get((element - body.elements.start) as usize);
+                let slot = computed.slot(block.first_slot + in_block, image);
                 TissueElement {
-                    slot: block.first_slot + slot,
-                    part: self.of_slot[block.first_slot + slot] as usize,
+                    slot,
+                    part: self.of_slot[slot] as usize,
                     cell: cell.kind,
-                    nodes: cell.nodes,
-                    volumes: block.point_volumes(slot),
+                    nodes: cell.nodes.iter().map(|node| computed.node(*node, image)).collect(),
+                    volumes: block.point_volumes(in_block),
                 }
             })
-        });
-        let counts = (self.names.len(), plan.slot_count());
-        Ok(Some(StressField::new((&depths, &ends_of_nodes(plan)), counts, elements)))
+        })
     }
 }
 

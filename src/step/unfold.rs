@@ -15,7 +15,7 @@ fn with_element_of(whole: &Plan, SectorPlan { plan, sector }: &SectorPlan, mut o
         && let Some(place) = &mut failure.element
         && let Some(body) = plan.bodies.iter().position(|body| body.name == place.body)
     {
-        let element = sector.element_of_whole(plan.bodies[body].elements.start + place.element);
+        let element = sector.image_of_element(plan.bodies[body].elements.start + place.element, 0);
         place.element = element - whole.bodies[body].elements.start;
     }
     outcome

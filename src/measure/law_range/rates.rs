@@ -36,12 +36,18 @@ impl PartRates {
         if is_compared { (volume - self.reached).max(0.0) } else { 0.0 }
     }
 
-    /// Accumulates the points in some lanes of a batch; `reached` has those of all its lanes.
-    pub fn accumulate(&mut self, reached: &mut [Reached], lanes: Range<usize>, points: &PointBatch) {
+    /// Accumulates the points in some lanes of a batch, each of them for a number of images; `reached` has those of all its lanes.
+    pub fn accumulate(
+        &mut self,
+        reached: &mut [Reached],
+        lanes: Range<usize>,
+        points: &PointBatch,
+        images: f64,
+    ) {
         let [slowest, fastest] = self.tested.unwrap_or([f64::INFINITY; 2]);
         for lane in lanes {
             for q in 0..points.count {
-                let (rate, volume) = (points.strain_rate[q][lane], points.volume[q][lane]);
+                let (rate, volume) = (points.strain_rate[q][lane], images * points.volume[q][lane]);
                 self.largest = self.largest.max(rate);
                 if rate >= slowest && mark(&mut reached[lane].slowest, q) {
                     self.reached += volume;
@@ -89,7 +95,7 @@ mod tests {
             ([50.0, 200.0], (2.0, 1.0)),
             ([101.0, 0.0], (2.0, 2.0)),
         ] {
-            rates.accumulate(&mut reached, 0..1, &points(at));
+            rates.accumulate(&mut reached, 0..1, &points(at), 1.0);
             assert_eq!(found(&rates), expected, "{at:?}");
         }
         assert_eq!(rates.largest, 200.0);
@@ -100,7 +106,7 @@ mod tests {
     fn nothing_is_slower_than_tests_at_rest_or_than_none() {
         for tested in [None, Some([0.0, 100.0])] {
             let mut rates = PartRates::of(tested);
-            rates.accumulate(&mut [Reached::default()], 0..1, &points([5.0, 0.0]));
+            rates.accumulate(&mut [Reached::default()], 0..1, &points([5.0, 0.0]), 1.0);
             assert_eq!((rates.slower(4.0), rates.faster, rates.largest), (0.0, 0.0, 5.0), "{tested:?}");
         }
     }

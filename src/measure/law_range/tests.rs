@@ -49,7 +49,7 @@ fn point_by_point(ranges: &mut LawRanges, points: &PointBatch) {
             body.all.now += points.volume[q][lane] * points.psi[q][lane];
         }
         part.accumulate_damage(lane..lane + 1, points);
-        part.rates.accumulate(&mut ranges.reached, lane..lane + 1, points);
+        part.rates.accumulate(&mut ranges.reached, lane..lane + 1, points, 1.0);
         part.accumulate_deformation(body, lane..lane + 1, points);
     }
 }

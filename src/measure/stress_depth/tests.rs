@@ -20,7 +20,7 @@ fn column(count: u32, thresholds: &[f64]) -> StressDepth {
         slot,
         part: 0,
         cell: CellKind::Hex8,
-        nodes,
+        nodes: nodes.to_vec(),
         volumes: [0.125; MOST_POINTS],
     });
     // One side of the top, and the bottom, are ends.

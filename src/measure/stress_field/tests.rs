@@ -42,7 +42,7 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
             slot,
             part: usize::from(-centre > interface),
             cell: cell.kind,
-            nodes: cell.nodes,
+            nodes: cell.nodes.to_vec(),
             volumes,
         }
     });

@@ -26,9 +26,9 @@ impl Sector {
         self.nodes[node as usize][image]
     }
 
-    /// Element of the whole that is an element of the sector.
-    pub fn element_of_whole(&self, element: u32) -> u32 {
-        self.elements[element as usize][0]
+    /// Element of the whole that is an element of the sector in an image.
+    pub fn image_of_element(&self, element: u32, image: usize) -> u32 {
+        self.elements[element as usize][image]
     }
 
     /// The history of the whole, chunk by chunk, from that of the sector.
@@ -36,6 +36,14 @@ impl Sector {
         for point in &self.history {
             let signs = self.images.reflected(Vec3::repeat(1.0), usize::from(point.image));
             point.copy(&signs, of_sector, whole);
+        }
+    }
+
+    /// The history of the sector, chunk by chunk, from that of the whole.
+    pub fn fold_history(&self, whole: &[Vec<Row>], of_sector: &mut [Vec<Row>]) {
+        for point in self.history.iter().filter(|point| point.image == 0) {
+            let PointHistory { to, from, .. } = *point;
+            PointHistory { to: from, from: to, ..*point }.copy(&Vec3::repeat(1.0), whole, of_sector);
         }
     }
 }

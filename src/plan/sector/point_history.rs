@@ -9,7 +9,7 @@ const SHEARS: [[usize; 2]; 3] = [[0, 1], [1, 2], [0, 2]];
 /// Where the numbers that a point of the whole remembers come from.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::plan) struct PointHistory {
-    /// Chunk, first row and lane, in the whole and in the sector.
+    /// Chunk, first row and lane, in what is copied to, the whole, and in what is copied from, the sector.
     pub to: (usize, usize, usize),
     pub from: (usize, usize, usize),
     /// Number of symmetric tensors that they begin with, and of all numbers.
@@ -21,13 +21,13 @@ pub(in crate::plan) struct PointHistory {
 
 impl PointHistory {
     /// Copies the numbers of a point; `signs` are those of the components of a vector.
-    pub fn copy(&self, signs: &Vec3, of_sector: &[Vec<Row>], whole: &mut [Vec<Row>]) {
+    pub fn copy(&self, signs: &Vec3, from_all: &[Vec<Row>], to_all: &mut [Vec<Row>]) {
         let Self { to: (chunk, row, lane), from: (from_chunk, from_row, from_lane), .. } = *self;
         for number in 0..self.count {
             let is_shear = number < 6 * self.tensors && number % 6 >= 3;
             let sign =
                 if is_shear { SHEARS[number % 6 - 3].map(|axis| signs[axis]).iter().product() } else { 1.0 };
-            whole[chunk][row + number].0[lane] = sign * of_sector[from_chunk][from_row + number].0[from_lane];
+            to_all[chunk][row + number].0[lane] = sign * from_all[from_chunk][from_row + number].0[from_lane];
         }
     }
 }
