@@ -37,6 +37,7 @@ mod local_refinement;
 mod manufactured_solution;
 mod material_fit;
 mod material_points;
+mod measured_images;
 mod mirror_images;
 mod momentum;
 mod mortar;
