@@ -99,8 +99,24 @@ struct Touch {
     normal: Vec3,
     /// Sum of the weights of its contacts; 1 for a contact at the node itself.
     weight: f64,
+    /// The largest such sum of late, with its time [s]: beside a contact of its own a node may have one that it shares with others.
+    largest: (f64, f64),
     /// Force normal to the face [N].
     force: f64,
+}
+
+impl Touch {
+    /// One at a time [s] with this normal; with its weight and force [N].
+    fn new((time, normal): (f64, Vec3), weight: f64, force: f64) -> Self {
+        Self { time, normal, weight, largest: (f64::NEG_INFINITY, 0.0), force }
+    }
+    /// Keeps the largest weight since a time [s].
+    fn keep_largest(&mut self, since: f64) {
+        let (time, largest) = self.largest;
+        if self.weight >= largest || time < since {
+            self.largest = (self.time, self.weight);
+        }
+    }
 }
 
 /// Limit of the part of a surface that can be pressed at all.
@@ -119,8 +135,8 @@ struct Pressed {
     position: Vec3,
     /// Tributary area covered by a rigid master, and in full [m²].
     tributary: [f64; 2],
-    /// Sum of the weights of its contacts.
-    weight: f64,
+    /// Sum of the weights of its latest contacts, and the largest such sum of late.
+    weights: [f64; 2],
     /// Force normal to the face at this instant [N].
     normal_force: f64,
 }
@@ -128,11 +144,11 @@ struct Pressed {
 impl Pressed {
     /// Part of the tributary area in contact [m²].
     fn area(&self) -> f64 {
-        self.tributary[0] * self.weight.clamp(0.0, 1.0)
+        self.tributary[0] * self.weights[1].clamp(0.0, 1.0)
     }
     /// Pressure on the full tributary area, covered or not [Pa].
     fn pressure(&self) -> f64 {
-        let area = self.tributary[1] * self.weight.clamp(0.0, 1.0);
+        let area = self.tributary[1] * self.weights[0].clamp(0.0, 1.0);
         if area > 0.0 { self.normal_force / area } else { 0.0 }
     }
 }
@@ -235,8 +251,8 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame; nodes count as in contact until they were last pressed `window` ago [s].
     pub fn eval(&mut self, frame: &Frame, pair: u32, window: f64) -> ContactPatch {
-        self.touches.retain(|_, touch| touch.time >= frame.time - window);
         self.touch(frame, pair);
+        self.keep_since(frame.time - window);
         if self.touches.is_empty() {
             return ContactPatch::default();
         }
@@ -258,7 +274,7 @@ impl PatchGeometry {
             resultant += normal * p_n;
             for (node, w) in contact.stencil.side(self.is_master) {
                 let weight = if self.is_master { 1.0 } else { w };
-                self.add(node, Touch { time: frame.time, normal, weight, force: w * p_n / frame.mean_step });
+                self.add(node, Touch::new((frame.time, normal), weight, w * p_n / frame.mean_step));
             }
         }
         self.normal = resultant.try_normalize(0.0).unwrap_or(self.normal);
@@ -269,7 +285,14 @@ impl PatchGeometry {
         let of_node = self.touches.entry(node).or_insert(Touch { weight: 0.0, force: 0.0, ..touch });
         let before =
             if of_node.time < touch.time { Touch { weight: 0.0, force: 0.0, ..*of_node } } else { *of_node };
-        *of_node = Touch { weight: before.weight + touch.weight, force: before.force + touch.force, ..touch };
+        let (weight, force) = (before.weight + touch.weight, before.force + touch.force);
+        *of_node = Touch { weight, force, largest: before.largest, ..touch };
+    }
+
+    /// Keeps the nodes that were pressed since a time [s], each with its largest weight since then.
+    fn keep_since(&mut self, since: f64) {
+        self.touches.retain(|_, touch| touch.time >= since);
+        self.touches.values_mut().for_each(|touch| touch.keep_largest(since));
     }
 
     /// Takes the new faces that erosion exposes.
@@ -318,7 +341,8 @@ impl PatchGeometry {
                 tributary = std::array::from_fn(|i| tributary[i] + w * of_follower[i]);
             }
             let normal_force = if touch.time < time { 0.0 } else { touch.force };
-            Pressed { position: position(*node), tributary, weight: touch.weight, normal_force }
+            let weights = [touch.weight, touch.largest.1];
+            Pressed { position: position(*node), tributary, weights, normal_force }
         });
         pressed.collect()
     }

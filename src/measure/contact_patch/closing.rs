@@ -30,13 +30,17 @@ struct Beside {
 impl Beside {
     fn add(&mut self, touch: &Touch) {
         self.normal += touch.normal;
-        self.weight += touch.weight;
+        self.weight += touch.largest.1;
         self.count += 1.0;
     }
     /// Their mean, without a force at any time.
     fn touch(&self) -> Option<Touch> {
         let normal = self.normal.try_normalize(0.0)?;
-        Some(Touch { time: f64::NEG_INFINITY, normal, weight: self.weight / self.count, force: 0.0 })
+        let weight = self.weight / self.count;
+        Some(Touch {
+            largest: (f64::NEG_INFINITY, weight),
+            ..Touch::new((f64::NEG_INFINITY, normal), weight, 0.0)
+        })
     }
 }
 

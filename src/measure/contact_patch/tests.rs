@@ -48,7 +48,7 @@ fn axes_of_a_uniform_ellipse_are_its_diameters() {
                 pressed.push(Pressed {
                     position,
                     tributary: [spacing * spacing; 2],
-                    weight: 1.0,
+                    weights: [1.0; 2],
                     normal_force: 2.0,
                 });
             }
@@ -68,7 +68,7 @@ fn axes_of_a_ring_are_no_longer_than_it_is_wide() {
         .map(|i| {
             let angle = f64::from(i).to_radians();
             let position = Vec3::new(angle.cos(), angle.sin(), 0.0);
-            Pressed { position, tributary: [0.01; 2], weight: 1.0, normal_force: 1.0 }
+            Pressed { position, tributary: [0.01; 2], weights: [1.0; 2], normal_force: 1.0 }
         })
         .collect();
     let patch = patch_of(&pressed, 0.02);
@@ -84,8 +84,9 @@ fn a_contact_between_nodes_is_one_nodes_worth_and_what_is_not_covered_does_not_c
         time += 1.0;
         geometry.touches.clear();
         for &(node, weight) in contacts {
-            geometry.add(node, Touch { time, normal: -Vec3::z(), weight, force: 1.0 });
+            geometry.add(node, Touch::new((time, -Vec3::z()), weight, 1.0));
         }
+        geometry.keep_since(time);
         let pressed = geometry.press(time, &position, limit, &Followers::default());
         pressed.iter().map(Pressed::area).sum::<f64>()
     };
@@ -104,7 +105,7 @@ fn a_contact_between_nodes_is_one_nodes_worth_and_what_is_not_covered_does_not_c
 #[test]
 fn one_node_has_no_extent() {
     let patch = patch_of(
-        &[Pressed { position: Vec3::x(), tributary: [2.0; 2], weight: 1.0, normal_force: 1.0 }],
+        &[Pressed { position: Vec3::x(), tributary: [2.0; 2], weights: [1.0; 2], normal_force: 1.0 }],
         1.0,
     );
     assert_eq!((patch.axes, patch.nodes_across, patch.nodes), ([0.0, 0.0], 1, 1));
@@ -129,14 +130,15 @@ fn the_sides_of_a_flat_end_are_no_part_of_it() {
 }
 
 #[test]
-fn a_node_that_bounces_keeps_its_area_and_the_weight_of_its_last_touch() {
+fn a_node_that_bounces_keeps_its_area_and_its_largest_weight_of_late() {
     let (surface, position) = grid();
     let mut geometry = PatchGeometry::of_slave(0, &surface, None);
-    let touch = |time, weight| Touch { time, normal: -Vec3::z(), weight, force: 3.0 };
+    let touch = |time, weight| Touch::new((time, -Vec3::z()), weight, 3.0);
     let at = |geometry: &mut PatchGeometry, time: f64, touches: &[(u32, f64)]| {
         for (node, weight) in touches {
             geometry.add(*node, touch(time, *weight));
         }
+        geometry.keep_since(time - 10.0);
         patch_of(&geometry.press(time, &position, &Limit::None, &Followers::default()), 1.0)
     };
     let check = |patch: ContactPatch, area: f64, nodes: u32, pressure: f64| {
@@ -144,9 +146,10 @@ fn a_node_that_bounces_keeps_its_area_and_the_weight_of_its_last_touch() {
         assert!((patch.peak_pressure - pressure).abs() < 1e-12, "{patch:?}");
     };
     check(at(&mut geometry, 1.0, &[(60, 0.75), (60, 0.25), (64, 1.0)]), 2.0, 2, 6.0);
-    // Only one of them is pressed, and by half; then none.
-    check(at(&mut geometry, 2.0, &[(60, 0.5)]), 1.5, 1, 6.0);
-    check(at(&mut geometry, 3.0, &[]), 1.5, 0, 0.0);
+    // Only one of them is pressed, and by half; then none; then by half again, the rest being long ago.
+    check(at(&mut geometry, 2.0, &[(60, 0.5)]), 2.0, 1, 6.0);
+    check(at(&mut geometry, 3.0, &[]), 2.0, 0, 0.0);
+    check(at(&mut geometry, 12.5, &[(60, 0.5)]), 0.5, 1, 6.0);
 }
 
 /// Area of the patch of these nodes of the grid, all pressed with full weight.
@@ -154,8 +157,9 @@ fn area_of(pressed: impl IntoIterator<Item = u32>) -> f64 {
     let (surface, position) = grid();
     let mut geometry = PatchGeometry::of_slave(0, &surface, None);
     for node in pressed {
-        geometry.add(node, Touch { time: 1.0, normal: -Vec3::z(), weight: 1.0, force: 1.0 });
+        geometry.add(node, Touch::new((1.0, -Vec3::z()), 1.0, 1.0));
     }
+    geometry.keep_since(0.0);
     patch_of(&geometry.press(1.0, &position, &Limit::None, &Followers::default()), 1.0).area
 }
 

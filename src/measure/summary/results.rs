@@ -102,7 +102,7 @@ pub struct Impact {
     /// Whether both sides are rigid and touch in points: then there is no patch.
     pub touches_in_points: bool,
     /// Patch area, averaged over the window of the peak force; a node counts as in contact until it was last pressed the length of
-    /// a window ago [mm²].
+    /// a window ago, and gaps of up to two nodes between nodes in contact are closed [mm²].
     pub patch_area_mm2: Quantity,
     /// Long axis of the patch, averaged likewise [mm].
     pub patch_long_axis_mm: Quantity,
