@@ -39,8 +39,8 @@ const MET: f64 = 1e-3;
 const REACH: f64 = 2.0;
 /// Growth of the distance along an edge below which it lies flat on the shape.
 const FLAT: f64 = 1e-3;
-/// Distance, as a fraction of the edge, below which the ends of such a stretch coincide, and a place coincides with a
-/// node.
+/// Distance, as a fraction of the edge, below which the ends of such a stretch coincide; also the largest one below which a place
+/// coincides with a node.
 const MERGED: f64 = 1e-2;
 /// Resolution of a place on an edge, and of the growth of the distance there relative to its range [-].
 const ROUNDING: f64 = 1e-9;
@@ -309,7 +309,10 @@ impl Obstacle {
         for fraction in ends.into_iter().flatten() {
             let mut weights = [0.0; 4];
             (weights[k], weights[next]) = (1.0 - fraction, fraction);
-            let is_node = !(MERGED..=1.0 - MERGED).contains(&fraction);
+            // A node keeps out what is nearer to it than the allowed depth, since the distance changes no faster than the place. A sharp
+            // edge of the shape farther from it, across this one, is kept out here alone.
+            let merged = MERGED.min(self.allowed / way.norm());
+            let is_node = !(merged..=1.0 - merged).contains(&fraction);
             self.keep_out(face, weights, self.owns[k] && !is_node, take);
         }
     }

@@ -88,6 +88,24 @@ fn a_box_across_an_edge_is_held_at_both_ends_of_what_lies_on_it() {
 }
 
 #[test]
+fn a_sharp_edge_across_an_edge_of_a_face_is_held_up_to_the_allowed_depth_beside_a_node() {
+    // An edge of the box, along y, is 20 mm below the face, across its edge along x; the node at its end is outside of the box.
+    let shape = Shape::Box { half: Vec3::new(0.3, 0.4, 0.3) };
+    let lowest = 0.3 * std::f64::consts::SQRT_2;
+    let rotation = Rotation::from_euler_angles(0.0, std::f64::consts::FRAC_PI_4, 0.0);
+    let allowed = Obstacle::new(&shape, SIZE, AROUND).allowed;
+    for beside in [0.022, 0.03, 0.06, 0.6] {
+        let face = turned(&rotation, &square(0.02 - lowest), &Vec3::new(3.0 - beside, 2.0, 0.0));
+        assert!(beside > 2.0 * allowed && shape.eval_distance(&face.corners[0]).0 > 0.0, "{beside}");
+        let touches = found(&shape, &face, &face);
+        let held = touches.iter().find(|t| t.weights[0] + t.weights[1] > 1.0 - 1e-9 && t.gap < 0.0);
+        let held = held.unwrap_or_else(|| panic!("{beside}: {touches:?}"));
+        assert!((held.weights[1] * SIZE - beside).abs() < 2.0 * allowed, "{beside}: {held:?}");
+        assert!((rotation * held.normal).z < -0.9, "{beside}: {held:?}");
+    }
+}
+
+#[test]
 fn a_corner_is_pushed_back_along_the_normal_of_the_face_however_deep_it_is() {
     let shape = Shape::Box { half: Vec3::repeat(1.0) };
     let down = -Vec3::repeat(1.0).normalize();
