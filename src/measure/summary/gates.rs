@@ -25,6 +25,8 @@ const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters
 const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";
 const PROJECTION_GATE: &str = "projection_within_limit";
 const COARSE_CONTACT: &str = "Refine both surfaces where they meet: impact activation dissipates the energy of the contact nodes, and fewer, heavier nodes lose more.";
+const SHARP_EDGE: &str = "Round the edges of a rigid body where it meets the tissue, by a tenth of the size of an element or more: a sharper one enters between two nodes, and is lifted out against the stress. \
+    Between two meshes refine both surfaces where they meet.";
 /// Gates for interpenetration of bodies.
 const PENETRATION_GATE: &str = "penetration_within_limit";
 const OVERLAP_GATE: &str = "overlap_within_limit";
@@ -139,7 +141,8 @@ pub(super) fn withholding(
                 failed.name, failed.meaning, failed.value, failed.limit
             ),
             remedy: match name {
-                DISSIPATION_GATE | PROJECTION_GATE => COARSE_CONTACT,
+                DISSIPATION_GATE => COARSE_CONTACT,
+                PROJECTION_GATE => SHARP_EDGE,
                 _ => FailureCause::EnergyGate.remedy(),
             },
         },
