@@ -5,6 +5,7 @@
 
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::mirror::MirrorPlane;
 use crate::plan::{Plan, Sector};
 use crate::step::Frame;
 use std::iter::once;
@@ -29,6 +30,11 @@ impl<'a> Computed<'a> {
     /// Number of images, what is computed included.
     pub fn images(&self) -> usize {
         self.sector.map_or(1, |sector| sector.images.count())
+    }
+
+    /// The planes of symmetry, above which is what is computed; none without a sector.
+    pub fn planes(&self) -> &'a [MirrorPlane] {
+        self.sector.map_or(&[], |sector| &sector.images.0)
     }
 
     /// Node of the whole that is a node in an image.
@@ -75,7 +81,7 @@ impl<'a> Computed<'a> {
 }
 
 /// Frames of what is computed, from those of the whole, in memory that is used again.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct ComputedMotion {
     u: Vec<Vec3>,
     v: Vec<Vec3>,

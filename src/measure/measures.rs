@@ -117,8 +117,8 @@ impl Measures {
         self.pairs.each().filter(move |(_, pair)| are_few || pair.force.contact_span.is_some())
     }
 
-    /// Accumulates the point stresses of a frame.
-    fn accumulate_points(&mut self, frame: &Frame) {
+    /// Accumulates the point stresses of a frame, given that of what is computed.
+    fn accumulate_points(&mut self, frame: &Frame, own: &Frame) {
         let reach = self.wave_speed.as_ref().map(|speed| speed.reach(self.pairs.values(), frame));
         let (stress, fields, laws) = (&mut self.stress, &mut self.fields, &mut self.laws);
         laws.begin();
@@ -128,7 +128,7 @@ impl Measures {
         if let Some(fields) = fields {
             fields.clear();
         }
-        let (computed, own) = (Computed::of(frame.plan), self.motion.frame(frame));
+        let computed = Computed::of(frame.plan);
         let input = PointInput { with_rate: laws.have_rates(), ..own.points() };
         // One pass over the moved elements serves all three measures.
         for block in &own.plan.blocks {
@@ -149,7 +149,7 @@ impl Measures {
                 }
             });
         }
-        laws.end(&own);
+        laws.end(own);
         if let Some(stress) = stress {
             stress.end();
         }
@@ -214,16 +214,23 @@ impl Measures {
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.step);
         if frame.is_look_time {
-            let touched =
-                |pair: usize| self.pairs.get(pair).is_some_and(|pair| pair.force.contact_span.is_some());
-            self.penetration.accumulate(frame, touched);
-            let strikes: Vec<usize> = self.numbered_strikes().map(|(pair, _)| pair).collect();
-            self.squeeze.accumulate(frame, &strikes);
+            let mut motion = std::mem::take(&mut self.motion);
+            self.look(frame, &motion.frame(frame));
+            self.motion = motion;
         }
+    }
+
+    /// Accumulates what is evaluated in whole bodies at a look time, given the frame of what is computed of them.
+    fn look(&mut self, frame: &Frame, own: &Frame) {
+        let touched =
+            |pair: usize| self.pairs.get(pair).is_some_and(|pair| pair.force.contact_span.is_some());
+        self.penetration.accumulate([frame, own], touched);
+        let strikes: Vec<usize> = self.numbered_strikes().map(|(pair, _)| pair).collect();
+        self.squeeze.accumulate(frame, &strikes);
         if frame.is_field_time {
-            self.accumulate_points(frame);
-        } else if frame.is_look_time {
-            self.laws.look(&self.motion.frame(frame));
+            self.accumulate_points(frame, own);
+        } else {
+            self.laws.look(own);
         }
     }
 }

@@ -6,19 +6,23 @@
 //! volume at the Gauss points of the elements (for a rigid body, on a lattice), so that edges crossing between their
 //! nodes show up in the volume. Between the nodes of a mesh on a round rigid body no volume counts as shared up to the depth that contact
 //! leaves there ([`left_to_nodes`]). A node is inside its own body if the boundary surface winds around the place just
-//! outside of it ([`nodes_inside`]).
+//! outside of it ([`nodes_inside`](crate::mechanics::contact::detection::winding::nodes_inside)).
+//!
+//! Of a symmetric scene two bodies are compared in the part that is computed, whose points count for their mirror images; a point beyond
+//! a plane of symmetry is looked for at its mirror image.
 
+mod look;
 mod mesh;
+mod side;
 
+use super::computed::Computed;
 use crate::mechanics::contact::Master;
 use crate::mechanics::contact::detection::bodies::meeting;
-use crate::mechanics::contact::detection::closest_point::Patch;
-use crate::mechanics::contact::detection::rigid_faces::{MOST_BOW, left_to_nodes};
-use crate::mechanics::rigid::{Pose, Shape, triangulated};
-use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::locate::{Locator, elements_near};
+use crate::mechanics::tensor::Vec3;
 use crate::step::Frame;
+use look::{look, smaller_volume};
 use mesh::{Found, Mesh};
+use side::Side;
 use std::cell::OnceCell;
 
 /// Penetration depth over face size above which the results of a run are withheld [-].
@@ -28,8 +32,6 @@ pub const OVERLAP_LIMIT: f64 = 0.01;
 /// Remedy for a penetration or overlap beyond its limit.
 pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run earlier; in an implicit run shorten the \
                             steps. Where soft bodies crush each other to folds no mesh keeps them apart.";
-/// Lattice points along each axis of a rigid body.
-const LATTICE: i32 = 12;
 
 /// The deepest penetration and the largest overlap at the look times.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,32 +71,23 @@ pub struct Overlap {
     pub time: f64,
 }
 
-/// One side of a pair at one time.
-enum Side<'a> {
-    Mesh(Mesh<'a>),
-    Rigid(Shape, Pose),
-    Plane(Vec3, Vec3),
-}
-
 impl Penetration {
-    /// Accumulates a frame at a look time, when all displacements are known. `touched`: whether a pair has been in
-    /// contact so far; a body that has not touched itself cannot have entered itself.
-    pub fn accumulate(&mut self, frame: &Frame, touched: impl Fn(usize) -> bool) {
-        // Current positions.
-        let plan = frame.plan;
-        let mut x = plan.X.clone();
-        for (index, body) in plan.bodies.iter().enumerate() {
-            for node in body.nodes.clone() {
-                x[node as usize] = frame.position_in(index, node);
-            }
-        }
-        // Non-finite positions end the run with a failure of their own.
+    /// Accumulates a frame at a look time, when all displacements are known, given that of the whole and that of what is computed of it
+    /// ([`ComputedMotion`](super::computed::ComputedMotion)). `touched`: whether a pair has been in contact so far; a body that has not
+    /// touched itself cannot have entered itself.
+    pub fn accumulate(&mut self, [whole, own]: [&Frame; 2], touched: impl Fn(usize) -> bool) {
+        // Current positions; non-finite ones end the run with a failure of their own.
+        let plan = own.plan;
+        let Some(contact) = &plan.contact else { return };
+        let x = positions(own);
         if !x.iter().all(|x| x.iter().all(|c| c.is_finite())) {
             return;
         }
+        let planes = Computed::of(whole.plan).planes();
+        let sides: Vec<Side> =
+            (0..plan.bodies.len()).map(|body| Side::of_body(own, body, &x).in_images_of(planes)).collect();
         // Each pair once; with itself only after contact.
-        let sides: Vec<Side> = (0..plan.bodies.len()).map(|body| Side::of_body(frame, body, &x)).collect();
-        let Some(contact) = &plan.contact else { return };
+        let x_of_whole = OnceCell::new();
         let listed = contact.pairs.listed().map(|(index, pair)| (index, *pair));
         let every = contact.pairs.every_two();
         let boxes: Vec<[Vec3; 2]> =
@@ -103,15 +96,28 @@ impl Penetration {
         let unlisted = meeting(&boxes).into_iter().map(number).map(|index| (index, contact.pairs.get(index)));
         for (index, pair) in listed.chain(unlisted) {
             let (slave, master) = contact.bodies_of(&pair);
-            let own = &sides[slave];
-            let (found, other) = match (&pair.master, master, own) {
-                (Master::Plane { point, normal }, ..) => (look(own, &Side::Plane(*point, *normal)), None),
-                (_, Some(master), _) if master != slave => (look(own, &sides[master]), Some(&sides[master])),
-                (.., Side::Mesh(mesh)) if touched(index) => (mesh.look_at_itself(), None),
-                _ => continue,
+            let side = &sides[slave];
+            let mut keep = |found: Found, volume: &dyn Fn() -> f64| {
+                if found.depth > 0.0 || found.volume > 0.0 {
+                    self.keep(&plan.name_of(index), own.time, found, volume);
+                }
             };
-            if found.depth > 0.0 || found.volume > 0.0 {
-                self.keep(&plan.name_of(index), frame.time, found, || smaller_volume(own, other));
+            match (&pair.master, master, side) {
+                (Master::Plane { point, normal }, ..) => {
+                    let found = look([side, &Side::Plane(*point, *normal)], planes);
+                    keep(found, &|| smaller_volume(side, None));
+                }
+                (_, Some(master), _) if master != slave => {
+                    let other = &sides[master];
+                    keep(look([side, other], planes), &|| smaller_volume(side, Some(other)));
+                }
+                // A body may meet its own mirror image: the whole of it is searched.
+                (.., Side::Mesh(_)) if touched(index) => {
+                    let x = x_of_whole.get_or_init(|| positions(whole));
+                    let mesh = Mesh::new(&whole.plan.bodies[slave], whole.erosion, x);
+                    keep(mesh.look_at_itself(), &|| mesh.volume_up_to(f64::INFINITY));
+                }
+                _ => {}
             }
         }
     }
@@ -145,242 +151,12 @@ impl Penetration {
     }
 }
 
-/// Volume of a body, or of another that is smaller [m³].
-fn smaller_volume(body: &Side, other: Option<&Side>) -> f64 {
-    let Some(other) = other else { return body.volume_up_to(f64::INFINITY) };
-    // Most of a body that is much larger than the other is not evaluated.
-    let [first, second] = if other.size() < body.size() { [other, body] } else { [body, other] };
-    let volume = first.volume_up_to(f64::INFINITY);
-    second.volume_up_to(volume).min(volume)
-}
-
-/// Points of either side that lie inside the other.
-fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
-    // Bodies with disjoint bounding boxes do not overlap.
-    let mut found = Found::default();
-    let ([a_low, a_high], [b_low, b_high]) = (a.bounds(), b.bounds());
-    let common = [a_low.sup(&b_low), a_high.inf(&b_high)];
-    if (0..3).any(|i| common[0][i] > common[1][i]) || [a, b].into_iter().any(|side| side.is_below(&common)) {
-        return found;
-    }
-    let [a, b] = [(a, b), (b, a)].map(|(side, other)| Near::new(side, other, &common));
-    found.left_to_nodes = if a.left_to_nodes.max(b.left_to_nodes) > 0.0 { MOST_BOW } else { 0.0 };
-    for (points_of, of) in [(&a, &b), (&b, &a)] {
-        let size = OnceCell::new();
-        let size = || *size.get_or_init(|| of.side.face_size_beside(points_of.side));
-        // Depth from the surface points.
-        points_of.side.for_each_surface_point(&common, |point| {
-            if of.holds(point) {
-                let (depth, of_face) = of.side.depth_at(point);
-                found.deepen(depth, of_face.unwrap_or_else(size));
-            }
-        });
-        // Both sides sample the same volume, each at the resolution of its own points.
-        let mut volume = 0.0;
-        points_of.for_each_volume_point(|point, weight| {
-            volume += if of.shares(point) { weight() } else { 0.0 };
-        });
-        found.volume = found.volume.max(volume);
-    }
-    found
-}
-
-/// A side within the box that it has in common with another.
-struct Near<'a, 'b> {
-    side: &'b Side<'a>,
-    common: &'b [Vec3; 2],
-    /// Depth of a mesh in this round rigid body that is left to the nodes [m]: no volume is shared up to it.
-    left_to_nodes: f64,
-    /// Elements of a mesh there.
-    elements: Vec<u32>,
-    locator: OnceCell<Locator<'b>>,
-}
-
-impl<'a, 'b> Near<'a, 'b> {
-    fn new(side: &'b Side<'a>, other: &Side, common: &'b [Vec3; 2]) -> Self {
-        let left_to_nodes = match (side, other) {
-            (Side::Rigid(shape, _), Side::Mesh(_)) => left_to_nodes(shape),
-            _ => 0.0,
-        };
-        let elements = match side {
-            Side::Mesh(mesh) => elements_near(common, &mesh.cells, mesh.x),
-            Side::Rigid(..) | Side::Plane(..) => Vec::new(),
-        };
-        Self { side, common, left_to_nodes, elements, locator: OnceCell::new() }
-    }
-
-    /// Whether a point of the box is inside.
-    fn holds(&self, point: &Vec3) -> bool {
-        match self.side {
-            Side::Mesh(mesh) => {
-                let locator = || Locator::of(self.elements.clone(), &mesh.cells, mesh.x);
-                self.locator.get_or_init(locator).element_at(point, |_| true).is_some()
-            }
-            Side::Rigid(..) | Side::Plane(..) => self.side.height(point) < 0.0,
-        }
-    }
-
-    /// Whether a point of the box is so far inside that the other side must not be there.
-    fn shares(&self, point: &Vec3) -> bool {
-        if matches!(self.side, Side::Mesh(_)) {
-            self.holds(point)
-        } else {
-            self.side.height(point) < -self.left_to_nodes
-        }
-    }
-
-    /// Visits the points within the box with the volumes they represent [m³], evaluated on demand.
-    fn for_each_volume_point(&self, mut take: impl FnMut(&Vec3, &dyn Fn() -> f64)) {
-        let [low, high] = self.common;
-        match self.side {
-            Side::Mesh(mesh) => {
-                let elements = self.elements.iter().map(|element| *element as usize);
-                mesh.for_each_volume_point(elements, |_, point, weight| {
-                    if point >= low && point <= high {
-                        take(point, weight);
-                    }
-                });
-            }
-            Side::Rigid(shape, pose) => {
-                let half = half_extents(shape);
-                let cell = half * (2.0 / f64::from(LATTICE));
-                let at =
-                    |ijk: [i32; 3]| Vec3::from(ijk.map(|i| f64::from(i) + 0.5)).component_mul(&cell) - half;
-                let inner = |p: &Vec3| shape.eval_distance(p).0 < -self.left_to_nodes;
-                let cells =
-                    (0..LATTICE.pow(3)).map(|n| [n % LATTICE, n / LATTICE % LATTICE, n / LATTICE.pow(2)]);
-                for local in cells.map(at) {
-                    let point = pose.place(&local);
-                    if point >= *low && point <= *high && inner(&local) {
-                        take(&point, &|| cell.product());
-                    }
-                }
-            }
-            Side::Plane(..) => {}
-        }
-    }
-}
-
-impl<'a> Side<'a> {
-    fn of_body(frame: &Frame<'a>, index: usize, x: &'a [Vec3]) -> Self {
-        let body = &frame.plan.bodies[index];
-        match (frame.pose(index), body.rigid, &frame.plan.rigid) {
-            (Some(pose), Some(rigid), Some(plan)) => Self::Rigid(plan.bodies[rigid].shape.clone(), pose),
-            _ => Self::Mesh(Mesh::new(body, frame.erosion, x)),
-        }
-    }
-
-    /// Number of points that a volume is the sum of.
-    fn size(&self) -> usize {
-        match self {
-            Self::Mesh(mesh) => mesh.cells.len(),
-            Self::Rigid(..) | Self::Plane(..) => 0,
-        }
-    }
-
-    /// Its volume [m³], or one that is not smaller than `enough`, if its own is not.
-    fn volume_up_to(&self, enough: f64) -> f64 {
-        match self {
-            Self::Mesh(mesh) => mesh.volume_up_to(enough),
-            Self::Rigid(shape, _) => shape.volume(),
-            Self::Plane(..) => f64::INFINITY,
-        }
-    }
-
-    /// Mean size of the faces of a mesh [m], of another if this is none, of none the smallest thickness.
-    fn face_size_beside(&self, other: &Self) -> f64 {
-        let size = self.face_size().or_else(|| other.face_size());
-        size.unwrap_or_else(|| self.thickness().min(other.thickness()))
-    }
-
-    /// Mean size of the faces of a mesh [m].
-    fn face_size(&self) -> Option<f64> {
-        let Self::Mesh(Mesh { surface, x, .. }) = self else { return None };
-        let sizes = surface.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
-        Some(sizes.sum::<f64>() / surface.faces.len() as f64)
-    }
-
-    fn thickness(&self) -> f64 {
-        match self {
-            Self::Rigid(shape, _) => shape.size(),
-            _ => f64::INFINITY,
-        }
-    }
-
-    /// Signed distance of a point from a rigid body or a plane, negative inside [m]; meshes use their elements instead.
-    fn height(&self, point: &Vec3) -> f64 {
-        match self {
-            Self::Mesh(_) => f64::INFINITY,
-            Self::Rigid(shape, pose) => shape.eval_distance(&pose.local(point)).0,
-            Self::Plane(at, normal) => normal.dot(&(point - at)),
-        }
-    }
-
-    /// Depth of a point inside [m], and the size of the nearest face of a mesh [m].
-    fn depth_at(&self, point: &Vec3) -> (f64, Option<f64>) {
-        let Self::Mesh(mesh) = self else { return (-self.height(point), None) };
-        match mesh.depth_below_surface(point, |_| true) {
-            Some((depth, size)) => (depth, Some(size)),
-            None => (0.0, None),
-        }
-    }
-
-    /// Bounding box outside which no point of another side can be inside [m].
-    fn bounds(&self) -> [Vec3; 2] {
-        match self {
-            Self::Mesh(mesh) => mesh.bounds,
-            Self::Rigid(shape, pose) => {
-                [-1.0, 1.0].map(|sign| pose.centre.add_scalar(sign * shape.outer_radius()))
-            }
-            Self::Plane(..) => [f64::NEG_INFINITY, f64::INFINITY].map(Vec3::repeat),
-        }
-    }
-
-    /// Whether this is a plane, and a box lies wholly above it.
-    fn is_below(&self, [low, high]: &[Vec3; 2]) -> bool {
-        let Self::Plane(at, normal) = self else { return false };
-        let lowest = Vec3::from_fn(|i, _| if normal[i] > 0.0 { low[i] } else { high[i] });
-        normal.dot(&(lowest - at)) > 0.0
-    }
-
-    fn for_each_surface_point(&self, [low, high]: &[Vec3; 2], mut take: impl FnMut(&Vec3)) {
-        let mut take_near = |point: &Vec3| {
-            if point >= low && point <= high {
-                take(point);
-            }
-        };
-        match self {
-            Self::Mesh(mesh) => {
-                for &node in &mesh.surface.nodes {
-                    take_near(&mesh.x[node as usize]);
-                }
-            }
-            Self::Rigid(shape, pose) => {
-                let (vertices, triangles) = triangulated(shape);
-                for vertex in &vertices {
-                    take_near(&pose.place(vertex));
-                }
-                for triangle in triangles {
-                    let [a, b, c] = triangle.map(|i| vertices[i as usize]);
-                    for sum in [a + b, b + c, c + a] {
-                        take_near(&pose.place(&(sum * 0.5)));
-                    }
-                }
-            }
-            Self::Plane(..) => {}
-        }
-    }
-}
-
-/// Half-extents of the bounding box of a shape, in its own axes [m].
-fn half_extents(shape: &Shape) -> Vec3 {
-    match *shape {
-        Shape::Ball { radius } => Vec3::repeat(radius),
-        Shape::Box { half } => half,
-        Shape::Cylinder { radius, half_length } => Vec3::new(radius, half_length, radius),
-        Shape::Capsule { radius, half_length } => Vec3::new(radius, half_length + radius, radius),
-        Shape::Polyhedron(ref hull) => hull.half_extent(&Mat3::identity()),
-    }
+/// Current positions of all nodes of a frame [m].
+fn positions(frame: &Frame) -> Vec<Vec3> {
+    let bodies = frame.plan.bodies.iter().enumerate();
+    bodies
+        .flat_map(|(index, body)| body.nodes.clone().map(move |node| frame.position_in(index, node)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -388,7 +164,7 @@ fn half_extents(shape: &Shape) -> Vec3 {
 mod tests {
     use super::*;
     use crate::mechanics::force::Erosion;
-    use crate::mechanics::rigid::Rotation;
+    use crate::mechanics::rigid::{Pose, Rotation, Shape};
     use crate::plan::{Plan, compile};
     use crate::scene::{Budget, NoFiles, load};
     use serde_json::json;
@@ -420,7 +196,7 @@ mod tests {
                 x[node as usize] += Vec3::new(0.1, 0.2, -depth);
             }
             let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &x)));
-            let found = look(&a, &b);
+            let found = look([&a, &b], &[]);
             assert!((found.depth - f64::max(depth, 0.0)).abs() < 1e-12, "{depth}: {}", found.depth);
             assert!((found.fraction - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);
             // A Gauss point represents an eighth of an element: the overlap is exact along z, and within 15 %
@@ -430,20 +206,52 @@ mod tests {
     }
 
     #[test]
+    fn a_quarter_has_the_depth_and_the_volume_of_the_whole() {
+        let plan = blocks();
+        let computed = Computed::of(&plan);
+        assert_eq!(computed.planes().len(), 2);
+        // The upper block is narrower and bulges into the lower one: it is deepest at nodes on the planes of symmetry.
+        let positions = |plan: &Plan| {
+            let mut x = plan.X.clone();
+            for node in plan.bodies[1].nodes.clone() {
+                let x = &mut x[node as usize];
+                let across = [x.x - 0.5, x.y - 0.5].map(|d| 0.9 * d);
+                let bulge = 0.2 - 0.3 * (across[0].powi(2) + across[1].powi(2));
+                *x = Vec3::new(0.5 + across[0], 0.5 + across[1], x.z - bulge);
+            }
+            x
+        };
+        let [whole, quarter] = [&plan, computed.plan].map(|of| {
+            let x = positions(of);
+            let planes = if std::ptr::eq(of, &raw const plan) { &[][..] } else { computed.planes() };
+            let [a, b] = [0, 1].map(|body| {
+                Side::Mesh(Mesh::new(&of.bodies[body], Erosion::none(), &x)).in_images_of(planes)
+            });
+            (look([&a, &b], planes), smaller_volume(&a, Some(&b)))
+        });
+        assert!(whole.0.depth > 0.19 && whole.0.volume > 0.05, "{} {}", whole.0.depth, whole.0.volume);
+        let pairs = |found: &(Found, f64)| [found.0.depth, found.0.fraction, found.0.volume, found.1];
+        for (whole, quarter) in pairs(&whole).into_iter().zip(pairs(&quarter)) {
+            assert!((whole - quarter).abs() <= 1e-9 * whole, "{quarter}, not {whole}");
+        }
+    }
+
+    #[test]
     fn a_ball_behind_a_plane_and_two_boxes_have_the_depth_and_volume_of_the_closed_forms() {
         let pose = |z: f64| Pose { centre: Vec3::new(0.3, 0.1, z), orientation: Rotation::identity() };
         let (radius, depth) = (0.5, 0.25);
         let ball = Side::Rigid(Shape::Ball { radius }, pose(radius - depth));
-        let found = look(&ball, &Side::Plane(Vec3::zeros(), Vec3::z()));
+        let found = look([&ball, &Side::Plane(Vec3::zeros(), Vec3::z())], &[]);
         let cap = PI * depth * depth * (3.0 * radius - depth) / 3.0;
         assert!((found.depth / depth - 1.0).abs() < 0.01, "{}", found.depth);
         assert!((found.volume / cap - 1.0).abs() < 0.15, "{} for {cap}", found.volume);
 
         let shape = Shape::Box { half: Vec3::repeat(0.5) };
-        let apart = look(&Side::Rigid(shape.clone(), pose(0.0)), &Side::Rigid(shape.clone(), pose(1.01)));
+        let apart = [0.0, 1.01].map(|z| Side::Rigid(shape.clone(), pose(z)));
+        let apart = look([&apart[0], &apart[1]], &[]);
         assert!(apart.depth == 0.0 && apart.volume == 0.0);
         let [a, b] = [0.0, 0.7].map(|z| Side::Rigid(shape.clone(), pose(z)));
-        let found = look(&a, &b);
+        let found = look([&a, &b], &[]);
         assert!(
             (found.depth - 0.3).abs() < 1e-12 && (found.volume / 0.3 - 1.0).abs() < 0.15,
             "{}",

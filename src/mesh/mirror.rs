@@ -24,6 +24,14 @@ impl MirrorPlane {
         x[self.axis] = 2.0 * self.at - x[self.axis];
         x
     }
+    /// A point, or its mirror image, that is above the plane by `least` at least [m].
+    pub fn above(&self, mut x: Vec3, least: f64) -> Vec3 {
+        let height = x[self.axis] - self.at;
+        if height < least {
+            x[self.axis] = self.at + height.abs().max(least);
+        }
+        x
+    }
     /// Mirror image of a direction.
     pub fn reflected(&self, mut direction: Vec3) -> Vec3 {
         direction[self.axis] = -direction[self.axis];

@@ -1,5 +1,6 @@
 //! Monitors the run of a case.
 
+use crate::measure::computed::ComputedMotion;
 use crate::measure::deflection::Deflection;
 use crate::measure::penetration::Penetration;
 use crate::mechanics::tensor::Vec3;
@@ -21,6 +22,8 @@ pub(super) struct Watch<'a> {
     pub deflection: Deflection,
     /// Interpenetration of bodies at the field times.
     pub penetration: Penetration,
+    /// Motion of what is computed of symmetric bodies.
+    motion: ComputedMotion,
     /// Set once contact has begun and is over.
     contact_is_over: &'a AtomicBool,
     /// The projectile, and its momentum before the first contact [kg m/s].
@@ -43,6 +46,7 @@ impl<'a> Watch<'a> {
         Self {
             deflection: Deflection::default(),
             penetration: Penetration::default(),
+            motion: ComputedMotion::default(),
             contact_is_over,
             projectile: None,
             touched: BTreeSet::new(),
@@ -89,7 +93,8 @@ impl Recorder for Watch<'_> {
             self.touched.insert(contact.pair as usize);
         }
         if frame.is_look_time {
-            self.penetration.accumulate(frame, |pair| self.touched.contains(&pair));
+            let own = self.motion.frame(frame);
+            self.penetration.accumulate([frame, &own], |pair| self.touched.contains(&pair));
         }
         // Whether the projectile still moves in its initial direction.
         let goes_on = self.projectile.as_mut().is_some_and(|(body, before)| {
