@@ -84,12 +84,15 @@ impl MirrorImages {
 
 /// Mirror image of each element; `None` if one has none, or is its own.
 fn elements(mesh: &Mesh, plane: MirrorPlane, images: &[u32]) -> Option<Vec<u32>> {
-    let by_nodes: HashMap<Vec<u32>, u32> = (0_u32..)
-        .zip(mesh.cells.iter())
-        .map(|(element, cell)| (sorted(cell.nodes.iter().copied()), element))
-        .collect();
+    let at_nodes = AtNodes::new(mesh);
     let image_of = |(element, nodes): (usize, &[u32])| {
-        let image = *by_nodes.get(&sorted(nodes.iter().map(|node| images[*node as usize])))?;
+        let image_nodes = sorted(nodes.iter().map(|node| images[*node as usize]));
+        let has_these = |other: &&u32| {
+            let others = mesh.cells.nodes(**other as usize);
+            let may_have = others.iter().all(|node| image_nodes.contains(node));
+            may_have && sorted(others.iter().copied()) == image_nodes
+        };
+        let image = *at_nodes.of(*image_nodes.first()?).iter().rev().find(has_these)?;
         // It lies on one side: none of its nodes is across the plane from another, and not all are on it.
         let off = nodes.iter().filter(|node| images[**node as usize] != **node);
         let mut above = off.map(|node| mesh.nodes[*node as usize][plane.axis] > plane.at);
@@ -106,18 +109,46 @@ fn sorted(nodes: impl Iterator<Item = u32>) -> Vec<u32> {
     nodes
 }
 
+/// The elements at each node, ascending.
+struct AtNodes {
+    /// Where those of a node begin, and at last where those of all end.
+    first: Vec<usize>,
+    elements: Vec<u32>,
+}
+
+impl AtNodes {
+    fn new(mesh: &Mesh) -> Self {
+        let mut first = vec![0; mesh.nodes.len() + 1];
+        mesh.cells.connectivity().iter().for_each(|node| first[*node as usize + 1] += 1);
+        for node in 0..mesh.nodes.len() {
+            first[node + 1] += first[node];
+        }
+        let (mut next, mut elements) = (first.clone(), vec![0; mesh.cells.connectivity().len()]);
+        for (element, cell) in (0_u32..).zip(mesh.cells.iter()) {
+            for node in cell.nodes {
+                elements[next[*node as usize]] = element;
+                next[*node as usize] += 1;
+            }
+        }
+        Self { first, elements }
+    }
+
+    fn of(&self, node: u32) -> &[u32] {
+        &self.elements[self.first[node as usize]..self.first[node as usize + 1]]
+    }
+}
+
 /// Nodes by the cell of a grid that they lie in.
 struct Lookup {
     edge: f64,
-    cells: HashMap<[i64; 3], Vec<u32>>,
+    /// Cell and node, in ascending order.
+    cells: Vec<([i64; 3], u32)>,
 }
 
 impl Lookup {
     fn new(nodes: &[Vec3], edge: f64) -> Self {
-        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(nodes.len());
-        for (node, x) in (0_u32..).zip(nodes) {
-            cells.entry(Self::cell(x, edge)).or_default().push(node);
-        }
+        let mut cells: Vec<_> = nodes.iter().map(|x| Self::cell(x, edge)).zip(0_u32..).collect();
+        cells.sort_unstable();
         Self { edge, cells }
     }
 
@@ -130,14 +161,15 @@ impl Lookup {
     fn find(&self, nodes: &[Vec3], x: &Vec3, near: f64) -> Option<u32> {
         let (low, high) = (x.add_scalar(-near), x.add_scalar(near));
         let (first, last) = (Self::cell(&low, self.edge), Self::cell(&high, self.edge));
-        let is_near = |node: &&u32| (nodes[**node as usize] - x).norm() <= near;
         for i in first[0]..=last[0] {
             for j in first[1]..=last[1] {
-                for k in first[2]..=last[2] {
-                    let found = self.cells.get(&[i, j, k]).and_then(|cell| cell.iter().find(is_near));
-                    if let Some(node) = found {
-                        return Some(*node);
-                    }
+                // The cells of a row follow each other.
+                let begin = self.cells.partition_point(|(cell, _)| *cell < [i, j, first[2]]);
+                let row = self.cells[begin..].iter().take_while(|(cell, _)| *cell <= [i, j, last[2]]);
+                let found =
+                    row.map(|(_, node)| *node).find(|node| (nodes[*node as usize] - x).norm() <= near);
+                if found.is_some() {
+                    return found;
                 }
             }
         }
