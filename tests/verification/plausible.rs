@@ -351,7 +351,7 @@ fn a_depth_is_a_lower_bound_where_the_tissue_is_no_deeper() {
         let stress = &summary.values().tissue.as_ref().unwrap().significant_stress[0];
         let depth = stress.depth_mm.as_ref().unwrap().value;
         assert!((depth - deepest_mm).abs() < 1e-9, "{depth}");
-        assert!(stress.depth_mm.is_some_and(|depth| depth.is_lower_bound), "{stress:?}");
+        assert!(stress.depth_mm.as_ref().is_some_and(|depth| depth.is_lower_bound), "{stress:?}");
         assert_eq!(stress.depth_reaches, ["the greatest depth of the model"]);
         let table = render_table(&summary);
         assert!(table.contains("it reaches the greatest depth of the model"), "{table}");
