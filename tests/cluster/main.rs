@@ -8,11 +8,11 @@
 use contuse::blobs::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, Draft, Unnamed};
 use contuse::mesh::read::MeshFormat;
 use contuse::service::jobs::store::{
-    CancelAnswer, DeleteAnswer, Event, Job, JobEnd, JobStore, MeshDeletion, NewJob, OwnerRequest, Page,
-    Quotas, Requeued, Submitted,
+    CancelAnswer, DeleteAnswer, Event, Headline, HeadlineNumber, Job, JobEnd, JobStore, MeshDeletion, NewJob,
+    OwnerRequest, Page, Quotas, Requeued, Submitted,
 };
 use contuse::service::jobs::{JobId, JobKind, JobState, JobsError, Progress};
-use contuse::{service, step};
+use contuse::{measure, service, step};
 use std::io::Write as _;
 
 #[path = "../../src/blobs/tests/mod.rs"]
