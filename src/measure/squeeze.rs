@@ -40,7 +40,7 @@ impl Squeezed {
     }
 }
 
-/// Thickness of the tissue below the nodes that are struck, at the look times. Bodies with eroded elements are left out.
+/// Thickness of the tissue below the nodes that are struck, at the look times. Bodies with eroded elements are omitted.
 #[derive(Clone, Debug, Default)]
 pub struct Squeeze {
     /// The column below each node that has been struck; `None` where no face looks the other way.

@@ -172,7 +172,7 @@ def test_an_unknown_error_is_no_error_of_nothing(page, answered):
     ([5] * 6, r"exceeds 100 kPa from 80 m/s on \(between 60 and 100 m/s with the uncertainty\)", "80 m/s"),
     ([9] * 5 + [12], r"not resolved by these runs: with the uncertainty the muscle may exceed 100 kPa or stay below that, at all computed speeds, 60 to 120 m/s\.", "not resolved"),
 ])
-def test_an_error_that_leaves_nothing_out_is_no_answer(page, answered, errors, words, label):
+def test_an_error_that_excludes_nothing_is_no_answer(page, answered, errors, words, label):
     answered([case(v, {"stress_depth_mm": {"value": 6 + 3 * i, "error": error}}) for i, (v, error) in enumerate(zip(SPEEDS, errors))], "muscle")
     said = page.locator(".answers").inner_text()
     assert re.search(words, said), said

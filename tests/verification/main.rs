@@ -39,6 +39,7 @@ mod material_fit;
 mod material_points;
 mod measured_images;
 mod mirror_images;
+mod model_ends;
 mod momentum;
 mod mortar;
 mod oblique_soft_ball;

@@ -32,7 +32,7 @@ function sizeIn({ asked: { number: what }, points }) {
 
 /**
  * What is known of the speed from which on the stress is in the layer: {kind, at, low, high, hasError} with `low` and `high` the ends of its uncertainty,
- * 0 and Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "unresolved" where the uncertainty leaves nothing out, or
+ * 0 and Infinity where that is open, and `at` null where no curve crosses. `kind` is "crosses"; "unresolved" where the uncertainty covers the whole range, or
  * is as large as the speed; "above" or "below" at all speeds; "between" the curve and the first lower bound above; "bounded" where only lower bounds are known; "many"
  * where it is no one speed.
  */
@@ -43,7 +43,7 @@ export function crossingKnown(one) {
   return isAnswer(known, one) ? { ...known, hasError } : { ...known, kind: "unresolved", hasError };
 }
 
-/** Whether the uncertainty of what is known leaves a part of the speeds out. */
+/** Whether the uncertainty of what is known excludes a part of the speeds. */
 function isAnswer(known, { asked: { speeds }, curve }) {
   if (known.kind === "crosses") return isResolvedIn(known, speeds);
   if (known.kind === "above") return known.high < Infinity;

@@ -61,7 +61,7 @@ export const widthOf = ({ at, from, to }) => Math.max(at - (from ?? at), (to ?? 
 
 /**
  * Whether a crossing {at, low, high} is an answer over a range of speeds, `low` and `high` the ends of its uncertainty (0 and Infinity where they are
- * open): the uncertainty is less than the speed itself, and leaves a part of the range out.
+ * open): the uncertainty is less than the speed itself, and excludes a part of the range.
  */
 export function isResolvedIn({ at, low, high }, [first, last]) {
   const [from, to] = [Math.max(low, first), Math.min(high, last)];
