@@ -85,8 +85,9 @@ pub struct PatchGeometry {
     evaluation: u64,
     /// The nodes in contact.
     touches: BTreeMap<u32, Touch>,
-    /// Resultant unit normal of the latest contacts; zero before the first.
-    normal: Vec3,
+    /// Resultant of the impulses along the normals, of late [N s], with its time [s]; zero before the first contact. In a single step the
+    /// nodes at the edge of a body can tilt it by degrees.
+    pressing: (Vec3, f64),
     pressed_faces: Vec<u32>,
 }
 
@@ -193,7 +194,7 @@ impl PatchGeometry {
             shapes: vec![(0, FaceShape::default()); surface.faces.len()],
             evaluation: 0,
             touches: BTreeMap::new(),
-            normal: Vec3::zeros(),
+            pressing: (Vec3::zeros(), 0.0),
             pressed_faces: Vec::new(),
         }
     }
@@ -251,13 +252,14 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame; nodes count as in contact until they were last pressed `window` ago [s].
     pub fn eval(&mut self, frame: &Frame, pair: u32, window: f64) -> ContactPatch {
-        self.touch(frame, pair);
+        self.touch(frame, pair, window);
         self.keep_since(frame.time - window);
         if self.touches.is_empty() {
             return ContactPatch::default();
         }
         self.follow_erosion(frame);
-        let limit = if self.normal == Vec3::zeros() { Limit::None } else { self.limit(frame, self.normal) };
+        let direction = self.pressing.0.try_normalize(0.0);
+        let limit = direction.map_or(Limit::None, |direction| self.limit(frame, direction));
         let body = self.body;
         let position = |node: u32| frame.position_in(body, node);
         let pressed = self.press(frame.time, &position, &limit, frame.plan.assembly.followers());
@@ -265,8 +267,8 @@ impl PatchGeometry {
         patch_of(&pressed, spacing)
     }
 
-    /// Notes the nodes that a pair presses in a frame.
-    fn touch(&mut self, frame: &Frame, pair: u32) {
+    /// Notes the nodes that a pair presses in a frame, and their resultant, whose memory is as long as the window [s].
+    fn touch(&mut self, frame: &Frame, pair: u32, window: f64) {
         let sign = if self.is_master { -1.0 } else { 1.0 };
         let mut resultant = Vec3::zeros();
         for (contact, reaction) in frame.contacts_of(pair).filter(|(_, reaction)| reaction.impulse[0] > 0.0) {
@@ -277,7 +279,12 @@ impl PatchGeometry {
                 self.add(node, Touch::new((frame.time, normal), weight, w * p_n / frame.mean_step));
             }
         }
-        self.normal = resultant.try_normalize(0.0).unwrap_or(self.normal);
+        // Without a contact the direction stays.
+        if resultant != Vec3::zeros() {
+            let (before, time) = self.pressing;
+            let kept = if window > 0.0 { (-(frame.time - time) / window).exp() } else { 0.0 };
+            self.pressing = (before * kept + resultant, frame.time);
+        }
     }
 
     /// Adds a contact to a node.
@@ -304,7 +311,7 @@ impl PatchGeometry {
                 gone,
                 rigid_master: self.rigid_master.take(),
                 touches: std::mem::take(&mut self.touches),
-                normal: self.normal,
+                pressing: self.pressing,
                 ..Self::new(self.body, &surface, self.is_master)
             };
         }

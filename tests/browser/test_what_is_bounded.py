@@ -179,6 +179,24 @@ def test_an_error_that_excludes_nothing_is_no_answer(page, answered, errors, wor
     expect(page.locator(".answer-curve")).to_contain_text(label)
 
 
+def test_a_level_that_all_numbers_exceed_is_not_resolved_where_errors_reach_it(page, answered):
+    answered([case(v, {"stress_depth_mm": {"value": 12 + 3 * i, "error": 5}}) for i, v in enumerate(SPEEDS)], "muscle")
+    said = page.locator(".answers").inner_text()
+    assert re.search(r"not resolved by these runs below [67]\d(\.\d)? m/s; from there on the muscle exceeds 100 kPa, beyond the uncertainty\.", said), said
+
+
+def test_a_question_that_is_refused_says_why_beside_the_button(page):
+    page.goto("/#/ask")
+    page.get_by_label("Who?").select_option("own")
+    page.get_by_label("Thickness of the fat").fill("0")
+    page.get_by_role("button", name="Answer").click()
+    expect(page.get_by_role("alert")).to_have_text("The thickness of the fat must be from 0.5 to 60 mm.")
+    expect(page.locator(".ask input:invalid")).to_have_count(1)
+    page.get_by_label("Thickness of the fat").fill("10")
+    expect(page.get_by_role("alert")).to_be_hidden()
+    expect(page.locator(".sources")).to_contain_text("Fat as you gave it.")
+
+
 def test_layers_and_the_end_of_the_model_are_drawn_and_the_picture_follows_the_window(page, answered):
     answered([case(v, {"stress_depth_mm": {"value": 9 + 11 * i, "error": 1}}) for i, v in enumerate(SPEEDS)], "fat")
     picture = page.locator(".answer-curve")

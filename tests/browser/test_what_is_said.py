@@ -85,8 +85,12 @@ def test_each_layer_has_a_sentence(page, jobs):
         if above:
             expect(shown).to_contain_text(f"above {above[-1]['threshold_pa'] / 1e3:.0f} kPa")
             expect(shown).to_contain_text(re.compile("mm deep.* of it"))
-    # From the skin to the bone of the limb: 70 mm − 14 mm.
+            # A layer has no error of its own.
+            expect(shown).not_to_contain_text(re.compile("± [^;]*m³"))
+    # From the skin to the bone of the limb: 70 mm − 14 mm. What still grew has no place where it ends.
     expect(layers.nth(3)).to_contain_text("56 mm deep")
+    if stresses[0]["depth_mm"].get("is_lower_bound"):
+        expect(layers.nth(3)).not_to_contain_text("mm before it")
     # Words that a reader would have to look up are not on the first screen, and nothing is said twice.
     words = page.locator(".first-screen").inner_text()
     assert not re.search(r"von Mises|gate|measures\.|_pa\b|Green", words)
@@ -212,7 +216,7 @@ def test_the_list_has_the_projectile_and_the_numbers_of_each_run(page, jobs):
     assert found["numbers"]["peak_force_n"]["value"] == results["impacts"][results["headline"]["impact"]]["peak_force_n"]["value"]
     assert found["numbers"]["energy_given_j"]["error"] == results["tissue"]["energy_given_j"]["error"]["total"] and found["speed_m_per_s"] > 0
     row = page.locator("main tbody tr", has=page.locator(f"a[href='#/job/{jobs['good']['id']}']"))
-    expect(row).to_contain_text(re.compile(rf"{found['projectile']}, [\d.]+ m/s.* N.* mm².* mm.* J", re.DOTALL))
+    expect(row).to_contain_text(re.compile(rf"{found['projectile']}, [\d.]+ m/s.* N.* mm².* mm above [\d.]+ kPa.* J", re.DOTALL))
     expect(page.get_by_text("in brackets: the error is as large as the number")).to_be_visible()
     withheld = page.request.get(f"/v1/jobs/{jobs['withheld']['id']}").json()
     assert withheld["headline"]["numbers"] == {} and withheld["headline"]["projectile"] == found["projectile"]

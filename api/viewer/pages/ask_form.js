@@ -133,7 +133,7 @@ export class AskForm {
     const fat = percent === OWN ? Math.round(10 * Number(this.#fat.value)) / 10 : fatOf(region, percent) * 1e3;
     this.#sources.replaceChildren(
       typeof projectile === "string" ? html("p", { class: "field-error" }, projectile) : html("p", {}, html("b", {}, `${projectile.mass_g} g, ${projectile.diameter_mm} mm, ${projectile.hardness}. `), projectile.source),
-      html("p", {}, html("b", {}, `Skin ${setting(region.skin_m * 1e3)} mm, fat ${setting(fat)} mm. `), region.source),
+      html("p", {}, html("b", {}, `Skin ${setting(region.skin_m * 1e3)} mm, fat ${setting(fat)} mm. `), percent === OWN ? `Fat as you gave it. Skin: ${region.source}` : region.source),
       html("p", {}, html("b", {}, "Materials "), "of muscle, fat and skin: those of the example flashball_thigh, an assumption for impact rates; how well they fit a person is not part of the uncertainty."),
     );
     this.#onChange();

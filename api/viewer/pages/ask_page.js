@@ -39,6 +39,8 @@ class AskPage {
   #leaving = new AbortController();
   #curves = [];
   #ask = button("Answer", () => this.#answer(), { class: "primary" });
+  /** Why a question is not asked, beside the button. */
+  #refused = html("p", { class: "field-error", role: "alert", hidden: true });
   #stop = button("Stop", () => this.#stopAll(), { class: "danger", hidden: true });
   #further = html("div", { class: "tools", hidden: true });
   #moreFat = button("And with more fat?", () => this.#withMoreFat());
@@ -60,7 +62,7 @@ class AskPage {
     window.addEventListener("resize", this.#onResize);
     this.#more = numberInput("Millimetres more", BOUNDS.more, more);
     this.#further.append(this.#moreFat, html("label", { class: "pair" }, "by", this.#more, "mm"));
-    this.#form = new AskForm(materials, question, [this.#ask, this.#stop], () => this.#onChange());
+    this.#form = new AskForm(materials, question, [this.#ask, this.#stop, this.#refused], () => this.#onChange());
     this.element = html(
       "div",
       {},
@@ -79,6 +81,7 @@ class AskPage {
   /** Something of the question was changed: an answer is that of the question before; without one, the address is that of the question. */
   #onChange() {
     const asked = this.#form?.asked;
+    this.#refused.hidden = true;
     if (!asked || typeof asked === "string") return;
     if (this.#curves.length) this.#show();
     else history.replaceState(null, "", addressOf(asked));
@@ -86,7 +89,8 @@ class AskPage {
 
   #answer() {
     const { asked } = this.#form;
-    if (typeof asked === "string") return (this.#state.textContent = asked);
+    this.#refused.hidden = typeof asked !== "string";
+    if (typeof asked === "string") return (this.#refused.textContent = asked);
     this.#begin(asked, []);
     if (matchMedia(NARROW).matches) this.#panel.scrollIntoView();
   }

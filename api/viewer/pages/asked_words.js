@@ -81,6 +81,9 @@ function crossingIn(one) {
   const [first, last] = curve.range;
   const surely = Number.isFinite(high) ? high : null;
   const doubt = (start) => (hasError ? beyond(surely, start) : "");
+  if (kind === "above" && hasError && surely > ends[0]) {
+    return `not resolved by these runs below ${number(surely, 3)} m/s; from there on ${does("exceeds")}, beyond the uncertainty.`;
+  }
   if (kind === "above") return `${does("exceeds")} ${all}${doubt(ends[0])}. Ask about lower ones.`;
   if (kind === "bounded") return crossingOfLeast(curve, does);
   if (kind === "unresolved") {

@@ -75,7 +75,8 @@ function numberWords({ headline, withheld }) {
   return html("span", { class: "list-numbers" }, found.map(([key, unit, what]) => {
     const { value, error, resolved, lower_bound: isLeast } = headline.numbers[key];
     const about = `${what}${key === "stress_depth_mm" ? above : ""}${error == null ? ", error unknown" : `, ± ${number(error, 2)} ${unit}`}`;
-    return html("span", { title: about }, `${marked(within(value, error), resolved, isLeast)} ${unit}`);
+    const level = key === "stress_depth_mm" && above ? html("small", {}, above) : "";
+    return html("span", { title: about }, `${marked(within(value, error), resolved, isLeast)} ${unit}`, level);
   }));
 }
 

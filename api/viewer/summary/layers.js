@@ -46,12 +46,15 @@ function extent(stress, [from, to]) {
   return intervalOf(depth).isCutAbove ? `${first} ${last} mm deep (${errorWords(depth, "mm")})` : `${first} ${last} ± ${number(error, 2)} mm deep`;
 }
 
-/** "in 2.2 ± 0.4 cm³ of it": the volume of a layer has the relative error of the whole, and is a lower bound where the whole is. */
+/**
+ * "in 2.2 cm³ of it": to the digits that the error of the volume of all layers leaves, since a layer has none of its own; a lower bound where that is one.
+ * A volume below that error may be none.
+ */
 function amount({ volume_mm3: whole }, { volume_mm3: mm3 }) {
-  const [size, unit] = mm3 < 1000 ? [mm3, "mm³"] : [mm3 / 1000, "cm³"];
+  const [size, unit, scale] = mm3 < 1000 ? [mm3, "mm³", 1] : [mm3 / 1000, "cm³", 1000];
   if (!isResolved(whole)) return `in (${number(size, 2)}) ${unit} of it`;
-  const error = (whole.error.total / whole.value) * size;
-  return `in ${marked(within(size, error), true, isLeast(whole))} ± ${number(error, 2)} ${unit} of it`;
+  if (mm3 < whole.error.total) return `in (${marked(number(size, 2), true, isLeast(whole))}) ${unit} of it`;
+  return `in ${marked(within(size, whole.error.total / scale), true, isLeast(whole))} ${unit} of it`;
 }
 
 /** The sentence on one layer, after its name. */
@@ -78,6 +81,7 @@ function onBone(tissue, { depth_mm }) {
   const stress = `the stress above ${threshold(lowest.threshold_pa)}`;
   if (lowest.reaches?.some((end) => end.startsWith("the held nodes"))) return `${words}; ${stress} reaches it.`;
   if (above <= Math.max(SAME_MM, error ?? 0)) return `${words}; whether ${stress} reaches it is not resolved.`;
+  if (isLeast(lowest.depth_mm)) return `${words}; ${stress} has not reached it when the run ends, and may later.`;
   return `${words}; ${stress} ends ${error > 0 ? `${within(above, error)} ± ${number(error, 2)}` : `(${number(above, 2)})`} mm before it.`;
 }
 

@@ -155,7 +155,8 @@ fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
         let nodes = format!("{} nodes across", impact.nodes_across_patch[0]);
         let (mean, largest) = (&impact.patch_area_mm2, &impact.largest_patch_area_mm2);
         rows.push(Row::of_interest(Of::PatchAreaMm2, "mean area", mean, "contact-patch-area-at-peak-force"));
-        rows.push(Row::words("spread over", format!("{} mm", axes.join(" × "))).note(nodes).part());
+        let spread = format!("{} mm", marked(&axes.join(" × "), !mean.error.is_unresolved(), false));
+        rows.push(Row::words("spread over", spread).note(nodes).part());
         rows.push(Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area"));
     }
     if !is_headline {

@@ -101,13 +101,19 @@ fn value(quantity: &Quantity, unit: &str) -> String {
     }
 }
 
+/// A largest value over time, in words; one that is a lower bound has no end.
+fn largest(quantity: &Quantity, unit: &str) -> String {
+    let bound = if quantity.is_lower_bound { "" } else { "up to " };
+    format!("{bound}{}", value(quantity, unit))
+}
+
 /// Sentence on the contact of the headline.
 fn contact(results: &Results) -> Option<String> {
     let impact = results.headline_impact().filter(|impact| impact.contact_span_s.is_some())?;
     let area = if impact.touches_in_points {
         String::new()
     } else {
-        format!(", and on up to {}", value(&impact.largest_patch_area_mm2, "mm²"))
+        format!(", and on {}", largest(&impact.largest_patch_area_mm2, "mm²"))
     };
     let is_other = |other: &&Impact| other.contact_span_s.is_some() && !std::ptr::eq(*other, impact);
     let others = match results.impacts.iter().filter(is_other).count() {
@@ -117,8 +123,8 @@ fn contact(results: &Results) -> Option<String> {
     };
     let [a, b] = &impact.between;
     Some(format!(
-        "{a} and {b} pressed against each other with up to {}, {} after the start{area}.{others}",
-        value(&impact.peak_force_n, "N"),
+        "{a} and {b} pressed against each other with {}, {} after the start{area}.{others}",
+        largest(&impact.peak_force_n, "N"),
         seconds(impact.peak_force_time_s.value),
     ))
 }

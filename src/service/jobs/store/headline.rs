@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 /// Projectile of a job and main numbers of its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Headline {
-    /// Name of the projectile; null without one, and for questions about another job.
+    /// Name of the projectile; null without one.
     pub projectile: Option<String>,
     /// Speed of the projectile at the start [m/s].
     pub speed_m_per_s: Option<f64>,
@@ -35,12 +35,11 @@ pub struct HeadlineNumber {
     pub lower_bound: bool,
 }
 
-/// What of a document says what flies; a question has a scene inside.
+/// What of a document says what flies. A question has its scene inside, of which it changes speeds and bodies.
 #[derive(Deserialize)]
 struct Flying {
     #[serde(default)]
     bodies: Vec<FlyingBody>,
-    scene: Option<Box<Self>>,
 }
 
 /// A body of a document.
@@ -86,8 +85,7 @@ impl Headline {
 
 /// The first projectile of a document.
 fn projectile_of(document: Flying) -> Option<FlyingBody> {
-    let own = document.bodies.into_iter().find(|body| body.role == "projectile");
-    own.or_else(|| projectile_of(*document.scene?))
+    document.bodies.into_iter().find(|body| body.role == "projectile")
 }
 
 /// The main numbers of results.
@@ -134,12 +132,12 @@ mod tests {
     }
 
     #[test]
-    fn a_question_has_a_projectile_and_a_withheld_run_no_numbers() {
+    fn a_withheld_run_has_no_numbers_and_a_question_nothing() {
         let scene: serde_json::Value = serde_json::from_str(SCENE).unwrap();
-        let question = serde_json::json!({"scene": scene, "parameters": []}).to_string();
-        let found =
-            Headline::of(question.as_bytes(), r#"{"withheld": {"reason": "a gate failed"}}"#).unwrap();
+        let found = Headline::of(SCENE.as_bytes(), r#"{"withheld": {"reason": "a gate failed"}}"#).unwrap();
         assert!(found.projectile.is_some() && found.numbers.is_empty());
+        let question = serde_json::json!({"scene": scene, "parameters": []}).to_string();
+        assert_eq!(Headline::of(question.as_bytes(), r#"{"cases": []}"#), None);
         assert_eq!(Headline::of(br#"{"job": "01"}"#, r#"{"cases": []}"#), None);
     }
 }
