@@ -309,7 +309,7 @@ impl LawRanges {
                     let erodes_at = block.parameters.erosion.map(stretch).filter(is_sooner);
                     let part = PartRange::at_rest(body.name.clone(), name.clone(), validity, block.body);
                     let set = body.sets[part_index].clone();
-                    ranges.parts.push(PartRange { erodes_at, set, images, ..part });
+                    ranges.parts.push(PartRange { set, erodes_at, images, ..part });
                     ranges.parts.len() - 1
                 });
                 ranges.parts[index].volume += images * block.point_volumes(slot).iter().sum::<f64>();

@@ -141,12 +141,11 @@ fn observation(row: &Row, common: &Common) -> Option<Value> {
     let text = format!("{}{note}", capitalised(&row.title));
     let mut resource = without_value(&coded(row.code.as_deref()?, &text), common);
     let miss = common.run.is_miss().then_some("Nothing touched: there was no impact");
-    match miss.or(common.run.withheld()) {
-        Some(reason) => resource["dataAbsentReason"] = absent("error", reason),
-        None => {
-            set_value(&mut resource, (quantity.value, &quantity.error), &ucum(unit));
-            add_interval(&mut resource, quantity, &ucum(unit));
-        }
+    if let Some(reason) = miss.or(common.run.withheld()) {
+        resource["dataAbsentReason"] = absent("error", reason);
+    } else {
+        set_value(&mut resource, (quantity.value, &quantity.error), &ucum(unit));
+        add_interval(&mut resource, quantity, &ucum(unit));
     }
     if let Some(value) = resource.get_mut("valueQuantity").filter(|_| quantity.is_lower_bound) {
         value["comparator"] = ">=".into();

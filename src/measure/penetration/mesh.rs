@@ -262,7 +262,7 @@ mod tests {
             let t = f64::from(k);
             let [a, b, c] = [0.618_034, 0.754_878, 0.569_840].map(|step| (t * step).fract());
             let point = bent(&Vec3::new(3.0 * a, 2.0 * b, c));
-            let takes = |face: &[u32; 4]| k % 3 > 0 || face[0] % 2 == 0;
+            let takes = |face: &[u32; 4]| k % 3 > 0 || face[0].is_multiple_of(2);
             let (found, expected) = (mesh.depth_below_surface(&point, takes), nearest(&mesh, &point, takes));
             assert_eq!(found, expected, "{point:?}");
         }

@@ -27,7 +27,7 @@ impl Mint {
     }
     /// A number that cannot be negative.
     fn size(self, value: f64) -> Quantity {
-        self.quantity(value).from_zero_to(None)
+        self.quantity(value).within_zero_and(None)
     }
     fn located(self, scale: f64, peak: &Peak) -> Located {
         let position_m = peak.position.into();
@@ -150,7 +150,7 @@ fn tissue(measures: &Measures, ending: Option<&Ending>, mint: Mint) -> Option<Ti
     // What the tissue absorbs ends at what the impact supplies.
     let supplied = absorbed.supplied();
     let energy = |value: f64| match supplied {
-        Some(most) => mint.size(value).from_zero_to(Some(most)),
+        Some(most) => mint.size(value).within_zero_and(Some(most)),
         None => mint.quantity(value),
     };
     // The zeros of the start would suggest that nothing happened.
@@ -191,10 +191,10 @@ fn whole_mm3(stress: &StressDepth) -> f64 {
 
 fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress> {
     let deepest = stress.deepest().map(|depth| 1e3 * depth);
-    let volume = |value: f64| mint.size(1e9 * value).from_zero_to(Some(whole_mm3(stress)));
+    let volume = |value: f64| mint.size(1e9 * value).within_zero_and(Some(whole_mm3(stress)));
     let of = |e: &Exceedance| SignificantStress {
         threshold_pa: e.threshold,
-        depth_mm: stress.has_skin().then(|| mint.size(1e3 * e.depth).from_zero_to(deepest)),
+        depth_mm: stress.has_skin().then(|| mint.size(1e3 * e.depth).within_zero_and(deepest)),
         depth_resolution_mm: stress.has_skin().then_some(1e3 * e.depth_resolution()),
         depth_time_s: e.depth_time,
         volume_mm3: volume(e.largest_volume),
@@ -243,7 +243,7 @@ fn dose_volumes(stress: &StressDepth, mint: Mint) -> Vec<DoseVolume> {
         let of = |dose: &Dose| DoseVolume {
             measure,
             threshold: dose.threshold,
-            volume_mm3: mint.size(1e9 * dose.largest_volume).from_zero_to(Some(whole_mm3(stress))),
+            volume_mm3: mint.size(1e9 * dose.largest_volume).within_zero_and(Some(whole_mm3(stress))),
             volume_at_end_mm3: 1e9 * dose.volume,
             point_spacing_mm: 1e3 * dose.largest_point.cbrt(),
         };

@@ -160,7 +160,9 @@ fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
         rows.push(Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area"));
     }
     if !is_headline {
-        rows.iter_mut().for_each(|row| (row.of, row.code) = (None, None));
+        for row in &mut rows {
+            (row.of, row.code) = (None, None);
+        }
     }
     rows
 }

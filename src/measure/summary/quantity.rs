@@ -49,7 +49,7 @@ impl Quantity {
 
     /// The same of a number that cannot be negative, and no more than `most`, if that is known.
     #[must_use]
-    pub(super) fn from_zero_to(self, most: Option<f64>) -> Self {
+    pub(super) fn within_zero_and(self, most: Option<f64>) -> Self {
         Self { possible: [Some(0.0), most], ..self }
     }
 
