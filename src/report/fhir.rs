@@ -278,6 +278,7 @@ mod tests {
             (0.2602.into(), quantity_of(0.2602, 0.16, false)["error"].take());
         let stress = &mut results["tissue"]["significant_stress"][0];
         stress["depth_mm"] = quantity_of(60.0, 3.0, true);
+        stress["depth_mm"]["is_lower_bound"] = true.into();
         stress["depth_reaches"] = json!(["the held nodes"]);
         let depth = format!("depth-above-{}-pa", stress["threshold_pa"].as_f64().unwrap());
         run.summary["plain_words"] = json!(["One.", "Two."]);
