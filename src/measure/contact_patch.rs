@@ -5,7 +5,7 @@
 //!
 //! In an impact nodes leave the surface and touch it again within a few steps, on every mesh at other instants, so that the area of the
 //! nodes pressed at one instant does not converge. A node therefore counts as in contact until it was last pressed a given time ago.
-//! The coarser the mesh, the longer a node stays away: gaps of up to two nodes between others in contact are closed ([`closing`]).
+//! The coarser the mesh, the longer a node stays away: gaps of up to two nodes between others in contact are closed (`closing.rs`).
 
 mod closing;
 
