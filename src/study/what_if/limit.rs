@@ -38,7 +38,7 @@ pub enum Verdict {
         /// The number at both ends.
         values: [f64; 2],
     },
-    /// A run gave a lower bound at or below the limit: whether the limit is met there is not known.
+    /// A run gave a lower bound at or below the limit, as a depth that the model cuts off: whether the limit is met there is not known.
     Open {
         /// Parameter value of that run.
         at: f64,
