@@ -9,7 +9,7 @@ const NAMES = {
   grading_muscle: "largest over smallest element, in the muscle", initial_deformation: "deformation at the start", integrator: "time steps", law: "law of the material",
   linear_bulk_viscosity: "damping of sound, linear part", lower_bulk_modulus: "lower stiffness against compression", max: "upper corner", measures: "what is measured", min: "lower corner",
   mu: "stiffness in shear (μ)", lambda: "stiffness against compression (λ)", of: "results that must be accurate", placement: "place", prony_series: "relaxation over time",
-  quadratic_bulk_viscosity: "damping of sound, quadratic part", record: "what is recorded", relative: "largest error, as a part of the result", reproducible: "same meshes on every machine",
+  quadratic_bulk_viscosity: "damping of sound, quadratic part", record: "what is recorded", relative: "largest error, as a part of the result", reproducible: "same choice on every machine",
   rigid: "rigid body", role: "what it is in the impact", safety_factor: "part of the largest stable time step", semi_axis_x: "half width", semi_axis_z: "half height",
   bone_semi_axis_x: "half width of the bone", bone_semi_axis_z: "half height of the bone", set: "surface or nodes", shear_viscosity: "viscosity in shear", skin_set: "surface that is the skin",
   solver: "computation", stress_thresholds: "thresholds of stress", time_budget: "time that the run may take", translation: "moved by", uniform_within: "finest elements within",
