@@ -13,7 +13,7 @@ use crate::step::{Ending, Interrupt};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Numbers of elements of the coarsest mesh, and of that between it and the run's own, in units of the run's own [-]. The second
-/// pair is for graded meshes whose elements would be too distorted with half of them.
+/// pair is for graded meshes whose elements would be too distorted with half of them, and for impacts that so few elements do not bear.
 const COARSER: [[f64; 2]; 2] = [[0.5, FRAC_1_SQRT_2], [FRAC_1_SQRT_2, 0.840_896_415_253_714_6]];
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
@@ -53,9 +53,12 @@ pub(super) fn error_bars(
 /// Runs on one or two coarser meshes.
 fn with_coarser_meshes(variants: &Variants, depths: &[f64]) -> Result<ComparedRuns, String> {
     let document = variants.document;
-    let coarser = |[coarse, between]: [f64; 2]| Ok((scene_of(variants, coarse)?, between));
-    let (mesh, between) = coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
-    let base = results(variants, &mesh, depths)?;
+    let coarser = |[coarse, between]: [f64; 2]| {
+        let mesh = scene_of(variants, coarse)?;
+        let base = results(variants, &mesh, depths)?;
+        Ok((mesh, base, between))
+    };
+    let (mesh, base, between) = coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
     let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
         let between = scene_of(variants, between)?;
         let run = results(variants, &between, depths)?;
@@ -236,5 +239,40 @@ mod tests {
                 assert!(why.contains(words), "{why}");
             }
         }
+    }
+
+    #[test]
+    fn a_coarser_mesh_that_does_not_bear_the_impact_is_replaced_by_a_finer_one() {
+        // Half the elements leave the gate of energy, 0.7 times as many and the scene's own do not.
+        let bars = |energy_gate: f64| {
+            let law = json!({"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7, "volumetric": "quadratic_ln"});
+            let document = json!({
+                "name": "ball", "end_time_s": 1e-3, "solver": {"error_bars": "two_levels"},
+                "integrator": {"kind": "explicit", "energy_gate": energy_gate}, "contact": {"friction": 0.3},
+                "bodies": [
+                    {"name": "ball", "velocity_m_per_s": [0, 0, -30], "placement": {"translation_m": [0, 0, 0.0222]},
+                     "mesh": {"generator": {"kind": "hollow_ball", "outer_radius_m": 0.022, "inner_radius_m": 0.01567,
+                                            "elements_around": 6, "elements_through": 2}},
+                     "parts": [{"part": "ball", "density_kg_per_m3": 1000, "shear_viscosity_pa_s": 5, "material": law}]},
+                    {"name": "block", "fixed": [{"set": "z_min"}],
+                     "mesh": {"generator": {"kind": "block", "min_m": [-0.04, -0.04, -0.03], "max_m": [0.04, 0.04, 0],
+                                            "elements": [8, 8, 4]}},
+                     "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                                "material": {"law": "neo_hookean", "c10_pa": 5e5, "bulk_modulus_pa": 5e7}}]}
+                ],
+                "record": {"fields": [], "field_times_s": []}
+            });
+            let scene = load_parsed(&document.into(), &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene;
+            error_bars(&scene, &[], 1, &|| None)
+        };
+        let size = |bars: ErrorBars| match bars {
+            ErrorBars::From(runs) => runs.levels[0].size,
+            other => panic!("{other:?}"),
+        };
+        let (half, between) = (size(bars(5e-4)), size(bars(3e-4)));
+        assert!((half - 2.0).abs() < 1e-12 && (1.2..1.6).contains(&between), "{half}, {between}");
+        // One that neither bears: the reason of the coarsest.
+        let ErrorBars::Unknown(why) = bars(1.5e-4) else { panic!("none bears it") };
+        assert!(why.contains("energy_gate"), "{why}");
     }
 }
