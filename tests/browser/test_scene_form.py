@@ -117,6 +117,48 @@ def test_fields_have_plain_names(form):
     expect(grid.get_by_title("bulk_modulus_pa", exact=True).first).to_have_text("stiffness against compression (bulk modulus) [kPa]")
 
 
+def test_words_of_the_document_are_choices_in_plain_words(form):
+    schema = form.request.get("/scene.schema.json").json()["$defs"]
+    words_of = lambda name: [one["const"] for one in schema[name]["oneOf"]]
+    lists = {
+        "role": "Role", "error_bars": "ErrorBarsDocument", "volumetric": "VolumetricDocument", "moduli": "Moduli", "matrix": "MatrixDocument", "self_contact": "SelfContact",
+        "discretisation": "Discretisation", "formulation": "Formulation", "region": "Region", "of": "RequestedNumber",
+    }
+    for key, name in lists.items():
+        choices = form.evaluate("async ([key, word]) => (await import('/viewer/scene/choices.js')).choicesOf(key, word)", [key, words_of(name)[0]])
+        assert sorted(word for word, _ in choices) == sorted(words_of(name)), key
+    # What others depend on is text; what can be exchanged is a choice with the word as its value.
+    expect(field(form, f"{BALL}/kind")).to_have_text("hollow ball")
+    expect(field(form, f"{THIGH}/kind")).to_have_text("limb segment")
+    kinds = ["hollow_ball", "solid_ball", "cylinder", "block", "layered_block", "limb_segment"]
+    assert None not in form.evaluate("async (kinds) => { const { kindOf } = await import('/viewer/scene/choices.js'); return kinds.map((kind) => kindOf('kind', kind)); }", kinds)
+    role = field(form, "/bodies/0/role")
+    expect(role).to_have_value("projectile")
+    role.select_option(label="something else")
+    assert json.loads(form.get_by_label("Scene as JSON").input_value())["bodies"][0]["role"] == "other"
+    expect(field(form, "/bodies/0/role")).to_be_focused()
+
+
+def test_axes_stand_beside_vectors_and_not_beside_lists(form):
+    velocity = form.get_by_role("group", name="velocity [m/s]")
+    expect(velocity.locator(".vector > span")).to_have_text(["x", "y", "z"])
+    assert velocity.locator("input").last.input_value() == "-100"
+    # Three thresholds are a list.
+    expect(field(form, "/measures/stress_thresholds_pa")).to_have_value("10 30 100")
+    for width in (1440, 390):
+        form.set_viewport_size({"width": width, "height": 844})
+        assert form.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_stiffness_of_the_scene_is_a_sentence_with_more_behind_it(form):
+    note = form.locator("details.note")
+    expect(note.locator("summary")).to_contain_text("less stiff against compression than water")
+    more = note.locator("p")
+    expect(more).not_to_be_visible()
+    note.get_by_text("More").click()
+    expect(more).to_contain_text("of water is 2.2 GPa")
+
+
 def test_a_vector_is_marked_as_a_whole_and_an_overlap_where_the_body_is_placed(form):
     put(form, "/bodies/0/placement/translation_m/2", "60")
     said = form.locator(".field-error:not([hidden]):not(:empty)")

@@ -1,6 +1,7 @@
 // A form of a scene document by what it is about: projectile, target, impact, accuracy, what is recorded; each input has a JSON pointer.
 
 import { html } from "../dom.js";
+import { choicesOf, isAlongAxes, kindOf } from "../scene/choices.js";
 import { inForm, isNumber, meant, shown, words } from "../scene/scene_units.js";
 import { plainly } from "../summary/plain_terms.js";
 
@@ -19,7 +20,7 @@ const OPEN = ["Projectile", "Target", "Impact"];
 const SHAPES = /\/(mesh|generator|rigid|shape|layers)$/;
 
 const escaped = (key) => String(key).replaceAll("~", "~0").replaceAll("/", "~1");
-const isVector = (value) => Array.isArray(value) && value.length === 3 && value.every((c) => typeof c === "number");
+const isVector = (key, value) => Array.isArray(value) && value.length === 3 && isAlongAxes(key) && value.every((c) => typeof c === "number");
 const isList = (value) => Array.isArray(value) && value.length > 0 && value.every((c) => typeof c === "number");
 const isLeaf = (value) => value === null || typeof value !== "object" || isList(value);
 
@@ -72,7 +73,7 @@ export class SceneForm {
 
   /** Inputs of the members that are simple, then parts: [key, value, owner, pointer]. */
   #members(members) {
-    const isSimple = ([, value]) => isLeaf(value) || isVector(value);
+    const isSimple = ([, value]) => isLeaf(value);
     const simple = members.filter(isSimple).map(([key, value, owner, pointer]) => this.#field(owner, key, value, pointer));
     const parts = members.filter((member) => !isSimple(member)).map(([key, value, , pointer]) => this.#part(key, value, pointer));
     return [...(simple.length ? [html("div", { class: "form-grid" }, simple)] : []), ...parts];
@@ -93,14 +94,25 @@ export class SceneForm {
   #field(owner, key, value, pointer) {
     // The name in the document is for those who write one.
     const label = html("span", { title: key }, /^\d+$/.test(key) ? `number ${Number(key) + 1}` : words(key));
-    if (isVector(value)) {
+    if (isVector(keyOf(pointer), value)) {
       const inputs = value.map((component, i) => this.#input(value, i, component, { key, pointer: `${pointer}/${i}`, name: `${words(key)}, ${"xyz"[i]}` }));
-      const group = html("div", { class: "field wide", role: "group", "aria-label": words(key) }, label, html("span", { class: "vector" }, inputs));
+      const named = inputs.map((input, i) => html("span", {}, html("span", { "aria-hidden": "true" }, "xyz"[i]), input));
+      const group = html("div", { class: "field wide", role: "group", "aria-label": words(key) }, label, html("span", { class: "vector along" }, named));
       this.#inputs.set(pointer, inputs[0]);
       return group;
     }
-    const input = isList(value) ? this.#listInput(owner, key, value, pointer) : this.#input(owner, key, value, { key, pointer });
-    const isWide = isList(value) || (typeof value === "string" && value.length > 24);
+    const kind = kindOf(key, value);
+    // What other members depend on is changed with them, in the document.
+    if (kind) {
+      const output = html("output", { tabindex: "-1", title: `${value}: another is set in the JSON, with what it needs`, "data-pointer": pointer, "data-kind": "string", "data-word": value }, kind);
+      this.#inputs.set(pointer, output);
+      return html("div", { class: "field" }, label, output);
+    }
+    const choices = typeof value === "string" && choicesOf(keyOf(pointer), value);
+    const simple = () => (isList(value) ? this.#listInput(owner, key, value, pointer) : this.#input(owner, key, value, { key, pointer }));
+    const input = choices ? this.#choice(owner, key, choices, pointer) : simple();
+    const longest = choices ? Math.max(...choices.map(([, name]) => name.length)) : typeof value === "string" ? value.length : 0;
+    const isWide = isList(value) || longest > 24;
     return html("label", { class: isWide ? "field wide" : "field" }, label, input);
   }
 
@@ -113,6 +125,22 @@ export class SceneForm {
     const input = html("input", { type: "text", value: value.map((one) => shown(key, one)).join(" "), "data-pointer": pointer, oninput: take });
     this.#inputs.set(pointer, input);
     return input;
+  }
+
+  /** A choice among words of the document, in plain words. */
+  #choice(owner, at, options, pointer) {
+    const take = () => {
+      owner[at] = choice.value;
+      // The role of a body says to which section it belongs.
+      if (at === "role") {
+        this.show(this.#document);
+        this.#inputs.get(pointer)?.focus();
+      }
+      this.#onChange();
+    };
+    const choice = html("select", { "data-pointer": pointer, "data-kind": "string", onchange: take }, options.map(([word, words]) => html("option", { value: word, selected: word === owner[at] }, words)));
+    this.#inputs.set(pointer, choice);
+    return choice;
   }
 
   /** An input of the member `at` of its owner; `key` has the unit, which of a vector is that of the whole. */

@@ -176,7 +176,7 @@ class SubmitPage {
     const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), ...(hasShapes ? [shapeOf(body)] : [])]);
     this.#preview.replaceChildren(
       table("Bodies", ["body", "elements", "mass [g]", ...(hasShapes ? ["smallest scaled Jacobian"] : [])], bodies),
-      ...(plan.capped_bulk_moduli ? [html("p", { class: "quiet" }, plainly(inWords(plan.capped_bulk_moduli)), ".")] : []),
+      ...(plan.capped_bulk_moduli ? [aboutStiffness(plan.capped_bulk_moduli)] : []),
       html("details", {}, html("summary", {}, "What the scene does not need"), html("p", { class: "quiet" }, plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }
@@ -213,6 +213,13 @@ class SubmitPage {
       this.#submit.disabled = false;
     }
   }
+}
+
+/** That bulk moduli are below that of water, in a sentence; which, and what that changes, are behind it. */
+function aboutStiffness(words) {
+  const isUnknown = words.includes("Effect not known");
+  const short = `Materials are less stiff against compression than water; what that changes ${isUnknown ? "is not known before the run" : "is known from other impacts"}.`;
+  return html("details", { class: "note" }, html("summary", {}, short, " ", html("b", {}, "More")), html("p", { class: "quiet" }, plainly(inWords(words)), "."));
 }
 
 /** Problems with the names of their fields, each leads to its place in the form. */
