@@ -60,9 +60,9 @@ export const exceeds = (value, error) => !(error > 0) || error < Math.abs(value)
 /** What the marks of a number mean, for a line below a table. */
 export const ABOUT_MARKS = "(12) in brackets: the error is as large as the number, or is unknown; at best an order of magnitude. ≥ 12: a lower bound, at least so much.";
 
-/** Words of a number with its doubt: in brackets unless it is resolved, with ≥ where it is a lower bound. */
+/** Words of a number with its doubt: in brackets unless it is resolved, with ≥ where it is a lower bound; one that rounds to zero bounds nothing. */
 export function marked(words, isResolved, isLeast = false) {
-  const bound = `${isLeast ? "≥\u00a0" : ""}${words}`;
+  const bound = `${isLeast && words !== "0" ? "≥\u00a0" : ""}${words}`;
   return isResolved ? bound : `(${bound})`;
 }
 

@@ -148,6 +148,13 @@ impl AbsorbedEnergy {
         self.frame.velocity
     }
 
+    /// Strain and kinetic energy of the tissue at the start, in its frame then [J]: what they can have lost at most.
+    pub fn at_start(&self) -> [f64; 2] {
+        self.motions.map_or([0.0; 2], |[[start, _], _]| {
+            [start.strain, (start.energy(&self.frame) - start.strain).max(0.0)]
+        })
+    }
+
     /// Whether there is a projectile that moves by itself, so that its loss is defined: prescribed motion does work on it.
     pub fn has_free_projectile(&self) -> bool {
         !self.projectile.bodies.is_empty() && !self.is_driven
@@ -275,6 +282,8 @@ mod tests {
         (measure.planes, measure.frame.velocity) = (vec![0], Vec3::x());
         assert_eq!(measure.supplied(), None);
         assert!((measure.peak.recoverable() - 4.0).abs() < 1e-12);
+        measure.frame.velocity = Vec3::zeros();
+        assert_eq!(measure.at_start(), [1.0, 0.0]);
         assert!((measure.now.by_state() - 1.6).abs() < 1e-12);
         assert!(measure.disagreement < 1e-12);
         assert!((measure.projectile_loss - 3.0).abs() < 1e-12);

@@ -185,15 +185,21 @@ fn set_value(resource: &mut Value, (value, error): (f64, &ErrorEstimate), unit: 
     }
 }
 
-/// Adds the interval of a number where it ends at what is possible, and not where the numerical error does.
+/// Adds the interval of a number where it ends at what is possible, and not where the numerical error does, or has no upper end.
 fn add_interval(resource: &mut Value, of: &Quantity, unit: &str) {
     let is_cut = of.interval().is_some_and(|interval| !matches!(interval, Interval::Around(_)));
     let (true, Some(words)) = (is_cut, interval(of, 1.0)) else { return };
     let [low, high] = of.ends();
     let end = |value: f64| quantity(&within(value, None), unit);
-    let code = coded("interval", &format!("The number with its error, within what is possible: {words}"));
+    let (text, range) = if of.is_lower_bound {
+        ("The lower bound with its error".into(), json!({"low": end(low)}))
+    } else {
+        let text = format!("The number with its error, within what is possible: {words}");
+        (text, json!({"low": end(low), "high": end(high)}))
+    };
+    let code = coded("interval", &text);
     if let Some(components) = resource["component"].as_array_mut() {
-        components.push(json!({"code": code, "valueRange": {"low": end(low), "high": end(high)}}));
+        components.push(json!({"code": code, "valueRange": range}));
     }
 }
 
@@ -300,6 +306,8 @@ mod tests {
         assert_eq!(named(&entries, "impulse")["valueQuantity"]["value"], 0.2);
         // What the model cuts off is a lower bound.
         assert_eq!(named(&entries, &depth)["valueQuantity"]["comparator"], ">=");
+        let range = &named(&entries, &depth)["component"][1]["valueRange"];
+        assert!(range["low"]["value"] == 57.0 && range.get("high").is_none(), "{range}");
         assert!(named(&entries, "impulse")["valueQuantity"].get("comparator").is_none());
         assert_eq!(named(&entries, "plain-words")["valueString"], "One. Two.");
         assert_eq!(named(&entries, "viscous-criterion")["dataAbsentReason"]["text"], "says so");

@@ -41,6 +41,11 @@ fn in_words(quantity: &Quantity, unit: &str) -> String {
         );
     }
     match quantity.interval() {
+        Some(Interval::From(low)) => format!(
+            "{words} {unit}: at least {} {unit}, with a numerical error of {} %.",
+            end(low),
+            rounded(100.0 * error / value.abs())
+        ),
         Some(Interval::Around(_)) => {
             let (low, high, fraction) = (end(value - error), end(value + error), 100.0 * error / value.abs());
             format!(
@@ -81,6 +86,18 @@ mod tests {
         patch["possible"] = json!([0.0, null]);
         let page_of_patch = page_of(&quantity_of(2730.0, 5300.0, false), &patch);
         assert!(page_of_patch.contains("Up to 980 mm²: the mesh does not resolve it"), "{page_of_patch}");
+        // A lower bound has no upper end, whatever is possible.
+        let mut bound = quantity_of(482.0, 12.0, true);
+        (bound["possible"], bound["is_lower_bound"]) = (json!([0.0, 490.0]), true.into());
+        let page_of_bound = page_of(&quantity_of(2730.0, 5300.0, false), &bound);
+        assert!(
+            page_of_bound.contains(">≥ 482 mm²<") && !page_of_bound.contains("between 470"),
+            "{page_of_bound}"
+        );
+        assert!(
+            page_of_bound.contains("± 12 mm²: at least 470 mm², with a numerical error of 2.5 %."),
+            "{page_of_bound}"
+        );
         // Brackets once had others around them from the style sheet.
         assert!(!page.contains("((") && !include_str!("report.css").contains("content:"), "{page}");
     }

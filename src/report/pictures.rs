@@ -3,7 +3,7 @@
 use super::chart::{Chart, Drawn, FONT, legend};
 use super::depth_picture::depth_picture;
 use super::{RecordedRun, Series};
-use crate::measure::summary::{Impact, Quantity, Results, marked, within};
+use crate::measure::summary::{Impact, Quantity, Results, marked, unit_of_time, within};
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -203,11 +203,8 @@ fn end(line: &Series) -> f64 {
 
 /// A convenient time unit for a line, and its inverse [1/s].
 fn time_unit(line: &Series) -> (&'static str, f64) {
-    match end(line) {
-        t if t >= 1.0 => ("s", 1.0),
-        t if t >= 1e-3 => ("ms", 1e3),
-        _ => ("µs", 1e6),
-    }
+    let (scale, unit) = unit_of_time(end(line));
+    (unit, scale)
 }
 
 /// The line with at most as many points as can be resolved: minimum and maximum of each interval, in order.

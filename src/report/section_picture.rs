@@ -4,7 +4,7 @@ use super::instant::{Body, Instant};
 use super::section::{Corner, Line, Section, band, level};
 use super::section_frame::{Frame, LEFT, NAMES, SIZE};
 use super::section_scale::Scale;
-use crate::measure::summary::{number, rounded};
+use crate::measure::summary::{number, rounded, seconds};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -43,8 +43,8 @@ pub fn section_picture(
     picture.ruler();
     picture.legend(&scale);
     let caption = format!(
-        "Section through the impact at {what}, {} µs after the start; colours: von Mises stress, lines: thresholds",
-        number(1e6 * instant.time_s)
+        "Section through the impact at {what}, {} after the start; colours: von Mises stress, lines: thresholds",
+        seconds(instant.time_s)
     );
     Some((picture.finished(), caption))
 }
@@ -307,7 +307,7 @@ mod tests {
         let instant = Instant { bodies, rigid: vec![ball], ..Instant::default() };
         let scene = json!({"bodies": [{"role": "projectile", "velocity_m_per_s": [0, 0, -8]}]});
         let (svg, caption) = section_picture(&instant, "the peak force", &scene, &[1e4]).unwrap();
-        assert!(caption.starts_with("Section through the impact at the peak force, 0 µs"), "{caption}");
+        assert!(caption.starts_with("Section through the impact at the peak force, 0 s"), "{caption}");
         let height = |name: &str| {
             let (before, _) = svg.split_once(&format!(">{name}</text>")).unwrap();
             before.rsplit_once("y=\"").unwrap().1.trim_end_matches('"').parse::<f64>().unwrap()

@@ -57,20 +57,23 @@ function errorOf(quantity, unit, limit) {
   return limit && intervalOf(quantity).isCutAbove ? `${words}, ${limit}` : words;
 }
 
-/** The number as a dot with its error as a whisker, on an axis from 0. */
+/** The number as a dot with its error as a whisker, on an axis from 0; an arrow where it is a lower bound. */
 function errorBar(quantity) {
   if (!hasError(quantity)) return null;
   const { value } = quantity;
-  const { low, high } = intervalOf(quantity);
-  if (!(high > 0)) return null;
-  const scale = 200 / high;
-  const [left, right, at] = [Math.max(0, low) * scale, high * scale, value * scale];
+  const { low, high, isOpen: isBound } = intervalOf(quantity);
+  const end = isBound ? value + quantity.error.total : high;
+  if (!(end > 0)) return null;
+  const scale = 200 / end;
+  const [left, at] = [Math.max(0, low) * scale, value * scale];
   const isOpen = quantity.error.total > value;
+  // A lower bound goes on above.
+  const last = isBound ? "M194 -4L200 0L194 4" : "M200 -5V5";
   return svg(
     "svg",
     { class: "error-bar", viewBox: "-6 -9 212 18", role: "img", "aria-label": `${within(value, quantity.error.total)}, ${errorWords(quantity).replace("±", "plus or minus")}` },
     svg("path", { d: "M0 0H200", class: "axis" }),
-    svg("path", { d: `M${left} 0H${right}M${right} -5V5${isOpen ? "" : `M${left} -5V5`}`, class: isOpen ? "whisker open" : "whisker" }),
+    svg("path", { d: `M${left} 0H200${last}${isOpen ? "" : `M${left} -5V5`}`, class: isOpen ? "whisker open" : "whisker" }),
     svg("circle", { cx: at, cy: 0, r: 4.5 }),
   );
 }

@@ -20,22 +20,23 @@ export function digits(quantity) {
 
 /**
  * The value ± its error within what is possible, by the rule of the summary: {low, high}, `isCutBelow` and `isCutAbove` where an end is what
- * is possible. The value itself is always in it.
+ * is possible. The value itself is always in it. A lower bound has no end above, `isOpen`.
  */
-export function intervalOf({ value, error: { total }, possible: [least, most] = [] }) {
+export function intervalOf({ value, error: { total }, possible: [least, most] = [], is_lower_bound: isOpen = false }) {
   const [low, high] = [value - total, value + total];
   const upper = Math.min(high, Math.max(most ?? Infinity, value));
   const isCutBelow = least != null && low < least && least <= value;
-  return { low: isCutBelow ? least : low, high: upper, isCutBelow, isCutAbove: upper < high };
+  return { low: isCutBelow ? least : low, high: isOpen ? Infinity : upper, isCutBelow, isCutAbove: !isOpen && upper < high, isOpen };
 }
 
-/** The error of a number as text: "± 0.50 J", or "between 5.8 and 8.00 J" and "up to 8.00 J" where it ends at what is possible. */
+/** The error of a number as text: "± 0.50 J", or "between 5.8 and 8.00 J" and "up to 8.00 J" where it ends at what is possible; of a lower bound that of its lower end. */
 export function errorWords(quantity, unit = "") {
   if (!hasError(quantity)) return `error ${quantity.error ?? "not estimated"}`;
   const { total } = quantity.error;
-  const { low, high, isCutBelow, isCutAbove } = intervalOf(quantity);
-  const upper = isCutAbove ? limit(high) : within(high, total);
-  const words = isCutBelow ? `up to ${upper}` : isCutAbove ? `between ${within(low, total)} and ${upper}` : `± ${number(total, 2)}`;
+  const { low, high, isCutBelow, isCutAbove, isOpen } = intervalOf(quantity);
+  const upper = () => (isCutAbove ? limit(high) : within(high, total));
+  const isEven = isOpen || !(isCutBelow || isCutAbove);
+  const words = isEven ? `± ${number(total, 2)}` : isCutBelow ? `up to ${upper()}` : `between ${within(low, total)} and ${upper()}`;
   return unit ? `${words}\u202f${unit}` : words;
 }
 

@@ -1,6 +1,6 @@
 //! Eroded elements in the summary.
 
-use super::written::{number, seconds};
+use super::written::{seconds, volume};
 use crate::measure::eroded::{Eroded, ErodedPart};
 use crate::plan::Plan;
 use serde::Serialize;
@@ -40,11 +40,11 @@ impl ErosionOfPart {
     pub fn in_words(&self) -> String {
         let elements = if self.elements == 1 { "element was" } else { "elements were" };
         format!(
-            "{} {elements} eroded in {} ({}), {} mm³ of it, from {} on: it ruptures there, in a volume that depends on the size of its elements.",
+            "{} {elements} eroded in {} ({}), {} of it, from {} on: it ruptures there, in a volume that depends on the size of its elements.",
             self.elements,
             self.part,
             self.body,
-            number(self.volume_mm3),
+            volume(self.volume_mm3),
             seconds(self.since_s)
         )
     }

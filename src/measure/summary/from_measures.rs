@@ -120,7 +120,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         largest_patch_area_mm2: mint.size(1e6 * force.largest_patch.area),
         largest_patch_time_s: force.largest_patch_time,
         nodes_across_patch: [patch.nodes_across, force.largest_patch.nodes_across],
-        friction_dissipation_j: mint.quantity(ledger.friction_j),
+        friction_dissipation_j: mint.size(ledger.friction_j),
         numerical_contact_dissipation_j: mint.quantity(ledger.numerical_j),
     }
 }
@@ -140,11 +140,14 @@ fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<Stresse
 
 fn tissue(measures: &Measures, ending: Option<&Ending>, mint: Mint) -> Option<Tissue> {
     let (absorbed, stress) = (measures.absorbed.as_ref()?, measures.stress.as_ref()?);
+    // Changes of energies since the start: no energy is negative.
+    let [strain, kinetic] = absorbed.at_start();
+    let change = |value: f64, start: f64| mint.quantity(value).no_less_than(0.0 - start);
     let split = |a: &Absorbed| Split {
-        strain_j: mint.quantity(a.strain),
-        kinetic_j: mint.quantity(a.kinetic),
-        recoverable_j: mint.quantity(a.recoverable()),
-        dissipated_j: mint.quantity(a.dissipated),
+        strain_j: change(a.strain, strain),
+        kinetic_j: change(a.kinetic, kinetic),
+        recoverable_j: change(a.recoverable(), strain + kinetic),
+        dissipated_j: mint.size(a.dissipated),
         not_from_contact_j: mint.quantity(a.not_from_contact),
     };
     // What the tissue absorbs ends at what the impact supplies.

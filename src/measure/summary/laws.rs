@@ -2,7 +2,7 @@
 
 use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
-use super::written::{number, seconds};
+use super::written::{number, seconds, volume};
 use crate::mechanics::material::Given;
 use serde::Serialize;
 
@@ -202,12 +202,12 @@ pub(super) fn beyond_limit(ranges: &LawRanges, part: &PartRange) -> String {
     }
     let energy = format!("; {:.1} % of the strain energy was there", 100.0 * ranges.fraction_of(part));
     format!(
-        "{} ({}) was {}, beyond the {} limit of its law, in {} mm³ ({} % of its volume), first seen at {}{}",
+        "{} ({}) was {}, beyond the {} limit of its law, in {} ({} % of its volume), first seen at {}{}",
         part.part,
         part.body,
         what.join(", "),
         if part.exceeds_declared() { "declared" } else { "usual" },
-        number(1e9 * part.beyond.volume()),
+        volume(1e9 * part.beyond.volume()),
         number(100.0 * part.fraction(&part.beyond)),
         seconds(part.beyond.since.unwrap_or_default()),
         if part.has_turned_over { "" } else { &energy }
@@ -219,8 +219,8 @@ pub(super) fn numerical_stress(stress: &StressDepth) -> Option<String> {
     let found = stress.exceedances.iter().filter(|e| e.largest_numerical > 0.0).map(|e| {
         let (time, reach) = e.numerical_at;
         format!(
-            "{} mm³ above {} kPa at {}, {} mm from it",
-            number(1e9 * e.largest_numerical),
+            "{} above {} kPa at {}, {} mm from it",
+            volume(1e9 * e.largest_numerical),
             number(1e-3 * e.threshold),
             seconds(time),
             number(1e3 * reach)

@@ -4,13 +4,16 @@ use super::super::stress_depth::GREATEST_DEPTH;
 use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::Quantity;
 use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
-use super::written::{bare, error_of, marked, number, seconds, with_unit, within};
+use super::written::{bare, error_of, marked, number, seconds, shown_in, volume, with_unit, within};
 
 /// Fraction of the absorbed energy above which work not done through contact gets a row of its own [-].
 const NOTABLE_WORK: f64 = 1e-3;
 
 /// What the absorbed energy is beside the energy given, which is the one of the headline.
 const ABOUT_ABSORBED: &str = "the energy given without what the mesh loses where nodes first touch, which a finer mesh passes on to the tissue";
+
+/// Strain below which tissue is hardly deformed [-].
+const HARDLY: f64 = 0.01;
 
 /// Why a number may be larger after the end of the run.
 const LASTS: &str = "contact has not ended";
@@ -237,13 +240,29 @@ fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<
     depth.into_iter().chain([volume]).chain(layers.map(|layer| of_layer(layer, stress)))
 }
 
-/// The part of a volume that lies in one layer, as certain as the whole.
+/// The part of a volume that lies in one layer, with the error of the whole: one below that is not resolved.
 fn of_layer(layer: &StressedLayer, stress: &SignificantStress) -> Row<'static> {
     let Quantity { error, is_lower_bound, .. } = &stress.volume_mm3;
-    let volume = within(layer.volume_mm3, error.half_width());
-    let volume = marked(&volume, error.is_resolved(), *is_lower_bound);
+    let (scale, unit) = shown_in(layer.volume_mm3, "mm³");
+    let volume = within(scale * layer.volume_mm3, error.half_width().map(|error| scale * error));
+    let is_resolved = error.is_resolved() && error.half_width() < Some(layer.volume_mm3);
+    let volume = marked(&volume, is_resolved, *is_lower_bound);
     let between = layer.depth_mm.map(|[from, to]| format!("{from:.1} to {to:.1} mm below the surface"));
-    Row::words(format!("in {}", layer.part), format!("{volume} mm³")).note(between.unwrap_or_default()).part()
+    Row::words(format!("in {}", layer.part), format!("{volume}{unit}"))
+        .note(between.unwrap_or_default())
+        .part()
+}
+
+/// What a 95th percentile of the strain says that is almost zero.
+fn hardly_strained(mps95: &Exceeded) -> String {
+    let quantity = &mps95.quantity;
+    let is_small = quantity.error.half_width().is_some_and(|error| quantity.value + error < HARDLY);
+    let percent = 100.0 * HARDLY;
+    if is_small {
+        format!(" (less than 5 % of the part was strained by {percent} % or more)")
+    } else {
+        String::new()
+    }
 }
 
 /// Strain and stress, exceeded in volumes and at points, and the deflection.
@@ -251,7 +270,7 @@ fn strains(tissue: &Tissue) -> Vec<Row<'_>> {
     let mut rows = Vec::new();
     match &tissue.exceeded_in_volume {
         Some(in_volume) => {
-            let volume = format!("exceeded in {} mm³", number(in_volume.volume_mm3));
+            let volume = format!("exceeded in {}", volume(in_volume.volume_mm3));
             let strain =
                 Row::exceeded(format!("principal strain {volume}"), &in_volume.principal_strain, "-");
             let stress = Row::exceeded(format!("von Mises stress {volume}"), &in_volume.von_mises_pa, "Pa");
@@ -266,7 +285,11 @@ fn strains(tissue: &Tissue) -> Vec<Row<'_>> {
     for of in &tissue.percentiles {
         rows.extend(of.mps95.as_ref().map(|mps95| {
             let row = Row::exceeded(format!("MPS95 of {}", of.part), mps95, "-");
-            let note = format!("principal strain, 95th percentile by volume, {}", row.note);
+            let note = format!(
+                "principal strain, 95th percentile by volume{}, {}",
+                hardly_strained(mps95),
+                row.note
+            );
             row.note(note).code(format!("mps95-{}", of.part))
         }));
     }
@@ -284,8 +307,37 @@ fn strains(tissue: &Tissue) -> Vec<Row<'_>> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
+    use super::super::results::Percentiles;
     use super::*;
+
+    #[test]
+    fn a_percentile_of_a_part_that_is_hardly_strained_is_explained() {
+        let summary = include_str!("../../../api/examples/summary.response.json");
+        let summary: serde_json::Value = serde_json::from_str(summary).unwrap();
+        let mut results: Results = serde_json::from_value(summary["results"].clone()).unwrap();
+        let shown = |results: &mut Results, value: f64| {
+            let quantity = Quantity::with_mesh_error(value, 1e-6, value > 1e-6);
+            let quantity = Quantity { is_lower_bound: true, ..quantity };
+            let mps95 = Exceeded { quantity, time_s: 1e-4, resolution: 0.0, is_peak: false };
+            let part = "fat".to_owned();
+            results.tissue.as_mut().unwrap().percentiles =
+                vec![Percentiles { part, volume_mm3: 9.0, mps95: Some(mps95) }];
+            let groups = listing(results);
+            let row =
+                groups.iter().flat_map(|group| &group.rows).find(|row| row.title == "MPS95 of fat").unwrap();
+            (row.value(), row.note.clone())
+        };
+        let (value, note) = shown(&mut results, 1e-9);
+        assert!(
+            value == "(0)" && note.contains("less than 5 % of the part was strained by 1 % or more"),
+            "{value} {note}"
+        );
+        let (value, note) = shown(&mut results, 0.02);
+        assert!(value == "≥ 0.02000" && !note.contains("less than"), "{value} {note}");
+        assert!(note.ends_with("at 100.0 µs, contact has not ended"), "{note}");
+    }
 
     #[test]
     fn the_parts_of_an_absorbed_energy_add_up_and_show_what_is_not_resolved() {
@@ -304,6 +356,9 @@ mod tests {
         let (plain, loaded) = (shown(1e-4), shown(0.3));
         assert!(plain.len() == 3 && plain[0][1] == "2.00 J", "{plain:?}");
         assert!(plain[1][1] == "(1.0) J" && plain[1][2].starts_with("± 3.0 J"), "{plain:?}");
+        // None of these is negative, and the interval ends there.
+        let unresolved = quantity(1.0, 3.0).no_less_than(0.0);
+        assert!(Row::number("kinetic", &unresolved, "J").remark().starts_with("up to 4.0 J"));
         assert_eq!(loaded[3][..2], ["- work of loads and position projection", "0.3000 J"]);
     }
 }

@@ -41,7 +41,7 @@ pub use results::{
     Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use table::render_table;
-pub use written::{interval, marked, number, rounded, short, within};
+pub use written::{interval, marked, number, rounded, seconds, short, unit_of_time, within};
 
 use super::measures::Measures;
 use crate::plan::Plan;

@@ -38,6 +38,8 @@ pub enum Interval {
     Between([f64; 2]),
     /// From the least possible value to this one.
     UpTo(f64),
+    /// From this value on: only the lower end of a lower bound is uncertain.
+    From(f64),
 }
 
 impl Quantity {
@@ -47,18 +49,25 @@ impl Quantity {
         Self { value, error, gate, is_lower_bound: false, possible }
     }
 
+    /// The same of a number that cannot be less than this.
+    #[must_use]
+    pub(super) fn no_less_than(self, least: f64) -> Self {
+        Self { possible: [Some(least), self.possible[1]], ..self }
+    }
+
     /// The same of a number that cannot be negative, and no more than `most`, if that is known.
     #[must_use]
     pub(super) fn within_zero_and(self, most: Option<f64>) -> Self {
         Self { possible: [Some(0.0), most], ..self }
     }
 
-    /// Ends of the interval; those of the value alone without an estimate.
+    /// Ends of the interval, the upper one of a lower bound being the value itself; those of the value alone without an estimate.
     pub fn ends(&self) -> [f64; 2] {
         match self.interval() {
             Some(Interval::Around(error)) => [self.value - error, self.value + error],
             Some(Interval::Between(ends)) => ends,
             Some(Interval::UpTo(high)) => [self.possible[0].unwrap_or(self.value), high],
+            Some(Interval::From(low)) => [low, self.value],
             None => [self.value; 2],
         }
     }
@@ -70,8 +79,11 @@ impl Quantity {
         let [least, most] = self.possible;
         let [low, high] = [value - error, value + error];
         let upper = most.map_or(high, |most| high.min(most.max(value)));
-        let is_cut = [least.is_some_and(|least| low < least && least <= value), upper < high];
-        Some(match is_cut {
+        let below = least.filter(|least| low < *least && *least <= value);
+        if self.is_lower_bound {
+            return Some(Interval::From(below.unwrap_or(low)));
+        }
+        Some(match [below.is_some(), upper < high] {
             [true, _] => Interval::UpTo(upper),
             [false, true] => Interval::Between([low, upper]),
             [false, false] => Interval::Around(error),
@@ -189,5 +201,16 @@ mod tests {
         assert_eq!(interval(-0.5, 1.0, [Some(0.0), None]), Some(Interval::Around(1.0)));
         assert_eq!(interval(0.0, 0.0, [Some(0.0), Some(8.0)]), Some(Interval::Around(0.0)));
         assert_eq!(Quantity::new(1.0, GateResult::Passed).interval(), None);
+    }
+
+    #[test]
+    fn a_lower_bound_has_a_lower_end_alone() {
+        let bound = |error: f64| {
+            let quantity = Quantity::with_mesh_error(7.5, error, error < 7.5);
+            Quantity { is_lower_bound: true, possible: [Some(0.0), Some(8.0)], ..quantity }
+        };
+        assert_eq!(bound(2.0).interval(), Some(Interval::From(5.5)));
+        assert_eq!(bound(9.0).interval(), Some(Interval::From(0.0)));
+        assert_eq!(bound(2.0).ends(), [5.5, 7.5]);
     }
 }

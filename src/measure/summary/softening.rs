@@ -1,6 +1,6 @@
 //! Softened tissue in the summary.
 
-use super::written::{number, seconds};
+use super::written::{seconds, volume};
 use crate::measure::law_range::{LawRanges, PartRange};
 use serde::Serialize;
 
@@ -37,12 +37,12 @@ impl SofteningOfPart {
     /// The softening in one sentence.
     pub fn in_words(&self) -> String {
         format!(
-            "{} ({}) exceeded its strength in {} mm³ from {} on; in {} mm³ damage exceeds one half, without eroded elements.",
+            "{} ({}) exceeded its strength in {} from {} on; in {} damage exceeds one half, without eroded elements.",
             self.part,
             self.body,
-            number(self.softened_mm3),
+            volume(self.softened_mm3),
             seconds(self.since_s),
-            number(self.torn_mm3)
+            volume(self.torn_mm3)
         )
     }
 }

@@ -3,7 +3,7 @@
 use super::super::stress_depth::GREATEST_DEPTH;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, Tissue};
-use super::written::{interval, number, seconds, within};
+use super::written::{interval, number, seconds, shown_in, within};
 use crate::step::{Ending, Failure};
 
 /// A few sentences on the numbers of a run that has reached a time [s], for readers without a technical background: the contact of the
@@ -56,6 +56,14 @@ pub(super) fn plain_words(
     words
 }
 
+/// "a, b and c".
+pub(super) fn in_a_row(names: &[&str]) -> String {
+    match names {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        names => names.concat(),
+    }
+}
+
 /// Why a run failed, where, and what to do.
 fn why(failure: &Failure) -> String {
     let place = failure.place().map_or_else(String::new, |place| format!(" This was in {place}."));
@@ -77,17 +85,17 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
     )
 }
 
-/// "123 N (± 4)", or "0.25 (± 0.01)" of a pure number, whose unit is empty; a value that does not exceed its error is marked
+/// "123 N (± 4)", or "0.25 (± 0.01)" of a pure number, whose unit is "-"; a value that does not exceed its error is marked
 /// as uncertain.
 fn value(quantity: &Quantity, unit: &str) -> String {
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    let digits = within(quantity.value, quantity.error.half_width());
-    let bound = if quantity.is_lower_bound { "at least " } else { "" };
+    let (scale, unit) = shown_in(quantity.value, unit);
+    let digits = within(scale * quantity.value, quantity.error.half_width().map(|error| scale * error));
+    let bound = if quantity.is_lower_bound && digits != "0" { "at least " } else { "" };
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
         ErrorEstimate::NotEstimated => format!("{bound}about {digits}{unit} (error not estimated)"),
         ErrorEstimate::Estimated(error) if error.resolved => {
-            format!("{bound}{digits}{unit} ({})", interval(quantity, 1.0).unwrap_or_default())
+            format!("{bound}{digits}{unit} ({})", interval(quantity, scale).unwrap_or_default())
         }
         ErrorEstimate::Estimated(error) => {
             let is_small = error.total < quantity.value.abs();
@@ -141,11 +149,10 @@ fn in_tissue(stress: Option<&SignificantStress>, tissue: &Tissue, has_finished: 
     let so_far =
         if has_finished { String::new() } else { format!(" up to {until}, when it was last evaluated") };
     let parts: Vec<&str> = stress.layers.iter().map(|layer| &layer.part[..]).collect();
-    let parts = match &parts[..] {
-        [] => return Some(format!("No tissue saw more than {threshold} kPa (von Mises stress){so_far}.")),
-        [part] => (*part).to_owned(),
-        [parts @ .., last] => format!("{} and {last}", parts.join(", ")),
-    };
+    if parts.is_empty() {
+        return Some(format!("No tissue saw more than {threshold} kPa (von Mises stress){so_far}."));
+    }
+    let parts = in_a_row(&parts);
     let depth = stress.depth_mm.as_ref().map(|depth| format!(", {} deep", value(depth, "mm")));
     Some(format!(
         "More than {threshold} kPa (von Mises stress) was reached in {parts}{}, in a volume of {}{so_far}.",
@@ -246,13 +253,17 @@ mod tests {
 
     #[test]
     fn a_doubt_is_the_right_one() {
-        let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "");
+        let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "-");
         assert_eq!(said(0.02), "about 0.244 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
         let certain = Quantity::with_mesh_error(0.2444, 0.02, true);
         let bound = Quantity { is_lower_bound: true, ..certain.clone() };
         assert_eq!(value(&bound, "mm"), "at least 0.244 mm (± 0.020)");
+        let large = Quantity::with_mesh_error(31_234.0, 1234.0, true);
+        assert_eq!(value(&large, "mm³"), "31.2 cm³ (± 1.2)");
         let cut = Quantity { possible: [Some(0.0), Some(0.25)], ..certain };
+        let bound = Quantity { is_lower_bound: true, ..cut.clone() };
+        assert_eq!(value(&bound, "mm"), "at least 0.244 mm (± 0.020)");
         assert_eq!(value(&cut, "mm"), "0.244 mm (between 0.224 and 0.250)");
     }
 

@@ -59,9 +59,9 @@ pub fn within(value: f64, half_width: Option<f64>) -> String {
     }
 }
 
-/// A value and its doubt: in brackets unless it is resolved, as "≥" where it is a lower bound.
+/// A value and its doubt: in brackets unless it is resolved, as "≥" where it is a lower bound. One that rounds to zero bounds nothing.
 pub fn marked(value: &str, is_resolved: bool, is_lower_bound: bool) -> String {
-    let bound = if is_lower_bound { "≥ " } else { "" };
+    let bound = if is_lower_bound && value != "0" { "≥ " } else { "" };
     if is_resolved { format!("{bound}{value}") } else { format!("({bound}{value})") }
 }
 
@@ -71,44 +71,55 @@ fn limit(value: f64) -> String {
 }
 
 /// The interval of a value with its error, in units of 1/scale: "± 0.50", "between 5.80 and 8.00" or "up to 8.00". An end that is
-/// what is possible has three digits, the others end where the error does. `None` without an estimate.
+/// what is possible has three digits, the others end where the error does. The error of a lower bound is that of its lower end, "± 0.50",
+/// whatever is possible above it. `None` without an estimate.
 pub fn interval(quantity: &Quantity, scale: f64) -> Option<String> {
     let error = quantity.error.half_width()?;
     let most = quantity.value + error;
     let end = |value: f64| within(scale * value, Some(scale * error));
     let upper = |upper: f64| if upper < most { limit(scale * upper) } else { end(upper) };
     Some(match quantity.interval()? {
-        Interval::Around(error) => format!("± {}", rounded(scale * error)),
+        Interval::Around(_) | Interval::From(_) => format!("± {}", rounded(scale * error)),
         Interval::Between([low, high]) => format!("between {} and {}", end(low), upper(high)),
         Interval::UpTo(high) => format!("up to {}", upper(high)),
     })
 }
 
-/// The factor and the unit in which a time is read.
-fn unit_of_time(time: f64) -> (f64, &'static str) {
+/// The factor and the unit in which a time [s] is read.
+pub fn unit_of_time(time: f64) -> (f64, &'static str) {
     match time.abs() {
-        t if t >= 1.0 || t == 0.0 => (1.0, " s"),
-        t if t >= 1e-3 => (1e3, " ms"),
-        _ => (1e6, " µs"),
+        t if t >= 1.0 || t == 0.0 => (1.0, "s"),
+        t if t >= 1e-3 => (1e3, "ms"),
+        _ => (1e6, "µs"),
     }
 }
 
-/// Formats a time in the appropriate unit.
-pub(super) fn seconds(time: f64) -> String {
+/// The factor and the unit in which a volume [mm³] is read.
+fn unit_of_volume(mm3: f64) -> (f64, &'static str) {
+    if mm3.abs() < 1e3 { (1.0, "mm³") } else { (1e-3, "cm³") }
+}
+
+/// Formats a time [s] in the appropriate unit.
+pub fn seconds(time: f64) -> String {
     let (scale, unit) = unit_of_time(time);
-    format!("{}{unit}", number(scale * time))
+    format!("{} {unit}", number(scale * time))
+}
+
+/// Formats a volume [mm³] in the appropriate unit.
+pub(super) fn volume(mm3: f64) -> String {
+    let (scale, unit) = unit_of_volume(mm3);
+    format!("{} {unit}", number(scale * mm3))
 }
 
 /// The factor and the unit, after a space, in which a quantity is shown.
-fn shown_in(value: f64, unit: &str) -> (f64, Cow<'static, str>) {
+pub(super) fn shown_in(value: f64, unit: &str) -> (f64, Cow<'static, str>) {
+    let spaced = |(scale, unit): (f64, &str)| (scale, format!(" {unit}").into());
     match unit {
         "-" => (1.0, "".into()),
-        "s" => {
-            let (scale, unit) = unit_of_time(value);
-            (scale, unit.into())
-        }
+        "s" => spaced(unit_of_time(value)),
+        "mm³" => spaced(unit_of_volume(value)),
         "Pa" | "J/m³" => (1e-3, format!(" k{unit}").into()),
-        unit => (1.0, format!(" {unit}").into()),
+        unit => spaced((1.0, unit)),
     }
 }
 
@@ -169,6 +180,10 @@ mod tests {
             ["1235", "0.01235", "0", "3.000e-9", "12.00", "35650", "-10.00"]
         );
         assert_eq!([1e-4, 0.0021, 2.5].map(seconds), ["100.0 µs", "2.100 ms", "2.500 s"]);
+        assert_eq!([0.5, 999.0, 3e6].map(volume), ["0.5000 mm³", "999.0 mm³", "3000 cm³"]);
+        let large = Quantity::with_mesh_error(31_234.0, 1234.0, true);
+        assert_eq!(with_unit(&large, "mm³"), "31.2 cm³");
+        assert!(error_of(&large, "mm³").starts_with("± 1.2 cm³ (mesh 1.2,"));
         let of_nothing: f64 = [].iter().sum();
         assert_eq!(seconds(of_nothing), "0 s");
     }
@@ -211,6 +226,9 @@ mod tests {
         let resolved = Quantity::with_mesh_error(1e-4, 2.603e-6, true);
         let bound = Quantity { is_lower_bound: true, ..resolved.clone() };
         assert_eq!(with_unit(&bound, "s"), "≥ 100.0 µs");
+        let nothing =
+            Quantity { value: 1e-9, is_lower_bound: true, ..Quantity::with_mesh_error(0.0, 1e-6, false) };
+        assert_eq!(with_unit(&nothing, "-"), "(0)");
         assert_eq!(error_of(&resolved, "s"), "± 2.6 µs");
         let unknown = Quantity { error: ErrorEstimate::NotEstimated, ..resolved };
         assert_eq!(with_unit(&unknown, "s"), "(100.0) µs");
@@ -228,5 +246,9 @@ mod tests {
         assert_eq!(of(0.1, supplied), "± 0.10 J (mesh 0.10, step 0, contact 0)");
         assert_eq!(of(9.0, [Some(0.0), None]), "up to 16.8 J (mesh 9.0, step 0, contact 0): NOT RESOLVED");
         assert_eq!(of(9.0, [None; 2]), "± 9.0 J (mesh 9.0, step 0, contact 0): NOT RESOLVED");
+        // More than a lower bound is possible: it has no upper end.
+        let bound = Quantity::with_mesh_error(7.8, 2.0, true);
+        let bound = Quantity { is_lower_bound: true, possible: supplied, ..bound };
+        assert_eq!([with_unit(&bound, "J"), interval(&bound, 1.0).unwrap()], ["≥ 7.8 J", "± 2.0"]);
     }
 }
