@@ -193,7 +193,7 @@ impl McapRecorder {
             open.writer.write(open.energy, time, &energy::message(plan, measures))?;
         }
         open.writer.write(open.summary, time, &summary::message(summary, time, step)?)?;
-        for warning in &summary.warnings {
+        for warning in summary.warnings.iter() {
             open.writer.write(open.log, time, &log::message(time, Level::Warning, warning))?;
         }
         let (level, text) = last_words(outcome);

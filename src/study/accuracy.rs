@@ -189,11 +189,11 @@ impl<'a> Sequence<'a> {
             if let Some(accuracy) = best.summary.accuracy.as_mut().filter(|_| lacks.is_some()) {
                 accuracy.next_mesh_s = None;
             }
-            best.summary.warnings.push(discarded(self.meshes.factor(level), lacks));
+            best.summary.warnings.add_of_accuracy(discarded(self.meshes.factor(level), lacks));
             return Step::End(Box::new(best));
         }
         if is_over && !has_stopped && level < 0 {
-            result.summary.warnings.push(coarser_than_own(self.meshes.factor(level)));
+            result.summary.warnings.add_of_accuracy(coarser_than_own(self.meshes.factor(level)));
         }
         if lacks.is_none() && (has_stopped || is_over) {
             return Step::End(Box::new(result));
@@ -331,7 +331,7 @@ fn discarded(mesh_factor: f64, failure: Option<String>) -> String {
 /// The result on the finest mesh that there is, with a warning if it is not accurate enough.
 fn without_finer_mesh(mut result: RunResult, why: &str) -> RunResult {
     if !has_reached(&result) {
-        result.summary.warnings.push(format!(
+        result.summary.warnings.add_of_accuracy(format!(
             "There is no finer mesh to reach the accuracy with: {}.",
             why.trim_end_matches('.')
         ));

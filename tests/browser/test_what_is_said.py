@@ -109,10 +109,25 @@ def test_warnings_are_one_line_with_a_door(page, jobs):
     for warning in summary["warnings"]:
         expect(listed.filter(has_text=re.split("[`(]", page.evaluate(plain, warning))[0])).to_have_count(1)
     expect(door).to_have_text(f"All {listed.count()}")
-    # The worst is in the line: here, that the mesh resolves too little, with a remedy.
-    expect(page.locator(".warning-line")).to_contain_text("too coarse")
+    # The order is that of the summary, and the worst is in the line. The mesh resolves too little, which has a remedy.
+    first = re.split("[`(:;]", page.evaluate(plain, summary["warnings"][0]))[0]
+    expect(listed.first).to_contain_text(first)
+    expect(page.locator(".warning-line")).to_contain_text(first)
+    expect(listed.filter(has_text="too coarse for the main numbers")).to_have_count(1)
     page.get_by_role("link", name="Run it again, refined").click()
     expect(page.get_by_label("Meshes")).to_have_value("refined")
+
+
+def test_a_report_fits_a_phone(page, jobs):
+    address = jobs["good"]["links"]["summary"].replace("/summary", "/report")
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(address)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    # Times and volumes are in units that keep them short.
+    words = page.locator("main").inner_text()
+    long = re.findall(r"\b\d{5,} (?:µs|mm³)", words)
+    assert not long, long
+    page.set_viewport_size({"width": 1440, "height": 1000})
 
 
 def test_names_of_the_document_are_words(page):
@@ -294,6 +309,15 @@ def test_error_bars_end_at_what_is_possible(page, jobs):
         [{"value": 7.8, "error": {"total": total, "resolved": total < 7.8}, "possible": possible, "is_lower_bound": total < 1} for total, possible in [(9, [0, 8]), (2, [0, 8]), (0.1, [0, 8]), (9, [0, None])]],
     )
     assert said == ["(7.8) up to 8.00", "7.8 between 5.8 and 8.00", "≥\u00a07.80 ± 0.10", "(7.8) up to 16.8"]
+    # Only the lower end of a lower bound is uncertain.
+    bounds = page.evaluate(
+        """async (numbers) => {
+            const { digits, errorWords, intervalOf } = await import("/viewer/summary/quantity.js");
+            return numbers.map((number) => [`${digits(number)} ${errorWords(number)}`, intervalOf(number).low, intervalOf(number).isOpen]);
+        }""",
+        [{"value": value, "error": {"total": 2, "resolved": value > 2}, "possible": [0, 8], "is_lower_bound": True} for value in (7.5, 1e-9)],
+    )
+    assert bounds == [["≥\u00a07.5 ± 2.0", 5.5, True], ["(0) ± 2.0", 0, True]]
     # On the card, with the words for that end.
     summary = page.request.get(jobs["good"]["links"]["summary"]).json()
     energy = summary["results"]["tissue"]["energy_given_j"]
@@ -306,7 +330,16 @@ def test_error_bars_end_at_what_is_possible(page, jobs):
         }""",
         summary,
     )
-    assert "(≥\u00a07.8) J not resolved: up to 8.00\u202fJ, all that the impact supplies" in words, words
+    assert "(≥\u00a07.8) J not resolved: ± 9.0\u202fJ" in words and "all that the impact supplies" not in words, words
+    del energy["is_lower_bound"]
+    words = page.evaluate(
+        """async (summary) => {
+            const { headlineCards } = await import("/viewer/summary/cards.js");
+            return headlineCards(summary).lastElementChild.textContent;
+        }""",
+        summary,
+    )
+    assert "(7.8) J not resolved: up to 8.00\u202fJ, all that the impact supplies" in words, words
 
 
 def test_no_difference_is_drawn_with_a_run_that_is_withheld(page, jobs):

@@ -2,12 +2,10 @@
 
 import { html } from "../dom.js";
 import { inWords } from "../scene/scene_units.js";
-import { headline, isMiss } from "./headline.js";
 import { plainly } from "./plain_terms.js";
-import { isResolved } from "./quantity.js";
-import { reason, stoppedAt } from "./trust.js";
+import { reason } from "./trust.js";
 
-/** All that is to be known, the worst first: {kind: "bad" | "warn", words, isMeshed?}; `isMeshed` where a finer mesh helps. */
+/** All that is to be known, the worst first: {kind: "bad" | "warn", words, isMeshed?}; `isMeshed` where other meshes help. */
 export function concerns(summary) {
   return allConcerns(summary).map((one) => ({ ...one, words: inWords(one.words) }));
 }
@@ -18,26 +16,13 @@ function allConcerns(summary) {
   if (why) found.push({ kind: "bad", words: why });
   const failed = why ? [] : summary.gates.filter((gate) => gate.result !== "passed");
   failed.forEach((gate) => found.push({ kind: "bad", words: `A check of the computation failed: ${gate.meaning}.` }));
-  const isGiven = !summary.withheld && !isMiss(summary) && !stoppedAt(summary);
-  const numbers = isGiven ? headline(summary).filter(({ quantity }) => quantity && quantity.error !== "nothing touched" && !isResolved(quantity)) : [];
-  if (numbers.length) {
-    const count = numbers.length === 4 ? "all four numbers" : `${["one", "two", "three"][numbers.length - 1]} of the four numbers`;
-    const isUnknown = numbers.every(({ quantity }) => quantity.error === "not estimated");
-    const words = isUnknown ? `The uncertainty of ${count} was not estimated.` : `The mesh is too coarse for ${count}: an order of magnitude, no more.`;
-    // What the program says of the mesh is why.
-    found.push({ kind: "warn", words: [words, ...(isUnknown ? [] : summary.warnings.filter(isOfMesh))].join(" "), isMeshed: true });
-    if (!isUnknown) return [...found, ...others(summary.warnings.filter((words) => !isOfMesh(words)))];
-  }
-  return [...found, ...others(summary.warnings)];
+  // The program lists the most severe first.
+  return [...found, ...summary.warnings.map((words) => ({ kind: "warn", words, isMeshed: /^The (mesh|numerical error of the main numbers) /.test(words) }))];
 }
 
-const isOfMesh = (words) => words.startsWith("The mesh ");
-/** The program lists the most severe first. */
-const others = (warnings) => warnings.map((words) => ({ kind: "warn", words }));
-
 /** The first part of a warning: what is so, without its numbers and remedies. */
-function short({ words, isMeshed }) {
-  const [first] = isMeshed ? words.split(/(?<=[a-z]\.) (?=[A-Z])/) : words.split(/: (?=[a-z])|; (?=[a-z])/);
+function short({ words }) {
+  const [first] = words.split(/: (?=[a-z])|; (?=[a-z])/);
   return /[.!]$/.test(first) ? first : `${first}.`;
 }
 

@@ -21,6 +21,7 @@ mod results;
 mod softening;
 mod squeezed;
 mod table;
+mod warning_list;
 mod warnings;
 mod words;
 mod written;
@@ -41,6 +42,7 @@ pub use results::{
     Results, Shown, SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use table::render_table;
+pub use warning_list::Warnings;
 pub use written::{interval, marked, number, rounded, seconds, short, unit_of_time, within};
 
 use super::measures::Measures;
@@ -55,7 +57,7 @@ use numerics::numerics;
 use relaxation::relaxation;
 use serde::{Serialize, Serializer};
 use softening::{SofteningOfPart, softening};
-use warnings::warnings;
+use warnings::{doubtful_numbers, warnings};
 use words::plain_words;
 
 /// Disclaimer included in every answer.
@@ -114,7 +116,7 @@ pub struct Summary {
     /// Checks that the run passed or failed.
     pub gates: Vec<Gate>,
     /// Caveats to read before the numbers are used, most severe first.
-    pub warnings: Vec<String>,
+    pub warnings: Warnings,
     /// Source of the error bars, or why there are none.
     pub error_bars: String,
     /// Whether the numbers have the requested accuracy; absent if none was requested.
@@ -167,7 +169,14 @@ impl Summary {
         };
         let torn = softening.iter().map(SofteningOfPart::in_words);
         let torn = torn.chain(erosion.iter().map(ErosionOfPart::in_words));
-        let warnings = warnings(measures, plan, &numerics, outcome);
+        let mut warnings = warnings(measures, plan, &numerics, outcome);
+        let is_finished = ending == Some(&Ending::Finished);
+        if let Shown::Results(values) = &results
+            && is_finished
+            && !values.nothing_touched
+        {
+            doubtful_numbers(&mut warnings, values);
+        }
         let plain_words = plain_words(&results, (ending, time_s), torn, warnings.worst());
         Self {
             notice: NOTICE,
@@ -178,7 +187,7 @@ impl Summary {
             steps: outcome.map_or(measures.step, |o| o.steps),
             plain_words,
             injury_measures: injury_measures(measures, plan, ending, &results),
-            warnings: warnings.into_words(),
+            warnings,
             ending: ending.cloned(),
             results,
             numerics,

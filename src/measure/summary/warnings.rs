@@ -1,4 +1,4 @@
-//! Warnings: the caveats that accompany the numbers, most severe first.
+//! Warnings: the caveats that accompany the numbers, each with how much it limits their use.
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::law_range::PartRange;
@@ -13,8 +13,13 @@ use super::laws::{
 };
 use super::listed::NODES_ACROSS;
 use super::numerics::Numerics;
+use super::of_interest::QuantityOfInterest;
+use super::quantity::ErrorEstimate;
+use super::results::Results;
 use super::softening::{SofteningOfPart, softening};
 use super::squeezed::squeezed_in_words;
+use super::warning_list::{Gravity, Warnings};
+use super::words::in_a_row;
 use super::written::{number, seconds};
 use crate::plan::Plan;
 use crate::step::{Ending, Energy, Outcome};
@@ -64,49 +69,6 @@ fn beyond_limit_warning(measures: &Measures, numerics: &Numerics) -> Option<Stri
     ))
 }
 
-/// How much a warning limits the use of the numbers, most severe first.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Gravity {
-    /// The scene has no impact on the tissue.
-    NoImpact,
-    /// Some values are artefacts of the mesh, or beyond the limit of a law, and excluded.
-    Excluded,
-    /// The impact is not over: the numbers are not final.
-    NotFinal,
-    /// The mesh does not resolve a number.
-    NotResolved,
-    /// A law was used beyond its range.
-    BeyondRange,
-    /// The numbers stand; the warning says how far, or what to improve.
-    Remark,
-}
-
-/// Warnings as they are found.
-#[derive(Default)]
-pub(super) struct Warnings(Vec<(Gravity, String)>);
-
-impl Warnings {
-    fn add(&mut self, gravity: Gravity, warnings: impl IntoIterator<Item = String>) {
-        for warning in warnings {
-            if !self.0.iter().any(|(_, known)| *known == warning) {
-                self.0.push((gravity, warning));
-            }
-        }
-    }
-
-    /// The first of the most severe, unless it is a remark.
-    pub fn worst(&self) -> Option<String> {
-        let severe = self.0.iter().filter(|(gravity, _)| *gravity < Gravity::Remark);
-        severe.min_by_key(|(gravity, _)| *gravity).map(|(_, warning)| warning.clone())
-    }
-
-    /// Most severe first; those of one gravity in the order in which they were found.
-    pub fn into_words(mut self) -> Vec<String> {
-        self.0.sort_by_key(|(gravity, _)| *gravity);
-        self.0.into_iter().map(|(_, warning)| warning).collect()
-    }
-}
-
 /// Warnings of validation, of the stepper and of the measures, without repetition.
 pub(super) fn warnings(
     measures: &Measures,
@@ -116,33 +78,55 @@ pub(super) fn warnings(
 ) -> Warnings {
     let mut all = Warnings::default();
     all.add(Gravity::Remark, measures.scene_warnings.iter().cloned());
-    all.add(Gravity::Remark, outcome.iter().flat_map(|outcome| outcome.warnings.iter().cloned()));
+    // What makes numbers wrong: tissue squeezed to its base, laws beyond their limits, overlap, artefacts.
+    all.add(Gravity::Wrong, measures.squeeze.worst.as_ref().and_then(squeezed_in_words));
+    all.add(Gravity::Wrong, beyond_limit_warning(measures, numerics));
+    all.add(Gravity::Wrong, penetration_warning(&measures.penetration.deepest));
+    all.add(Gravity::Wrong, measures.stress.as_ref().and_then(numerical_stress));
+    // Accuracy, with what the stepper says of its steps and solvers.
+    resolution_warnings(&mut all, measures);
+    body_warnings(&mut all, measures, plan);
+    all.add(Gravity::Inaccurate, outcome.iter().flat_map(|outcome| outcome.warnings.iter().cloned()));
     force_warnings(&mut all, measures, numerics, outcome.is_some());
+    all.add(Gravity::Inaccurate, rigid_impact_warning(&measures.energy));
+    all.add(Gravity::Inaccurate, projection_warning(&measures.energy));
+    all.add(Gravity::Inaccurate, sampling_warning(measures).filter(|_| outcome.is_some()));
     // Softening, erosion and laws beyond their range.
     all.add(Gravity::Remark, softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     all.add(Gravity::Remark, erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     all.add(Gravity::BeyondRange, ranges_in_words(&left_laws(&measures.laws)));
-    all.add(Gravity::BeyondRange, unstated_ranges_in_words(&measures.laws));
-    all.add(Gravity::BeyondRange, rates_in_words(&law_rates(&measures.laws)));
-    all.add(Gravity::Excluded, beyond_limit_warning(measures, numerics));
-    // Artefacts, penetration and projection.
-    all.add(Gravity::Excluded, measures.stress.as_ref().and_then(numerical_stress));
-    all.add(Gravity::Remark, penetration_warning(&measures.penetration.deepest));
-    all.add(Gravity::Remark, rigid_impact_warning(&measures.energy));
-    all.add(Gravity::Remark, projection_warning(&measures.energy));
-    all.add(Gravity::Remark, measures.squeeze.worst.as_ref().and_then(squeezed_in_words));
-    body_warnings(&mut all, measures, plan);
-    all.add(Gravity::Remark, sampling_warning(measures).filter(|_| outcome.is_some()));
+    all.add(Gravity::Untested, unstated_ranges_in_words(&measures.laws));
+    all.add(Gravity::Untested, rates_in_words(&law_rates(&measures.laws)));
     contact_warnings(&mut all, measures, plan, outcome);
-    resolution_warnings(&mut all, measures);
     all
+}
+
+/// Warns of main numbers of a run that went to its end and that the mesh does not resolve, or whose error is unknown.
+pub(super) fn doubtful_numbers(all: &mut Warnings, results: &Results) {
+    let titles = |is_meant: fn(&ErrorEstimate) -> bool| {
+        let is_meant =
+            |of: &QuantityOfInterest| of.number(results).is_some_and(|number| is_meant(&number.error));
+        let found: Vec<&str> = QuantityOfInterest::HEADLINE
+            .into_iter()
+            .filter(is_meant)
+            .map(QuantityOfInterest::title)
+            .collect();
+        Some(found).filter(|titles| !titles.is_empty()).map(|titles| in_a_row(&titles))
+    };
+    let coarse = titles(ErrorEstimate::is_unresolved).map(|titles| {
+        format!("The mesh is too coarse for the main numbers {titles}: an order of magnitude, no more.")
+    });
+    all.add(Gravity::NotResolved, coarse);
+    let unknown = titles(|error| *error == ErrorEstimate::NotEstimated)
+        .map(|titles| format!("The numerical error of the main numbers was not estimated: {titles}."));
+    all.add(Gravity::Inaccurate, unknown);
 }
 
 /// Warns of windows of the force, and of energy lost in contact so far.
 fn force_warnings(all: &mut Warnings, measures: &Measures, numerics: &Numerics, has_ended: bool) {
     let touched = measures.pairs.values().filter(|pair| has_ended && pair.force.contact_span.is_some());
     let windows: Vec<Window> = touched.filter_map(Window::of).collect();
-    all.add(Gravity::Remark, window_warnings(&windows, measures.time));
+    all.add(Gravity::Inaccurate, window_warnings(&windows, measures.time));
     let fraction = numerics.numerical_contact_dissipation_fraction;
     // At the end the stepper itself issues this warning.
     let is_notable = fraction > CONTACT_DISSIPATION_WARNING && !has_ended;
@@ -154,7 +138,7 @@ fn force_warnings(all: &mut Warnings, measures: &Measures, numerics: &Numerics, 
             100.0 * CONTACT_DISSIPATION_WARNING
         )
     });
-    all.add(Gravity::Remark, warning);
+    all.add(Gravity::Inaccurate, warning);
 }
 
 /// Warns of fields that were evaluated at few times.
@@ -192,7 +176,7 @@ fn body_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan) {
             100.0 * body.inertia_lost
         )
     });
-    all.add(Gravity::Remark, heavy);
+    all.add(Gravity::Inaccurate, heavy);
     let fractions = plan.bodies.iter().zip(measures.hourglass.fractions());
     let stabilised = fractions.filter(|(_, fraction)| *fraction > HOURGLASS_WARNING).map(|(body, fraction)| {
         format!(
@@ -284,7 +268,7 @@ fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
             seconds(earliest)
         )
     });
-    all.add(Gravity::Remark, disturbed);
+    all.add(Gravity::Inaccurate, disturbed);
 }
 
 /// The pair in words: the contact of a body with itself has the name of that body twice.
@@ -368,33 +352,42 @@ fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
+    use super::super::quantity::Quantity;
     use super::*;
     use crate::plan::ByPair;
     use crate::step::{BodyEnergy, PairLedger};
 
     #[test]
-    fn the_gravest_come_first_and_once() {
-        let mut all = Warnings::default();
-        for (gravity, words) in [
-            (Gravity::Remark, "remark"),
-            (Gravity::BeyondRange, "range"),
-            (Gravity::NotFinal, "not final"),
-            (Gravity::Remark, "range"),
-            (Gravity::NotFinal, "neither"),
-            (Gravity::NoImpact, "no impact"),
-        ] {
-            all.add(gravity, [words.to_owned()]);
-        }
-        assert_eq!(all.worst().as_deref(), Some("no impact"));
-        assert_eq!(all.into_words(), ["no impact", "not final", "neither", "range", "remark"]);
-    }
-
-    #[test]
-    fn a_remark_is_not_the_worst() {
-        let mut all = Warnings::default();
-        all.add(Gravity::Remark, ["remark".to_owned()]);
-        assert_eq!(all.worst(), None);
+    fn main_numbers_that_are_not_resolved_are_named_in_one_warning() {
+        let summary = include_str!("../../../api/examples/summary.response.json");
+        let summary: serde_json::Value = serde_json::from_str(summary).unwrap();
+        let mut results: Results = serde_json::from_value(summary["results"].clone()).unwrap();
+        let said = |results: &mut Results, [force, patch, depth]: [&ErrorEstimate; 3]| {
+            let (impact, tissue) = (&mut results.impacts[0], results.tissue.as_mut().unwrap());
+            impact.peak_force_n.error = force.clone();
+            impact.largest_patch_area_mm2.error = patch.clone();
+            tissue.significant_stress[0].depth_mm.as_mut().unwrap().error = depth.clone();
+            tissue.energy_given_j.error = force.clone();
+            let mut all = Warnings::default();
+            doubtful_numbers(&mut all, results);
+            all.to_vec()
+        };
+        let [good, coarse] =
+            [true, false].map(|is_resolved| Quantity::with_mesh_error(1.0, 0.1, is_resolved).error);
+        assert!(said(&mut results, [&good; 3]).is_empty());
+        assert_eq!(
+            said(&mut results, [&coarse, &coarse, &good]),
+            [
+                "The mesh is too coarse for the main numbers peak force, largest contact patch and energy given to the tissue: \
+              an order of magnitude, no more."
+            ]
+        );
+        let unknown = ErrorEstimate::NotEstimated;
+        let both = said(&mut results, [&good, &unknown, &coarse]);
+        assert!(both.len() == 2 && both[0].contains("numbers depth of stress:"), "{both:?}");
+        assert!(both[1].ends_with("was not estimated: largest contact patch."), "{both:?}");
     }
 
     #[test]
