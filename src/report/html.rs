@@ -7,7 +7,7 @@ use super::pictures::pictures;
 use super::section_picture::section_picture;
 use super::simulated::simulated;
 use super::text::{capitalised, escaped};
-use crate::measure::summary::{Group, InjuryMeasure, Row, listing, number, numerics_group};
+use crate::measure::summary::{Group, InjuryMeasure, Row, listing, numerics_group, seconds};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -90,9 +90,9 @@ fn header(out: &mut String, run: &RecordedRun) {
     push(
         out,
         format_args!(
-            "<p class=\"state {ending}\">{ending} at {} µs of {} µs, {} steps</p>",
-            number(1e6 * summary["time_s"].as_f64().unwrap_or_default()),
-            number(1e6 * summary["end_time_s"].as_f64().unwrap_or_default()),
+            "<p class=\"state {ending}\">{ending} at {} of {}, {} steps</p>",
+            seconds(summary["time_s"].as_f64().unwrap_or_default()),
+            seconds(summary["end_time_s"].as_f64().unwrap_or_default()),
             summary["steps"]
         ),
     );
@@ -164,7 +164,8 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;
     }
-    push(out, format_args!("<section><h2>{title}</h2><table><thead><tr>"));
+    // A table wider than the page scrolls by itself.
+    push(out, format_args!("<section><h2>{title}</h2><div class=\"table\"><table><thead><tr>"));
     for name in head {
         push(out, format_args!("<th>{name}</th>"));
     }
@@ -172,7 +173,7 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     for row in rows {
         push(out, format_args!("<tr><td>{}</td></tr>", row.join("</td><td>")));
     }
-    out.push_str("</tbody></table></section>\n");
+    out.push_str("</tbody></table></div></section>\n");
 }
 
 /// The numbers of a contact or of the tissue.
@@ -244,15 +245,16 @@ fn moment(text: &str) -> String {
 
 /// Who and when; then engine, scene and recording, by which a reader finds them again.
 fn provenance(out: &mut String, run: &RecordedRun, origin: &Origin<'_>) {
-    let stated = |what: &str, value: Option<String>| {
-        format!("<dt>{what}</dt><dd>{}</dd>", value.map_or("not stated".into(), |words| escaped(&words)))
-    };
     let facts = [
-        stated("Submitted by", origin.submitted_by.map(str::to_owned)),
-        origin.submitted_at.map_or_else(String::new, |at| stated("on", Some(moment(at)))),
-        stated("Computed", origin.computed_at.map(moment)),
+        ("Submitted by", origin.submitted_by.map(str::to_owned)),
+        ("Submitted on", origin.submitted_at.map(moment)),
+        ("Computed", origin.computed_at.map(moment)),
     ];
-    push(out, format_args!("<dl class=\"origin\">{}</dl>", facts.concat()));
+    let known = facts.into_iter().filter_map(|(what, value)| Some((what, escaped(&value?))));
+    let known: String = known.map(|(what, value)| format!("<dt>{what}</dt><dd>{value}</dd>")).collect();
+    if !known.is_empty() {
+        push(out, format_args!("<dl class=\"origin\">{known}</dl>"));
+    }
     let known = |name: &str| run.metadata.get(name).map(String::as_str);
     let mut items = Vec::new();
     if let Some(version) = known("engine_version") {
@@ -270,6 +272,7 @@ fn provenance(out: &mut String, run: &RecordedRun, origin: &Origin<'_>) {
 mod tests {
     use super::super::tests::example;
     use super::*;
+    use crate::measure::summary::number;
     use serde_json::json;
 
     #[test]
@@ -277,7 +280,8 @@ mod tests {
         let mut run = example();
         let unknown = Origin::default();
         let numbers = page(&run, &unknown).unwrap();
-        assert!(numbers.contains("<dt>Submitted by</dt><dd>not stated</dd>"), "{numbers}");
+        // What is not known has no row.
+        assert!(!numbers.contains("<dt>") && !numbers.contains("not stated</dd>"), "{numbers}");
         let known = Origin {
             submitted_by: Some("anna & co"),
             computed_at: Some("2026-11-28T15:30:12.123Z"),
