@@ -110,7 +110,7 @@ def test_warnings_are_one_line_with_a_door(page, jobs):
         expect(listed.filter(has_text=re.split("[`(]", page.evaluate(plain, warning))[0])).to_have_count(1)
     expect(door).to_have_text(f"All {listed.count()}")
     # The order is that of the summary, and the worst is in the line. The mesh resolves too little, which has a remedy.
-    first = re.split("[`(:;]", page.evaluate(plain, summary["warnings"][0]))[0]
+    first = re.split("[`(:;]", page.evaluate(plain, summary["warnings"][0]))[0].strip()
     expect(listed.first).to_contain_text(first)
     expect(page.locator(".warning-line")).to_contain_text(first)
     expect(listed.filter(has_text="too coarse for the main numbers")).to_have_count(1)

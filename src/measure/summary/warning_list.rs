@@ -8,15 +8,16 @@ use std::ops::Deref;
 pub(super) enum Gravity {
     /// The scene has no impact on the tissue.
     NoImpact,
-    /// Numbers are wrong: tissue squeezed against its base, a law beyond its declared limits, bodies that overlap, stress that is an
-    /// artefact of the mesh.
+    /// Numbers are wrong: tissue squeezed against its base, a law beyond its limits, bodies that overlap.
     Wrong,
     /// The impact is not over: the numbers are not final.
     NotFinal,
     /// A law was used beyond its range.
     BeyondRange,
-    /// The mesh does not resolve a number.
+    /// The mesh does not resolve main numbers, or their error is unknown.
     NotResolved,
+    /// The mesh is too coarse for something that the numbers depend on.
+    Coarse,
     /// Numbers are less accurate than they could be.
     Inaccurate,
     /// It is not known how well a law holds.
@@ -94,7 +95,8 @@ mod tests {
             (Gravity::Remark, "range"),
             (Gravity::Untested, "untested"),
             (Gravity::NotFinal, "neither"),
-            (Gravity::NotResolved, "coarse"),
+            (Gravity::Coarse, "coarse"),
+            (Gravity::NotResolved, "not resolved"),
             (Gravity::Wrong, "squeezed"),
             (Gravity::NoImpact, "no impact"),
         ] {
@@ -108,6 +110,7 @@ mod tests {
             "not final",
             "neither",
             "range",
+            "not resolved",
             "coarse",
             "inaccurate",
             "own mesh",

@@ -78,12 +78,12 @@ pub(super) fn warnings(
 ) -> Warnings {
     let mut all = Warnings::default();
     all.add(Gravity::Remark, measures.scene_warnings.iter().cloned());
-    // What makes numbers wrong: tissue squeezed to its base, laws beyond their limits, overlap, artefacts.
+    // What makes numbers wrong.
     all.add(Gravity::Wrong, measures.squeeze.worst.as_ref().and_then(squeezed_in_words));
     all.add(Gravity::Wrong, beyond_limit_warning(measures, numerics));
     all.add(Gravity::Wrong, penetration_warning(&measures.penetration.deepest));
-    all.add(Gravity::Wrong, measures.stress.as_ref().and_then(numerical_stress));
     // Accuracy, with what the stepper says of its steps and solvers.
+    all.add(Gravity::Coarse, measures.stress.as_ref().and_then(numerical_stress));
     resolution_warnings(&mut all, measures);
     body_warnings(&mut all, measures, plan);
     all.add(Gravity::Inaccurate, outcome.iter().flat_map(|outcome| outcome.warnings.iter().cloned()));
@@ -119,7 +119,7 @@ pub(super) fn doubtful_numbers(all: &mut Warnings, results: &Results) {
     all.add(Gravity::NotResolved, coarse);
     let unknown = titles(|error| *error == ErrorEstimate::NotEstimated)
         .map(|titles| format!("The numerical error of the main numbers was not estimated: {titles}."));
-    all.add(Gravity::Inaccurate, unknown);
+    all.add(Gravity::NotResolved, unknown);
 }
 
 /// Warns of windows of the force, and of energy lost in contact so far.
@@ -187,7 +187,7 @@ fn body_warnings(all: &mut Warnings, measures: &Measures, plan: &Plan) {
             100.0 * HOURGLASS_WARNING
         )
     });
-    all.add(Gravity::NotResolved, stabilised);
+    all.add(Gravity::Coarse, stabilised);
 }
 
 /// Warns of contact that is missed or has not ended.
@@ -257,7 +257,7 @@ fn resolution_warnings(all: &mut Warnings, measures: &Measures) {
              {NODES_ACROSS})."
         )
     });
-    all.add(Gravity::NotResolved, coarse);
+    all.add(Gravity::Coarse, coarse);
     let returned = |pair: &PairMeasures| wave_return(measures, pair).filter(|time| *time < measures.time);
     let earliest = measures.pairs.values().filter_map(returned).fold(f64::INFINITY, f64::min);
     let disturbed = measures.pairs.values().filter(|pair| returned(pair).is_some());
