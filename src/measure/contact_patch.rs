@@ -7,13 +7,15 @@
 //! nodes pressed at one instant does not converge. A node therefore counts as in contact until it was last pressed a given time ago.
 //! The coarser the mesh, the longer a node stays away: gaps of up to two nodes between others in contact are closed (`closing.rs`).
 
+mod axes;
 mod closing;
 
+use self::axes::patch_of;
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::Followers;
 use crate::mechanics::rigid::Shape;
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::mechanics::tensor::Vec3;
 use crate::step::Frame;
 use std::collections::BTreeMap;
 
@@ -25,12 +27,12 @@ pub struct ContactPatch {
     /// the participating nodes.
     pub area: f64,
     /// Long and short axis: 4 √(eigenvalue of the area-weighted second moment) [m]. This is the full axis of a
-    /// uniformly covered ellipse; for a ring or a rectangle it would exceed the width, to which it is limited. A single
-    /// node has no extent and gives 0.
+    /// uniformly covered ellipse; for a ring or a rectangle it would exceed the width, to which it is limited: that of the narrowest
+    /// rectangle around the nodes and half a spacing beyond them, and of a rigid master. A single node has no extent and gives 0.
     pub axes: [f64; 2],
     /// Number of slave nodes with r_n > 0 at this instant.
     pub nodes: u32,
-    /// Approximate number of nodes across the short axis: 1 + extent / mean spacing, rounded [-].
+    /// Number of nodes across the patch where it is narrowest: 1 + least width / mean spacing, rounded [-].
     pub nodes_across: u32,
     /// Largest nodal pressure r_n / (h̄ · full tributary area) at this instant, covered or not [Pa].
     pub peak_pressure: f64,
@@ -264,7 +266,8 @@ impl PatchGeometry {
         let position = |node: u32| frame.position_in(body, node);
         let pressed = self.press(frame.time, &position, &limit, frame.plan.assembly.followers());
         let spacing = self.spacing();
-        patch_of(&pressed, spacing)
+        let shadow = if let Limit::Shadow(shadow) = &limit { Some(shadow) } else { None };
+        patch_of(&pressed, spacing, shadow)
     }
 
     /// Notes the nodes that a pair presses in a frame, and their resultant, whose memory is as long as the window [s].
@@ -362,49 +365,6 @@ impl PatchGeometry {
         let area: f64 = faces.iter().map(|&f| self.shapes[f as usize].1.whole()).sum();
         if faces.is_empty() { 0.0 } else { (area / faces.len() as f64).sqrt() }
     }
-}
-
-/// Area, axes and pressure of the pressed nodes; `spacing` is the mean edge length of their faces [m].
-fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
-    let area: f64 = pressed.iter().map(Pressed::area).sum();
-    let nodes = pressed.iter().filter(|p| p.normal_force > 0.0).count() as u32;
-    if area <= 0.0 {
-        return ContactPatch { nodes, ..ContactPatch::default() };
-    }
-    // Second moment of area about the centre.
-    let centre = pressed.iter().fold(Vec3::zeros(), |sum, p| sum + p.position * p.area()) / area;
-    let moment = pressed.iter().fold(Mat3::zeros(), |sum, p| {
-        let d = p.position - centre;
-        sum + d * d.transpose() * (p.area() / area)
-    });
-    // The patch is nearly flat: the smallest of the three eigenvalues measures its warping, the other two its axes.
-    let eigen = moment.symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    // Extent along an axis, which limits the axes of the equivalent ellipse.
-    let extent = |i: usize| {
-        let axis: Vec3 = eigen.eigenvectors.column(order[i]).into();
-        let along = pressed.iter().map(|p| (p.position - centre).dot(&axis));
-        let (low, high) =
-            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| (low.min(s), high.max(s)));
-        high - low
-    };
-    let axis = |i: usize| (4.0 * eigen.eigenvalues[order[i]].max(0.0).sqrt()).min(extent(i) + spacing);
-    let across = if spacing > 0.0 { 1.0 + extent(1) / spacing } else { 1.0 };
-    ContactPatch {
-        area,
-        axes: [axis(0), axis(1)],
-        nodes,
-        nodes_across: rounded(across),
-        peak_pressure: pressed.iter().map(Pressed::pressure).fold(0.0, f64::max),
-        centre,
-    }
-}
-
-/// Rounds to the nearest integer.
-#[allow(clippy::cast_sign_loss)] // never negative
-fn rounded(count: f64) -> u32 {
-    count.round() as u32
 }
 
 #[cfg(test)]

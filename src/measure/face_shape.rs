@@ -1,7 +1,7 @@
 //! One face of the contact patch: its area vector, and its contributions to its corners.
 
 use crate::mechanics::rigid::{Pose, Shape};
-use crate::mechanics::tensor::Vec3;
+use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Minimum cosine between a face's outward normal and the direction of the contact for the face to be in contact: 60°.
 const TURNED: f64 = 0.5;
@@ -38,6 +38,12 @@ pub(super) struct Shadow {
 impl Shadow {
     fn covers(&self, x: &Vec3) -> bool {
         self.shape.is_met_by_line(&self.pose.local(x), &self.direction)
+    }
+
+    /// Extent of the body along a unit direction [m]; of a polyhedron at most twice that from its centre of mass.
+    pub fn extent_along(&self, direction: &Vec3) -> f64 {
+        let own = self.pose.orientation.inverse_transform_vector(direction).transpose();
+        2.0 * self.shape.half_extent(&Mat3::from_rows(&[own; 3])).x
     }
 }
 

@@ -54,7 +54,7 @@ fn axes_of_a_uniform_ellipse_are_its_diameters() {
             }
         }
     }
-    let patch = patch_of(&pressed, spacing);
+    let patch = patch_of(&pressed, spacing, None);
     assert!((patch.axes[0] / (2.0 * a) - 1.0).abs() < 0.01 && (patch.axes[1] / (2.0 * b) - 1.0).abs() < 0.01);
     assert!((patch.area / (std::f64::consts::PI * a * b) - 1.0).abs() < 0.01);
     assert_eq!(patch.nodes_across, 61);
@@ -71,8 +71,58 @@ fn axes_of_a_ring_are_no_longer_than_it_is_wide() {
             Pressed { position, tributary: [0.01; 2], weights: [1.0; 2], normal_force: 1.0 }
         })
         .collect();
-    let patch = patch_of(&pressed, 0.02);
+    let patch = patch_of(&pressed, 0.02, None);
     assert!(patch.axes.iter().all(|axis| (axis - 2.02).abs() < 1e-3), "{:?}", patch.axes);
+}
+
+/// The patch of the nodes with whole coordinates in a region, turned by an angle [rad] about an oblique axis, on a rigid master.
+fn turned_patch(angle: f64, is_in: impl Fn(i32, i32) -> bool, master: Option<Shape>) -> ContactPatch {
+    let axis = nalgebra::Unit::new_normalize(Vec3::new(0.2, 0.3, 1.0));
+    let orientation = nalgebra::UnitQuaternion::from_axis_angle(&axis, angle);
+    let places = (-20..=20).flat_map(|i| (-20..=20).map(move |j| (i, j))).filter(|(i, j)| is_in(*i, *j));
+    let pressed: Vec<Pressed> = places
+        .map(|(i, j)| Pressed {
+            position: orientation * Vec3::new(f64::from(i), f64::from(j), 0.0),
+            tributary: [1.0; 2],
+            weights: [1.0; 2],
+            normal_force: 1.0,
+        })
+        .collect();
+    let shadow = master.map(|shape| Shadow {
+        shape,
+        pose: Pose { centre: Vec3::zeros(), orientation },
+        normal: orientation * Vec3::z(),
+        direction: Vec3::z(),
+    });
+    patch_of(&pressed, 1.0, shadow.as_ref())
+}
+
+#[test]
+fn nodes_across_and_axes_do_not_depend_on_how_a_patch_is_turned() {
+    for turn in 0..36 {
+        let angle = 0.1 + f64::from(turn) * 0.17;
+        let check = |is_in: &dyn Fn(i32, i32) -> bool, across: u32, axes: [f64; 2]| {
+            let patch = turned_patch(angle, is_in, None);
+            assert_eq!(patch.nodes_across, across, "{angle}: {patch:?}");
+            let differs = patch.axes.iter().zip(axes).any(|(axis, exact)| (axis - exact).abs() > 1e-6);
+            assert!(!differs, "{angle}: {patch:?}, {axes:?}");
+        };
+        // A square of 5 × 5 nodes, a strip of 3 × 12, and one row.
+        check(&|i, j| i.abs() <= 2 && j.abs() <= 2, 5, [5.0; 2]);
+        check(&|i, j| i.abs() <= 1 && (-5..=6).contains(&j), 3, [12.0, 3.0]);
+        check(&|i, j| i == 0 && j.abs() <= 3, 1, [7.0, 0.0]);
+        // A disc of 37 nodes, an octagon of 4√2 between parallel sides, the diagonal ones.
+        check(&|i, j| i * i + j * j <= 10, 7, [1.0 + 32.0_f64.sqrt(); 2]);
+    }
+}
+
+#[test]
+fn axes_of_a_patch_on_a_flat_end_are_no_longer_than_it_is_wide() {
+    // Seven nodes across, of which the outer ones are beyond the end.
+    let end = Shape::Box { half: Vec3::new(2.5, 2.5, 1.0) };
+    let patch = turned_patch(0.4, |i, j| i.abs() <= 3 && j.abs() <= 3, Some(end));
+    assert!(patch.axes.iter().all(|axis| (axis - 5.0).abs() < 1e-6), "{patch:?}");
+    assert_eq!(patch.nodes_across, 7);
 }
 
 #[test]
@@ -107,6 +157,7 @@ fn one_node_has_no_extent() {
     let patch = patch_of(
         &[Pressed { position: Vec3::x(), tributary: [2.0; 2], weights: [1.0; 2], normal_force: 1.0 }],
         1.0,
+        None,
     );
     assert_eq!((patch.axes, patch.nodes_across, patch.nodes), ([0.0, 0.0], 1, 1));
 }
@@ -139,7 +190,7 @@ fn a_node_that_bounces_keeps_its_area_and_its_largest_weight_of_late() {
             geometry.add(*node, touch(time, *weight));
         }
         geometry.keep_since(time - 10.0);
-        patch_of(&geometry.press(time, &position, &Limit::None, &Followers::default()), 1.0)
+        patch_of(&geometry.press(time, &position, &Limit::None, &Followers::default()), 1.0, None)
     };
     let check = |patch: ContactPatch, area: f64, nodes: u32, pressure: f64| {
         assert!((patch.area - area).abs() < 1e-12 && patch.nodes == nodes, "{patch:?}");
@@ -160,7 +211,7 @@ fn area_of(pressed: impl IntoIterator<Item = u32>) -> f64 {
         geometry.add(node, Touch::new((1.0, -Vec3::z()), 1.0, 1.0));
     }
     geometry.keep_since(0.0);
-    patch_of(&geometry.press(1.0, &position, &Limit::None, &Followers::default()), 1.0).area
+    patch_of(&geometry.press(1.0, &position, &Limit::None, &Followers::default()), 1.0, None).area
 }
 
 /// The nodes of the grid in a rectangle, given by its columns and rows.
