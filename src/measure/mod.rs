@@ -16,6 +16,7 @@ pub mod contact_time;
 pub mod convergence;
 pub mod deflection;
 pub mod depth_profile;
+pub mod depth_ridge;
 pub mod eroded;
 pub mod exceeded;
 mod face_shape;

@@ -17,10 +17,6 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
 
-/// Name of the end at which no tissue is deeper, though it is no end of its own: the middle of a body with a surface all around, or where it
-/// is held along some axes.
-pub const GREATEST_DEPTH: &str = "the greatest depth of the model";
-
 /// Fraction of the volume of a part in which the 95th percentile of the strain is exceeded [-].
 const TAIL: f64 = 0.05;
 
@@ -50,9 +46,9 @@ pub struct Exceedance {
     pub largest_numerical: f64,
     /// Time of that volume, and how far a wave can have travelled by then [s, m].
     pub numerical_at: (f64, f64),
-    /// Bit set of the ends of the tissue adjacent to its elements, see [`StressDepth::ends`].
+    /// Bit set of the ends of the tissue adjacent to its elements, or at a vertex of its field: see [`StressDepth::ends`].
     pub reached: u32,
-    /// Largest depth at each of them of a node whose stress exceeds the threshold, at any field time so far [m]; −∞ without one.
+    /// Largest depth at each of them of a vertex whose stress exceeds the threshold, at any field time so far [m]; −∞ without one.
     depths_at_ends: [f64; MOST_ENDS],
     /// Exceedance in each part, in the order of [`TissueParts::names`].
     pub layers: Vec<Layer>,
@@ -118,8 +114,10 @@ impl Exceedance {
         if region.depth > self.depth {
             (self.depth, self.depth_time, self.edge) = (region.depth, time, region.edge);
         }
-        for (depth, now) in self.depths_at_ends.iter_mut().zip(region.ends) {
+        for (end, (depth, now)) in self.depths_at_ends.iter_mut().zip(region.ends).enumerate() {
             *depth = depth.max(now);
+            // What cuts the depth off cuts the volume off, too.
+            self.reached |= u32::from(now >= 0.0) << end;
         }
         for (bound, now) in self.depth_bounds.iter_mut().zip(region.bounds) {
             *bound = bound.max(now);
@@ -266,16 +264,10 @@ impl StressDepth {
         self.named(|end| exceedance.reached >> end & 1 == 1)
     }
 
-    /// Those of the ends at which the region is as deep as anywhere: what is beyond may be deeper. [`GREATEST_DEPTH`] where it is at none of
-    /// them and as deep as the tissue.
+    /// Those of the ends at which the region is as deep as anywhere: what is beyond may be deeper.
     pub fn ends_of_depth(&self, exceedance: &Exceedance) -> Vec<String> {
         let Exceedance { depth, depths_at_ends, .. } = exceedance;
-        let ends = self.named(|end| *depth > 0.0 && depths_at_ends[end] >= *depth);
-        let deepest = self.field.as_ref().and_then(StressField::deepest);
-        if ends.is_empty() && *depth > 0.0 && deepest.is_some_and(|deepest| *depth >= deepest) {
-            return vec![GREATEST_DEPTH.to_owned()];
-        }
-        ends
+        self.named(|end| *depth > 0.0 && depths_at_ends[end] >= *depth)
     }
 
     fn named(&self, is_it: impl Fn(usize) -> bool) -> Vec<String> {

@@ -3,13 +3,17 @@
 //! At a node the field of a part is the value of a straight line in depth, fitted by least squares to the stresses s_q at
 //! the quadrature points of the part's elements around the node, with weights w_q = V_q N². Along the edges of elements
 //! it is linear. Stress that is linear in depth is reproduced exactly on any mesh, up to the boundaries of the part; at an
-//! interface each part has a value of its own. The field, and the depths read from it, are continuous in the stresses.
+//! interface each part has a value of its own. The field, and the depths read from it, are continuous in the stresses. Where an element is
+//! deeper in the middle of some corners than at these (`depth_ridge.rs`) the middle is a vertex, too, with the mean of their values, and an
+//! edge leads to it from each of them.
 
 #[cfg(test)]
 mod tests;
 
+use super::depth_ridge::{Middle, Ridge};
 use crate::mechanics::element::MOST_POINTS;
 use crate::mesh::cell::CellKind;
+use std::collections::BTreeMap;
 
 /// Most corners of an element.
 const MOST_CORNERS: usize = 8;
@@ -39,9 +43,11 @@ pub struct TissueElement {
     pub nodes: Vec<u32>,
     /// Reference volumes of its quadrature points [m³].
     pub volumes: [f64; MOST_POINTS],
+    /// Its depths where they are not linear between its corners, and larger.
+    pub ridge: Option<Ridge>,
 }
 
-/// A node of a part.
+/// A node of a part, or the middle of some of them.
 struct Vertex {
     part: usize,
     /// Its reference depth [m].
@@ -79,7 +85,7 @@ pub struct Region {
     pub bounds: [f64; 2],
     /// Least and largest depth in each part; [`Region::NOWHERE`] in parts in which it is not exceeded.
     pub layers: Vec<[f64; 2]>,
-    /// Largest depth of a node at each end of the tissue; −∞ where it is not exceeded.
+    /// Largest depth of a vertex at each end of the tissue; −∞ where it is not exceeded.
     pub ends: [f64; MOST_ENDS],
 }
 
@@ -90,10 +96,13 @@ impl Region {
 
 /// The field at the latest pass.
 pub struct StressField {
+    /// Those at nodes, then those at middles.
     vertices: Vec<Vertex>,
+    /// The vertices whose middle is each of the last vertices.
+    middles: Vec<Vec<u32>>,
     /// Vertices at the corners of each element, by slot.
     elements: Vec<Corners>,
-    /// Edges of elements, each once.
+    /// Edges of elements, and from corners to their middles, each once.
     edges: Vec<[u32; 2]>,
     part_count: usize,
 }
@@ -108,11 +117,14 @@ impl StressField {
     ) -> Self {
         let mut field = Self {
             vertices: Vec::new(),
+            middles: Vec::new(),
             elements: vec![Corners::default(); slot_count],
             edges: Vec::new(),
             part_count,
         };
         let mut numbers = vec![u32::MAX; part_count * depths.len()];
+        // Depth of the middle of some vertices [m]; elements have them in common.
+        let mut middles: BTreeMap<Vec<u32>, f64> = BTreeMap::new();
         for element in tissue {
             let depth_of = |local: usize| depths[element.nodes[local] as usize];
             let number = |local: usize| element.part * depths.len() + element.nodes[local] as usize;
@@ -124,8 +136,15 @@ impl StressField {
                     field.vertices.push(Vertex::new(element.part, depth_of(local), ends));
                 }
             }
-            field.insert(&element, |local| numbers[number(local)], depth_of);
+            let vertex = |local: usize| numbers[number(local)];
+            field.insert(&element, vertex, depth_of);
+            for Middle { corners, depth } in element.ridge.iter().flat_map(|ridge| &ridge.middles) {
+                let mut corners: Vec<u32> = corners.iter().map(|corner| vertex(*corner)).collect();
+                corners.sort_unstable();
+                middles.insert(corners, *depth);
+            }
         }
+        field.add_middles(middles);
         field.edges.sort_unstable();
         field.edges.dedup();
         field
@@ -145,7 +164,10 @@ impl StressField {
         }
         for (q, volume) in element.volumes.iter().enumerate().take(kind.point_count()) {
             let shapes = kind.shapes_at(q);
-            corners.depths[q] = shapes.iter().enumerate().map(|(local, N)| N * depth(local)).sum();
+            corners.depths[q] = match &element.ridge {
+                Some(ridge) => ridge.points[q],
+                None => shapes.iter().enumerate().map(|(local, N)| N * depth(local)).sum(),
+            };
             for (vertex, N) in corners.vertices.iter().zip(shapes).take(corners.count) {
                 let vertex = &mut self.vertices[*vertex as usize];
                 vertex.add_moments(volume * N * N, corners.depths[q] - vertex.depth);
@@ -159,7 +181,20 @@ impl StressField {
         self.elements[element.slot] = corners;
     }
 
-    /// Largest depth of a node [m]; `None` without tissue.
+    /// Adds vertices at the middles of others, each with its depth [m], at the ends that all of these are at.
+    fn add_middles(&mut self, middles: BTreeMap<Vec<u32>, f64>) {
+        for (corners, depth) in middles {
+            let at = |corner: &u32| &self.vertices[*corner as usize];
+            let part = corners.first().map_or(0, |corner| at(corner).part);
+            let ends = corners.iter().map(at).fold(u32::MAX, |ends, vertex| ends & vertex.ends);
+            let middle = self.vertices.len() as u32;
+            self.vertices.push(Vertex::new(part, depth, ends));
+            self.edges.extend(corners.iter().map(|corner| [*corner, middle]));
+            self.middles.push(corners);
+        }
+    }
+
+    /// Largest depth of a node, or of a middle that is deeper [m]; `None` without tissue.
     pub fn deepest(&self) -> Option<f64> {
         self.vertices.iter().map(|vertex| vertex.depth).reduce(f64::max)
     }
@@ -184,7 +219,15 @@ impl StressField {
 
     /// Ends the pass: fits the lines.
     pub fn end(&mut self) {
-        self.vertices.iter_mut().for_each(Vertex::fit);
+        let at_nodes = self.vertices.len() - self.middles.len();
+        let (nodes, middles) = self.vertices.split_at_mut(at_nodes);
+        nodes.iter_mut().for_each(Vertex::fit);
+        for (middle, corners) in middles.iter_mut().zip(&self.middles) {
+            let mean = |of: fn(&Vertex) -> f64| {
+                corners.iter().map(|corner| of(&nodes[*corner as usize])).sum::<f64>() / corners.len() as f64
+            };
+            (middle.stress, middle.error) = (mean(|vertex| vertex.stress), mean(|vertex| vertex.error));
+        }
     }
 
     /// The region in which the stress exceeds a threshold [Pa].
@@ -210,7 +253,7 @@ impl StressField {
         Region { depth, edge, bounds, layers, ends: self.depths_at_ends(threshold) }
     }
 
-    /// Largest depth at each end of the tissue of a node whose stress exceeds a threshold [Pa]; −∞ without one.
+    /// Largest depth at each end of the tissue of a vertex whose stress exceeds a threshold [Pa]; −∞ without one.
     fn depths_at_ends(&self, threshold: f64) -> [f64; MOST_ENDS] {
         let mut depths = [f64::NEG_INFINITY; MOST_ENDS];
         for vertex in self.vertices.iter().filter(|vertex| vertex.ends != 0 && vertex.stress > threshold) {

@@ -1,7 +1,9 @@
 //! The tissue of a plan, part by part.
 
 use super::computed::Computed;
+use super::depth_ridge::{Ridge, middle_of};
 use super::stress_field::{MOST_ENDS, StressField, TissueElement};
+use crate::mechanics::tensor::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::distance::DepthField;
 use crate::plan::Plan;
@@ -67,7 +69,19 @@ impl TissueParts {
             depths[nodes.clone()].copy_from_slice(&skin.depths(&whole.X[nodes]));
         }
         let computed = Computed::of(whole);
-        let elements = (0..computed.images()).flat_map(|image| self.elements(computed, image));
+        let elements = || (0..computed.images()).flat_map(move |image| self.elements(computed, image));
+        // Depths in the middle of elements show where these are not linear.
+        let at = |node: &u32| whole.X[*node as usize];
+        let corners = |element: &TissueElement| element.cell.table().corners;
+        let middles: Vec<Vec3> =
+            elements().map(|element| middle_of(element.nodes[..corners(&element)].iter().map(at))).collect();
+        let elements = elements().zip(skin.depths(&middles)).map(|(element, middle)| {
+            let x: Vec<Vec3> = element.nodes.iter().map(at).collect();
+            let of_corners = element.nodes[..corners(&element)].iter().map(|node| depths[*node as usize]);
+            let of_corners: Vec<f64> = of_corners.collect();
+            let ridge = Ridge::of(element.cell, &x, (&of_corners, middle), |point| skin.depth(point));
+            TissueElement { ridge, ..element }
+        });
         let counts = (self.names.len(), computed.slot_count());
         Ok(Some(StressField::new((&depths, &ends_of_nodes(whole)), counts, elements)))
     }
@@ -90,6 +104,7 @@ impl TissueParts {
                     cell: cell.kind,
                     nodes: cell.nodes.iter().map(|node| computed.node(*node, image)).collect(),
                     volumes: block.point_volumes(in_block),
+                    ridge: None,
                 }
             })
         })

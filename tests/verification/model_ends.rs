@@ -24,21 +24,31 @@ fn what_reaches_an_end_of_the_model_says_so() {
 }
 
 #[test]
-fn a_depth_is_a_lower_bound_where_the_tissue_is_no_deeper() {
-    // Held at its bottom along z alone, and free with a surface all around: its middle is deepest.
-    for (fixed, deepest_mm) in [(json!([{"set": "z_min", "axes": ["z"]}]), 30.0), (json!([]), 20.0)] {
-        let mut scene = ball_on_gel([0.0, 0.0, -5.0], 4e-3);
-        scene["solver"] = json!({"error_bars": "none"});
-        scene["bodies"][1]["fixed"] = fixed;
-        scene["measures"] = json!({"stress_thresholds_pa": [1.0]});
-        let summary = summary(&scene, None);
-        let stress = &summary.values().tissue.as_ref().unwrap().significant_stress[0];
-        let depth = stress.depth_mm.as_ref().unwrap().value;
-        assert!((depth - deepest_mm).abs() < 1e-9, "{depth}");
-        assert!(stress.depth_mm.as_ref().is_some_and(|depth| depth.is_lower_bound), "{stress:?}");
-        assert_eq!(stress.depth_reaches, ["the greatest depth of the model"]);
-        let table = render_table(&summary);
-        assert!(table.contains("it reaches the greatest depth of the model"), "{table}");
+fn a_free_surface_is_a_real_end_of_the_tissue_and_held_nodes_are_not() {
+    // Held at its bottom, there along z alone, and free: with a surface on all other sides its middle is deepest, also between the nodes.
+    for elements in [[8, 8, 6], [7, 7, 5]] {
+        for (fixed, deepest_mm, is_cut) in [
+            (json!([{"set": "z_min"}]), 30.0, true),
+            (json!([{"set": "z_min", "axes": ["z"]}]), 30.0, false),
+            (json!([]), 20.0, false),
+        ] {
+            let mut scene = ball_on_gel([0.0, 0.0, -5.0], 4e-3);
+            scene["solver"] = json!({"error_bars": "none"});
+            scene["bodies"][1]["fixed"] = fixed;
+            scene["bodies"][1]["mesh"]["generator"]["elements"] = json!(elements);
+            scene["measures"] = json!({"stress_thresholds_pa": [1.0]});
+            let summary = summary(&scene, None);
+            let stress = &summary.values().tissue.as_ref().unwrap().significant_stress[0];
+            let depth = stress.depth_mm.as_ref().unwrap();
+            assert!((depth.value - deepest_mm).abs() < 1e-9, "{elements:?}: {depth:?}");
+            assert_eq!(depth.possible, [Some(0.0), Some(depth.value)]);
+            // All of it is above the threshold.
+            assert!((stress.volume_mm3.value / 144_000.0 - 1.0).abs() < 1e-9, "{stress:?}");
+            assert_eq!([depth, &stress.volume_mm3].map(|number| number.is_lower_bound), [is_cut; 2]);
+            assert_eq!([&stress.reaches, &stress.depth_reaches].map(|ends| !ends.is_empty()), [is_cut; 2]);
+            let table = render_table(&summary);
+            assert_eq!(table.contains("it reaches the greatest depth of the tissue"), !is_cut, "{table}");
+        }
     }
 }
 

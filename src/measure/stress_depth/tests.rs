@@ -22,6 +22,7 @@ fn column(count: u32, thresholds: &[f64]) -> StressDepth {
         cell: CellKind::Hex8,
         nodes: nodes.to_vec(),
         volumes: [0.125; MOST_POINTS],
+        ridge: None,
     });
     // One side of the top, and the bottom, are ends.
     let ends: Vec<u32> =
@@ -88,7 +89,7 @@ fn what_no_wave_can_have_reached_counts_nowhere() {
     measure.end();
     let found = &measure.exceedances[0];
     assert_eq!((found.largest_volume, found.largest_numerical), (1.0, 1.0));
-    assert_eq!(measure.ends_of(found), [""; 0]);
+    assert_eq!(measure.ends_of(found), ["the side"]);
     assert_eq!((measure.von_mises.value, found.numerical_at), (2.0, (1.0, 0.3)));
     assert!((found.depth - 1.0).abs() < 1e-12, "{found:?}");
     // Without a known wave all points count, and regions at an end are reported as such.
@@ -96,7 +97,7 @@ fn what_no_wave_can_have_reached_counts_nowhere() {
     feed(&mut measure, 1, 2, 3.0);
     measure.end();
     let found = &measure.exceedances[0];
-    assert_eq!((measure.ends_of(found), measure.von_mises.value), (vec!["the held nodes".into()], 3.0));
+    assert_eq!((measure.ends_of(found), measure.von_mises.value), (measure.ends.clone(), 3.0));
     assert!((found.depth - 3.0).abs() < 1e-12 && measure.ends_of_depth(found) == ["the held nodes"]);
 }
 
@@ -115,15 +116,20 @@ fn an_end_at_which_the_region_is_shallower_does_not_truncate_its_depth() {
 }
 
 #[test]
-fn a_region_as_deep_as_the_tissue_reaches_its_greatest_depth_where_no_end_is() {
-    for (deepest, expected) in [(2, &[][..]), (3, &[GREATEST_DEPTH][..])] {
-        let mut measure = column(4, &[1.0]);
-        measure.begin(1.0, None);
-        (0..=deepest).for_each(|slot| feed(&mut measure, 1, slot, 2.0));
-        measure.end();
-        let found = &measure.exceedances[0];
-        assert_eq!(measure.ends_of_depth(found), expected, "{found:?}");
+fn a_region_whose_depth_an_end_cuts_off_has_its_volume_cut_off_there_too() {
+    // In the last element the points are at the threshold or below it, and the stress grows towards the bottom.
+    let mut measure = column(4, &[1.0]);
+    measure.ends = vec!["the side".into(), "the bottom".into()];
+    measure.begin(1.0, None);
+    let mut points = PointBatch { count: MOST_POINTS, ..PointBatch::default() };
+    for q in 0..MOST_POINTS {
+        (points.volume[q][0], points.von_mises[q][0]) = (0.125, if q < 4 { 0.99 } else { 0.5 });
     }
+    measure.accumulate(1, 3..4, &points, |_, _| Vec3::new(0.5, 0.5, -3.5));
+    measure.end();
+    let found = &measure.exceedances[0];
+    assert!(found.volume == 0.0 && (found.depth - 4.0).abs() < 1e-12, "{found:?}");
+    assert_eq!([measure.ends_of(found), measure.ends_of_depth(found)], [["the bottom"]; 2]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact values
 
 use super::*;
+use crate::measure::depth_ridge::middle_of;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::distance::DepthField;
 use crate::mesh::generate::block::Block;
@@ -22,8 +23,12 @@ fn field_of(
 }
 
 fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressField {
-    let skin = DepthField::new(&faces_within(&boundary(&mesh.cells), &mesh.node_sets["z_max"]), &mesh.nodes)
-        .unwrap();
+    below((mesh, &faces_within(&boundary(&mesh.cells), &mesh.node_sets["z_max"])), interface, stress)
+}
+
+/// The field of a mesh below some of its faces.
+fn below((mesh, skin): (&Mesh, &[[u32; 4]]), interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressField {
+    let skin = DepthField::new(skin, &mesh.nodes).unwrap();
     let points: Vec<Vec<(Vec3, f64)>> = mesh
         .cells
         .iter()
@@ -38,7 +43,12 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
         let centre = points.iter().map(|(X, _)| X.z).sum::<f64>() / points.len() as f64;
         let mut volumes = [0.0; MOST_POINTS];
         volumes.iter_mut().zip(points).for_each(|(to, (_, volume))| *to = *volume);
+        let x = cell.points(&mesh.nodes);
+        let corners = &x[..cell.kind.table().corners];
+        let middle = skin.depth(&middle_of(corners.iter().copied()));
+        let ridge = Ridge::of(cell.kind, &x, (&skin.depths(corners), middle), |point| skin.depth(point));
         TissueElement {
+            ridge,
             slot,
             part: usize::from(-centre > interface),
             cell: cell.kind,
@@ -153,4 +163,37 @@ fn what_is_nowhere_exceeded_has_no_depth() {
         }
     );
     assert_eq!((field.deepest(), field.largest_below(10.5)), (Some(10.0), 0.0));
+}
+
+#[test]
+fn tissue_is_as_deep_as_it_is_thick_on_odd_and_even_numbers_of_elements_of_every_kind() {
+    // 60 m wide and 30 m thick: below its middle the base is as far from the sides as from the top, and no surface itself.
+    let low = Vec3::new(-30.0, -30.0, -30.0);
+    for across in [2, 3, 4, 5] {
+        let block = Block::uniform(low, Vec3::new(60.0, 60.0, 30.0), [across, across, 3], "b");
+        let mesh = block.generate().unwrap();
+        for mesh in &CellKind::ALL.map(|kind| mesh.split_to(kind)) {
+            let is_base = |face: &[u32; 4]| face.iter().all(|node| mesh.nodes[*node as usize].z < -29.0);
+            let skin: Vec<[u32; 4]> =
+                boundary(&mesh.cells).into_iter().filter(|face| !is_base(face)).collect();
+            let field = below((mesh, &skin), 99.0, |_| 1.0);
+            assert!(field.deepest().is_some_and(|deepest| (deepest - 30.0).abs() < 1e-9), "{across}");
+            let region = field.region(0.5);
+            assert!((region.depth - 30.0).abs() < 1e-9, "{across}: {region:?}");
+        }
+    }
+}
+
+#[test]
+fn in_an_odd_number_of_layers_with_surfaces_on_both_sides_stress_reaches_the_middle() {
+    let block = Block::uniform(Vec3::new(-15.0, -15.0, -3.0), Vec3::new(30.0, 30.0, 3.0), [5, 5, 3], "b");
+    let mesh = block.generate().unwrap();
+    // Linear in the distance from the top.
+    let field = below((&mesh, &boundary(&mesh.cells)), 99.0, |X| 10.0 + X.z);
+    for (threshold, exact) in [(9.5, 0.5), (8.8, 1.2), (8.4, 1.5), (7.6, 1.5)] {
+        let Region { depth, layers, .. } = field.region(threshold);
+        assert!((depth - exact).abs() < 0.03 && layers[0][1] == depth, "{depth} of {exact}");
+    }
+    assert!(field.deepest().is_some_and(|deepest| (deepest - 1.5).abs() < 1e-9));
+    assert!((field.largest_below(1.5) - 8.5).abs() < 0.03 && field.largest_below(1.6) == 0.0);
 }

@@ -1,6 +1,6 @@
 //! The listing: every number of the results, in one order, that the text, the report and FHIR observations show.
 
-use super::super::stress_depth::GREATEST_DEPTH;
+use super::lower_bounds::GREATEST_DEPTH;
 use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::Quantity;
 use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
@@ -224,7 +224,6 @@ fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<
     let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
     let with_ends = |row: Row<'a>, ends: &[String]| match ends {
         [] => row.growing(),
-        [only] if only == GREATEST_DEPTH => row.note(format!("it reaches {GREATEST_DEPTH}")),
         ends => row.note(format!("it reaches {}, where the model ends", ends.join(", "))),
     };
     let row = |what: &str, quantity, unit| {
@@ -232,7 +231,12 @@ fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<
             .code(format!("{what}-above-{}-pa", stress.threshold_pa))
     };
     let depth = stress.depth_mm.as_ref().map(|depth| {
-        let row = with_ends(row("depth", depth, "mm"), &stress.depth_reaches);
+        let row = row("depth", depth, "mm");
+        let row = if stress.reaches_greatest_depth() {
+            row.note(format!("it reaches {GREATEST_DEPTH}"))
+        } else {
+            with_ends(row, &stress.depth_reaches)
+        };
         Row { of: is_headline.then_some(Of::StressDepthMm), ..row }
     });
     let volume = with_ends(row("volume", &stress.volume_mm3, "mm³"), &stress.reaches);

@@ -3,8 +3,10 @@
 //! One rule for all numbers that are a largest value over time: such a number is a lower bound if contact lasts, and the value was as large
 //! as ever when it was last known. For a force averaged over a window that is the last window. A node of a patch counts as in contact until
 //! it was last pressed the length of a window ago, so a patch is known to shrink only a window after its largest area. Impulse and duration
-//! grow as long as contact lasts. A depth or a volume is a lower bound, too, if the region ends with the model. The energy given to the
-//! tissue is one if it was largest at the end: of the largest energy during the impact, since some may return to the projectile.
+//! grow as long as contact lasts. A number that is as large as is possible in the tissue does not grow. A depth or a volume is a lower bound,
+//! too, if the region reaches an artificial end of the model: held nodes, a cut, a back or a side that is no surface. A free surface is a real
+//! end of the tissue, and so is the greatest depth between free surfaces: there neither is one. The energy given to the tissue is a lower
+//! bound if it was largest at the end: of the largest energy during the impact, since some may return to the projectile.
 
 use super::of_interest::QuantityOfInterest;
 use super::quantity::Quantity;
@@ -13,6 +15,9 @@ use std::collections::BTreeSet;
 
 /// Relative difference of times and values below which they are the same [-].
 const SAME: f64 = 1e-6;
+
+/// Where no tissue is deeper though the model does not end there: halfway between free surfaces, or where it is held along some axes.
+pub(super) const GREATEST_DEPTH: &str = "the greatest depth of the tissue";
 
 /// The quantities of interest that are lower bounds.
 pub fn lower_bounds(results: &Results) -> BTreeSet<QuantityOfInterest> {
@@ -54,7 +59,7 @@ impl Tissue {
     fn mark_lower_bounds(&mut self, end_s: f64) {
         let (lasts, looked_at) = (!self.contact_ended, self.looked_at_until_s);
         let mark = |quantity: &mut Quantity, time: f64, end: f64| {
-            quantity.is_lower_bound = lasts && quantity.value > 0.0 && is_at(time, end);
+            quantity.is_lower_bound = lasts && quantity.value > 0.0 && is_at(time, end) && !is_most(quantity);
         };
         // Known at every step.
         let time = self.peak_absorbed_energy_time_s.value;
@@ -88,12 +93,24 @@ impl SignificantStress {
     fn mark_lower_bounds(&mut self, (lasts, looked_at): (bool, f64)) {
         // No stress above the threshold has no depth and no volume that could grow.
         let is_reached = !self.layers.is_empty();
-        let goes_deeper = lasts && is_at(self.depth_time_s, looked_at) || !self.depth_reaches.is_empty();
+        let goes_deeper = lasts && is_at(self.depth_time_s, looked_at);
         let grows = lasts && is_at(self.volume_at_end_mm3.value, self.volume_mm3.value);
-        let goes_on = grows || !self.reaches.is_empty();
-        self.depth_mm.iter_mut().for_each(|depth| depth.is_lower_bound = is_reached && goes_deeper);
-        self.volume_mm3.is_lower_bound = is_reached && goes_on;
+        let mark = |quantity: &mut Quantity, grows: bool, ends: &[String]| {
+            quantity.is_lower_bound = is_reached && (grows && !is_most(quantity) || !ends.is_empty());
+        };
+        self.depth_mm.iter_mut().for_each(|depth| mark(depth, goes_deeper, &self.depth_reaches));
+        mark(&mut self.volume_mm3, grows, &self.reaches);
     }
+
+    /// Whether it is as deep as the tissue, and at no artificial end of the model there.
+    pub(super) fn reaches_greatest_depth(&self) -> bool {
+        self.depth_reaches.is_empty() && self.depth_mm.as_ref().is_some_and(is_most)
+    }
+}
+
+/// Whether a number is as large as is possible.
+fn is_most(quantity: &Quantity) -> bool {
+    quantity.value > 0.0 && quantity.possible[1].is_some_and(|most| is_at(quantity.value, most))
 }
 
 /// Whether a time or a value is not below the last or the largest one.
@@ -174,6 +191,33 @@ mod tests {
         let volume = with(&[(stress("reaches"), bone)]);
         assert!(volume.tissue.as_ref().unwrap().significant_stress[0].volume_mm3.is_lower_bound);
         assert_eq!(found(&volume), []);
+    }
+
+    #[test]
+    fn a_depth_and_a_volume_that_are_as_large_as_is_possible_are_lower_bounds_at_an_artificial_end_alone() {
+        let all = [
+            (tissue("contact_ended"), json!(false)),
+            (impact("contact_ended"), json!(false)),
+            (stress("depth_time_s"), json!(END)),
+            (stress("depth_mm/possible"), json!([0.0, 20.0])),
+            (stress("volume_mm3/possible"), json!([0.0, 9.0])),
+            (stress("volume_at_end_mm3/value"), json!(9.0)),
+        ];
+        let bounds = |depth: f64, ends: &Value| {
+            let here = [
+                (stress("depth_mm/value"), json!(depth)),
+                (stress("depth_reaches"), ends.clone()),
+                (stress("reaches"), ends.clone()),
+            ];
+            let results = with(&all.iter().chain(&here).cloned().collect::<Vec<_>>());
+            let stress = &results.tissue.as_ref().unwrap().significant_stress[0];
+            let depth = stress.depth_mm.as_ref().unwrap().is_lower_bound;
+            (depth, stress.volume_mm3.is_lower_bound, stress.reaches_greatest_depth())
+        };
+        assert_eq!(bounds(20.0, &json!([])), (false, false, true));
+        assert_eq!(bounds(20.0, &json!(["the held nodes “bone”"])), (true, true, false));
+        // It may still become deeper.
+        assert_eq!(bounds(19.0, &json!([])), (true, false, false));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::super::stress_depth::GREATEST_DEPTH;
+use super::lower_bounds::GREATEST_DEPTH;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, Tissue};
 use super::written::{interval, number, seconds, shown_in, within};
@@ -161,13 +161,14 @@ fn in_tissue(stress: Option<&SignificantStress>, tissue: &Tissue, has_finished: 
     ))
 }
 
-/// Sentence on a region above the threshold that continues beyond the model.
+/// Sentence on a region above the threshold that continues beyond the model, or is as deep as the tissue.
 fn reaches_end(stress: &SignificantStress) -> Option<String> {
     if !stress.reaches.is_empty() {
         return Some(format!("This region reaches {}: the model ends there.", stress.reaches.join(" and ")));
     }
-    let deepest = stress.depth_reaches.iter().find(|end| *end == GREATEST_DEPTH)?;
-    Some(format!("This region reaches {deepest}: below the nearest surface there is no deeper tissue."))
+    stress.reaches_greatest_depth().then(|| {
+        format!("This region reaches {GREATEST_DEPTH}: below the nearest surface there is no deeper tissue.")
+    })
 }
 
 fn energy(tissue: &Tissue) -> String {
@@ -284,9 +285,10 @@ mod tests {
 
     #[test]
     fn a_region_as_deep_as_the_tissue_is_said_to_be() {
+        use super::super::GateResult;
         let mut stress = tissue(1e-4, &[1e4]).significant_stress.remove(0);
         assert_eq!(reaches_end(&stress), None);
-        stress.depth_reaches = vec![GREATEST_DEPTH.to_owned()];
+        stress.depth_mm = Some(Quantity::new(20.0, GateResult::Passed).within_zero_and(Some(20.0)));
         assert!(reaches_end(&stress).is_some_and(|said| said.contains("there is no deeper tissue")));
         stress.reaches = vec!["the held nodes “bone”".to_owned()];
         assert!(
