@@ -13,7 +13,8 @@
 //!   ends of that stretch are held.
 //! - Corners of a box below an *edge or node* of the mesh where adjacent faces rise are left to the detection over
 //!   the whole surface.
-//! - The *bulge* of a warped face, where its inside is nearer to the core than its edges.
+//! - The *bulge* of a warped face, where its inside is nearer to the core than its edges. Nowhere on the face being nearer, the normal there is
+//!   that of the face: a sharp edge of the shape has others on both sides of the place, along which it would slide into the face.
 //!
 //! A face that moves far within a step is followed along its path by steps of its distance, as nodes are: nothing
 //! tunnels.
@@ -48,9 +49,8 @@ const ROUNDING: f64 = 1e-9;
 const MOST_EVALUATIONS: usize = 60;
 /// Largest difference of shape functions between a bulge and a foot that is above it.
 const BESIDE: f64 = 0.1;
-/// Search directions on a face, in steps.
-const AROUND: [[f64; 2]; 8] =
-    [[-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [-1.0, 0.0], [1.0, 0.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0]];
+/// Resolution of the place of a bulge, as a fraction of the face.
+const LOCATED: f64 = 1e-3;
 
 /// Where a face comes too close to a body, in the axes of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -282,12 +282,16 @@ impl Obstacle {
         if core.is_point() || face.triangle || warp <= self.allowed || distance - around - round > reach {
             return;
         }
-        let [xi, eta] = nearest_inside(core, face, MET * self.allowed);
+        let (distance, [xi, eta]) = nearest_inside(core, face, MET * self.allowed);
         let weights = face.weights(xi, eta);
         let is_inside = |fraction: f64| (MERGED..=1.0 - MERGED).contains(&fraction);
         let is_under_foot = foot.is_some_and(|foot| (0..4).all(|k| (foot[k] - weights[k]).abs() < BESIDE));
         if is_inside(xi) && is_inside(eta) && !is_under_foot {
-            self.keep_out(face, weights, true, take);
+            let (point, normal) = (face.point(&weights), -face.normal(&weights));
+            // A shape behind the face is no obstacle to it.
+            let is_in_front = distance <= 0.0 || core.eval_distance(&point).1.dot(&normal) > 0.0;
+            let holds = is_in_front && normal != Vec3::zeros();
+            take(Place { weights, point, normal, gap: distance - round, holds });
         }
     }
 
@@ -334,22 +338,56 @@ impl Obstacle {
     }
 }
 
-/// The place of a quadrilateral, as its two coordinates from 0 to 1, from which no step in eight directions leads
-/// nearer to a shape by more than `tolerance` [m]: in steps of a quarter down to [`MERGED`]. Inside the shape the
-/// distance has kinks, at which a descent along fewer directions would stall.
-fn nearest_inside(core: &Core, face: &Patch, tolerance: f64) -> [f64; 2] {
-    let distance = |[xi, eta]: [f64; 2]| core.eval_distance(&face.point(&face.weights(xi, eta))).0;
-    let (mut at, mut step) = ([0.5; 2], 0.25);
-    let mut least = distance(at);
-    while step > MERGED {
-        let around = AROUND.map(|[x, y]| [at[0] + step * x, at[1] + step * y].map(|s| s.clamp(0.0, 1.0)));
-        let next = around.map(|at| (distance(at), at)).into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        match next {
-            Some((nearer, there)) if nearer < least - tolerance => (least, at) = (nearer, there),
-            _ => step *= 0.5,
+/// The distance [m] and the place of a quadrilateral, as its two coordinates from 0 to 1, where it is nearest to a shape, up to
+/// `tolerance` [m]. Lines along its first coordinate are straight: the nearest place of each is found whatever edges of the shape it
+/// crosses, and of the lines the nearest in steps of a quarter down to [`LOCATED`].
+fn nearest_inside(core: &Core, face: &Patch, tolerance: f64) -> (f64, [f64; 2]) {
+    let on_line = |eta: f64| {
+        let [from, to] = [0.0, 1.0].map(|xi| face.point(&face.weights(xi, eta)));
+        let (distance, xi) = nearest_on_line(core, &from, &(to - from), tolerance);
+        (distance, [xi, eta])
+    };
+    let (mut nearest, mut step) = (on_line(0.5), 0.25);
+    while step > LOCATED {
+        let [before, after] = [-step, step].map(|step| on_line((nearest.1[1] + step).clamp(0.0, 1.0)));
+        let next = if before.0 < after.0 { before } else { after };
+        if next.0 < nearest.0 - tolerance {
+            nearest = next;
+        } else {
+            step *= 0.5;
         }
     }
-    at
+    nearest
+}
+
+/// The least distance of a line from a shape [m], up to `tolerance` [m], and its place as a fraction of `way`: the distance is nowhere below
+/// the tangents on both sides of the place, which is next looked for where they meet.
+fn nearest_on_line(core: &Core, from: &Vec3, way: &Vec3, tolerance: f64) -> (f64, f64) {
+    let at = |fraction: f64| {
+        let (distance, normal) = core.eval_distance(&(from + way * fraction));
+        (distance, normal.dot(way), fraction)
+    };
+    let (mut low, mut high) = (at(0.0), at(1.0));
+    if low.1 >= 0.0 || high.1 <= 0.0 {
+        let (distance, _, fraction) = if low.1 >= 0.0 { low } else { high };
+        return (distance, fraction);
+    }
+    for _ in 0..MOST_EVALUATIONS {
+        let rise = high.0 - high.1 * high.2 - (low.0 - low.1 * low.2);
+        let fraction = rise / (low.1 - high.1);
+        let least = low.0 + low.1 * (fraction - low.2);
+        if low.0.min(high.0) - least <= tolerance {
+            break;
+        }
+        let next = at(fraction);
+        if next.1 > 0.0 {
+            high = next;
+        } else {
+            low = next;
+        }
+    }
+    let (distance, _, fraction) = if low.0 < high.0 { low } else { high };
+    (distance, fraction)
 }
 
 fn middle_of((first, last): (f64, f64)) -> f64 {

@@ -162,6 +162,40 @@ fn a_beam_across_a_warped_face_is_held_by_its_bulge_and_by_no_edge() {
 }
 
 #[test]
+fn a_sharp_edge_across_a_bulge_is_kept_out_along_the_normal_of_the_face_wherever_it_crosses_it() {
+    // A saddle, high along one diagonal. The edge of a long box runs along the other one, over which the face bulges, beside its middle,
+    // turned out of it, and tilted to one side: the planes of the box are at 45° or less to the face.
+    let mut face = square(0.0);
+    for (corner, sign) in face.corners.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
+        corner.z = sign;
+    }
+    let half = 0.4;
+    let shape = Shape::Box { half: Vec3::new(10.0, half, half) };
+    let along = face.corners[1] - face.corners[3];
+    let lowest = half * std::f64::consts::SQRT_2;
+    for (aside, turn, tilt) in [(0.0, 0.0, 0.0), (0.07, 0.1, 0.0), (-0.2, -0.2, 0.0), (0.013, 0.05, 0.3)] {
+        let edge_down = Rotation::from_euler_angles(std::f64::consts::FRAC_PI_4 + tilt, 0.0, 0.0);
+        let heading = Rotation::from_euler_angles(0.0, 0.0, along.y.atan2(along.x) + turn);
+        let rotation = heading * edge_down;
+        let allowed = Obstacle::new(&shape, SIZE, AROUND).allowed;
+        for depth in [2.5, 4.0, 8.0] {
+            // The edge of the box is at this depth, in multiples of what is allowed, beside the middle of the face.
+            let edge = heading * Vec3::new(0.0, lowest * tilt.sin(), -lowest * tilt.cos());
+            let beside = heading * Vec3::new(0.0, aside, 0.0);
+            let centre = face.point(&[0.25; 4]) + beside - Vec3::z() * (depth * allowed) - edge;
+            let seen = turned(&rotation, &face, &-centre);
+            let touches = found(&shape, &seen, &seen);
+            let bulge = touches.iter().find(|t| t.weights.iter().all(|w| *w > 0.01) && t.gap < allowed);
+            let bulge = bulge.unwrap_or_else(|| panic!("{aside} {turn} {tilt} {depth}: {touches:?}"));
+            assert!((bulge.normal + seen.normal(&bulge.weights)).norm() < 1e-12, "{bulge:?}");
+            // Nowhere along the edge of the box is the face nearer to it: both are parallel there.
+            let slope = bulge.normal.dot(&Vec3::x());
+            assert!(slope.abs() < 0.01, "{aside} {turn} {tilt} {depth}: {slope} {bulge:?}");
+        }
+    }
+}
+
+#[test]
 fn nodes_on_a_round_shape_keep_it_out_of_the_faces_between_them() {
     let ball = Shape::Ball { radius: 40.0 };
     // All corners on the ball, however the face is stretched, as long as the bow is within its bound; then half a bow deeper.
