@@ -57,8 +57,12 @@ export function change(value, scale, error = null) {
 /** Whether a number is larger than its error. */
 export const exceeds = (value, error) => !(error > 0) || error < Math.abs(value);
 
+/** What each mark of a number means. */
+export const ABOUT_BRACKETS = "(12) in brackets: the error is as large as the number, or is unknown; at best an order of magnitude.";
+export const ABOUT_BOUNDS = "≥ 12: a lower bound, at least so much.";
+
 /** What the marks of a number mean, for a line below a table. */
-export const ABOUT_MARKS = "(12) in brackets: the error is as large as the number, or is unknown; at best an order of magnitude. ≥ 12: a lower bound, at least so much.";
+export const ABOUT_MARKS = `${ABOUT_BRACKETS} ${ABOUT_BOUNDS}`;
 
 /** Words of a number with its doubt: in brackets unless it is resolved, with ≥ where it is a lower bound; one that rounds to zero bounds nothing. */
 export function marked(words, isResolved, isLeast = false) {

@@ -3,7 +3,7 @@
 import { setting } from "../format.js";
 import { SPEED as SPEED_OF_OWN } from "../scene/own_ball.js";
 import { PROJECTILES } from "../scene/projectiles.js";
-import { NUMBERS } from "../scene/question.js";
+import { NUMBERS, fatOf } from "../scene/question.js";
 import { PERCENTILES, REGIONS } from "../scene/regions.js";
 
 /** Bounds of the numbers that can be set. */
@@ -55,4 +55,26 @@ export function addressOf({ projectile, region, percent, ownFat, number, speeds,
   if (jobs.length) words.jobs = jobs.join(",");
   if (jobs.length > 1) words.more = more;
   return `#/ask?${Object.entries(words).map(([name, value]) => `${name}=${value}`).join("&")}`;
+}
+
+/** The name of the job of a question: projectile, region, fat [mm], speeds [m/s] and threshold [kPa]; a ball of the reader's own has its diameter, mass and material. */
+const NAME = /^what if: (.+) on (\w+), fat ([\d.]+) mm, ([\d.]+) to ([\d.]+) m\/s, ([\d.]+) kPa$/;
+const BALL = /^(?:rigid )?ball ([\d.]+) mm ([\d.]+) g(?: (\w+))?$/;
+
+/** The projectile of a name; null for none that can be asked about. */
+function projectileNamed(words) {
+  const [, diameter_mm, mass_g, made = "rigid"] = words.match(BALL) ?? [];
+  if (mass_g) return { id: OWN, diameter_mm: Number(diameter_mm), mass_g: Number(mass_g), made };
+  return PROJECTILES.find(({ id }) => id === words) ?? null;
+}
+
+/** What was asked by the name of its job, its number the first of those that can be; null for other jobs. */
+export function askedIn(name) {
+  const [, hit, where, fat, ...numbers] = name.match(NAME) ?? [];
+  const region = REGIONS.find(({ id }) => id === where);
+  const projectile = hit && projectileNamed(hit);
+  if (!region || !projectile) return null;
+  const [percent] = PERCENTILES.find(([one]) => (fatOf(region, one) * 1e3).toFixed(1) === fat) ?? [OWN];
+  const [low, high, threshold] = numbers.map(Number);
+  return { projectile, region, percent, ownFat: Number(fat), fat: Number(fat) * 1e-3, number: NUMBERS[0], speeds: [low, high], threshold };
 }

@@ -18,7 +18,7 @@ import { sentenceOn } from "./asked_words.js";
 
 /** The preset whose materials of muscle, fat and skin are used: they are of the right size at impact rates. */
 const MATERIALS = "flashball_thigh/scene.json";
-/** Screens on which the answer stands below the question. */
+/** Screens on which the answer stands above the question, and the question alone until there is one. */
 const NARROW = "(max-width: 1099px)";
 
 /** The page of the question in an address, with its answer if it has the jobs of one. */
@@ -44,6 +44,8 @@ class AskPage {
   #stop = button("Stop", () => this.#stopAll(), { class: "danger", hidden: true });
   #further = html("div", { class: "tools", hidden: true });
   #moreFat = button("And with more fat?", () => this.#withMoreFat());
+  /** On narrow screens, where the question is below its answer. */
+  #toQuestion = button("Change the question", () => this.#form.element.scrollIntoView(), { class: "to-question", hidden: true });
   #before = html("p", { class: "notice-line", hidden: true }, "This is the answer to the question before it was changed. Press Answer for the new one.");
   #width = 0;
   /** Draws the answer anew where the window has another size for it. */
@@ -51,11 +53,11 @@ class AskPage {
     const [width] = sizeNow();
     if (this.#curves.length && width !== this.#width) this.#draw(this.#curves[0].asked);
   };
-  #state = html("p", { class: "quiet", "aria-live": "polite" }, "The answer is a curve against speed; its first points appear within a minute or two.");
+  #state = html("div", { class: "quiet states", "aria-live": "polite" }, "The answer is a curve against speed; its first points appear within a minute or two.");
   #picture = html("div");
   #answers = html("ul", { class: "answers" });
   #difference = html("p", { class: "difference", hidden: true });
-  #panel = html("section", { class: "panel ask-answer", "aria-label": "Answer" }, this.#before, this.#answers, this.#difference, this.#picture, this.#further, this.#state);
+  #panel = html("section", { class: "panel ask-answer", "aria-label": "Answer" }, this.#before, this.#answers, this.#difference, this.#picture, this.#further, this.#state, this.#toQuestion);
 
   constructor(materials, { more, jobs, ...question }) {
     this.#tissue = materials.tissue;
@@ -141,8 +143,10 @@ class AskPage {
     this.#ask.disabled = open.length > 0;
     this.#stop.hidden = !open.some(({ id }) => id);
     this.#further.hidden = !first.points.length;
+    this.#toQuestion.hidden = false;
     this.#moreFat.disabled = isBefore || open.length > 0;
-    this.#state.textContent = [...new Set((open.length ? open : this.#curves).map(({ state }) => state))].join(" ");
+    const notices = [...new Set(this.#curves.map(({ notice }) => notice))].filter(Boolean);
+    this.#state.replaceChildren(...this.#curves.map(({ name, state }) => html("p", {}, html("b", {}, name), `: ${state}`)), ...notices.map((notice) => html("p", {}, notice)));
     this.#draw(asked);
   }
 
@@ -169,7 +173,7 @@ class AskPage {
     const isOpen = this.#picture.querySelector("details")?.open ?? false;
     this.#picture.replaceChildren(
       answerCurve({ ...answer, range: speeds, level, levelName: `top of the ${number.layer}`, borders: this.#borders() }),
-      answerLegend(this.#curves, level != null),
+      answerLegend(this.#curves, level),
       answerTable(answer, isOpen),
     );
     this.#difference.textContent = differenceOf(this.#curves);

@@ -3,7 +3,8 @@
 import { followEvents, getJson } from "../api.js";
 import { setting } from "../format.js";
 import { fitted } from "../scene/fit.js";
-import { endOf, isDepth, possibleOf, questionOf, topOf } from "../scene/question.js";
+import { endsWithin, possibleOf } from "../scene/possible.js";
+import { endOf, isDepth, questionOf, topOf } from "../scene/question.js";
 import { jobOf } from "./asked.js";
 
 /** Why a number of a case is a lower bound, in words. */
@@ -12,10 +13,21 @@ function cutBy({ reaches = [] }, number) {
   return ends.length && isDepth(number) ? `the stress reaches ${ends.join(" and ")}, where the model ends` : "it was still growing when the computed time ended";
 }
 
+/** Neighbouring points that all have a property, run by run. */
+function runsOf(points, has) {
+  const runs = points.reduce((all, point) => (has(point) ? [...all.slice(0, -1), [...all.at(-1), point]] : [...all, []]), [[]]);
+  return runs.filter((run) => run.length);
+}
+
 /** The longest run of neighbouring points whose values are known. */
 function longestKnown(points) {
-  const runs = points.reduce((all, point) => (point.least ? [...all, []] : [...all.slice(0, -1), [...all.at(-1), point]]), [[]]);
-  return runs.reduce((best, run) => (run.length > best.length ? run : best));
+  return runsOf(points, ({ least }) => !least).reduce((best, run) => (run.length > best.length ? run : best), []);
+}
+
+/** The speeds [first, last] between which all neighbouring points have a known error. */
+function stretchesOf(points) {
+  const runs = runsOf(points, ({ error }) => error != null).filter((run) => run.length > 1);
+  return runs.map((run) => [run[0].speed, run.at(-1).speed]);
 }
 
 export class AskedCurve {
@@ -27,13 +39,15 @@ export class AskedCurve {
   /** Reasons of the cases that have no number, with their speeds. */
   failures = [];
   /**
-   * {value(speed), lower(speed), upper(speed), range, isLeast, hasError} once all is computed, over the longest range of speeds whose values are known;
-   * `isLeast` where too few are, and it goes through lower bounds: then nothing is known above it. Without `hasError` the error of one of its
-   * points is not known, and both ends are the value. Null with too few points.
+   * {value(speed), lower(speed), upper(speed), range, isLeast, stretches} once all is computed, over the longest range of speeds whose values are known;
+   * `isLeast` where too few are, and it goes through lower bounds: then nothing is known above it. `stretches` are the speeds [first, last] between
+   * neighbouring points whose errors are known: `lower` and `upper` are those of speeds within them. Null with too few points.
    */
   curve = null;
   isOpen = true;
   isStopped = false;
+  /** What the service says of its results; empty until they are there. */
+  notice = "";
   #possible;
   #top;
   #count = 0;
@@ -44,7 +58,7 @@ export class AskedCurve {
     this.asked = asked;
     this.name = name;
     this.#top = topOf(asked.number, asked.region, asked.fat);
-    this.#possible = possibleOf(asked);
+    this.#possible = possibleOf(asked.number.key, asked);
   }
 
   /**
@@ -72,8 +86,8 @@ export class AskedCurve {
   get state() {
     if (this.#problem) return this.#problem;
     const done = `${this.points.length + this.failures.length} of ${this.#count} speeds`;
-    if (this.isOpen) return this.id ? `Computing: ${done} of “${this.name}”.` : "Asking …";
-    return this.isStopped ? `Stopped: ${done} of “${this.name}” are computed.` : `Computed by ${this.#effort}`;
+    if (this.isOpen) return this.id ? `computing, ${done}.` : "asking …";
+    return this.isStopped ? `stopped, ${done} are computed.` : `computed by ${this.#effort}`;
   }
 
   async #end({ state, failure, links }) {
@@ -96,10 +110,9 @@ export class AskedCurve {
     this.points.sort((a, b) => a.speed - b.speed);
   }
 
-  /** Both ends of a value with its error, within what is possible; a value beyond that is its own end. */
+  /** Both ends of a value with its error, within what is possible at a speed. */
   #band(speed, value, error) {
-    const [least, most] = this.#possible(speed);
-    return [Math.max(value - error, Math.min(least, value)), Math.min(value + error, Math.max(most, value))];
+    return endsWithin(this.#possible(speed).map((end) => end - this.#top), value, error);
   }
 
   #finish({ cases, effort, notice }) {
@@ -108,28 +121,27 @@ export class AskedCurve {
     const lasting = cases.filter(({ lower_bounds: bounds }) => bounds?.includes("impulse_n_s")).length;
     const until = lasting ? `after which contact goes on at ${lasting} of the speeds, so that numbers may still grow` : "until contact has ended";
     const covered = `Each covers ${setting(endOf(this.asked) * 1e3)} ms, ${until}.`;
-    this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${covered} ${notice}`;
+    this.#effort = `${effort.computed} runs${effort.from_cache ? `, ${effort.from_cache} remembered` : ""}. ${covered}`;
+    this.notice = notice;
     const known = longestKnown(this.points);
     const fit = fitted(known);
     this.curve = fit ? this.#curveOf(fit, known, false) : this.#curveOf(fitted(this.points), this.points, true);
   }
 
-  /** A fit through points with its band; without one where the error of a point is not known. */
+  /** A fit through points with its band, where the errors of neighbouring points are known. */
   #curveOf(fit, points, isLeast) {
     if (!fit) return null;
     const range = [points[0].speed, points.at(-1).speed];
-    const hasError = points.every(({ error }) => error != null);
-    if (!hasError) return { value: fit.value, lower: fit.value, upper: fit.value, range, isLeast, hasError };
     const band = (speed) => this.#band(speed, fit.value(speed), errorAt(points, speed) + fit.error(speed));
     const upper = isLeast ? fit.value : (speed) => band(speed)[1];
-    return { value: fit.value, lower: (speed) => band(speed)[0], upper, range, isLeast, hasError };
+    return { value: fit.value, lower: (speed) => band(speed)[0], upper, range, isLeast, stretches: stretchesOf(points) };
   }
 }
 
-/** The numerical error between computed points, linear; the nearest beyond them. */
+/** The numerical error at a speed within computed points: that of a point, linear between two. */
 function errorAt(points, speed) {
   const after = points.findIndex((point) => point.speed >= speed);
-  if (after <= 0) return (after === 0 ? points[0] : points.at(-1)).error;
+  if (points[after].speed === speed) return points[after].error;
   const [a, b] = [points[after - 1], points[after]];
   return a.error + ((speed - a.speed) / (b.speed - a.speed)) * (b.error - a.error);
 }

@@ -1,7 +1,7 @@
 // What more fat changes, in words: between the first and the second curve of an answer.
 
 import { change, exceeds, number, setting, within } from "../format.js";
-import { widthOf } from "../plots/answer_curve.js";
+import { widthOf } from "../plots/crossing.js";
 import { crossingKnown, endWords } from "./asked_words.js";
 
 /** What is known of a crossing, in words; null for nothing. */

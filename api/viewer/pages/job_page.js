@@ -13,6 +13,7 @@ import { trustPanel } from "../summary/trust.js";
 import { concerns, warningLine } from "../summary/warnings.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
+import { addressOf, askedIn } from "./ask_address.js";
 import { pageOfQuestion } from "./asked.js";
 import { ProgressPanel } from "./progress.js";
 import { stateBadge } from "./state_badge.js";
@@ -66,15 +67,24 @@ class JobPage {
   #showTools() {
     const { id, links } = this.job;
     const link = (words, address) => html("a", { class: "button", href: address }, words);
-    const asked = pageOfQuestion(this.job);
+    const page = pageOfQuestion(this.job);
+    const curve = this.#curveAddress(page);
     const tools = [
       links.recording && link("Change and run again", `#/new/${id}`),
       links.recording && links.summary && link("Compare", `#/compare/${id}`),
       links.recording && link("What if?", `#/what-if/${id}`),
-      asked && link("Ask further", asked),
+      curve && link("Show the curve", curve),
+      page && page !== curve && link("Ask further", page),
       button("Delete", () => this.#delete().catch((error) => this.#say(error)), { class: "danger" }),
     ];
     this.#tools.replaceChildren(...tools.filter(Boolean));
+  }
+
+  /** Where the curve of a question of the page *Ask* is: the page on which this tab asked it, or else that of the question in the name of the job; null for other jobs. */
+  #curveAddress(page) {
+    const asked = askedIn(this.job.name);
+    if (!asked) return null;
+    return page?.startsWith("#/ask?") ? page : addressOf(asked, [this.job.id]);
   }
 
   async #delete() {
@@ -89,7 +99,7 @@ class JobPage {
     const progress = new ProgressPanel(this.job, () => this.#peek());
     this.#body.replaceChildren(progress.element);
     this.#state.replaceChildren(stateBadge(this.job));
-    const answer = new WhatIfAnswer();
+    const answer = new WhatIfAnswer(undefined, null, askedIn(this.job.name));
     await followEvents(`/v1/jobs/${this.job.id}/events`, (event) => {
       progress.take(event);
       answer.take(event);
@@ -166,7 +176,7 @@ class JobPage {
   /** The answer to a what-if question. */
   async #showAnswer(summary) {
     const { WhatIfAnswer } = await import("./what_if_answer.js");
-    const answer = new WhatIfAnswer();
+    const answer = new WhatIfAnswer(undefined, null, askedIn(this.job.name));
     answer.takeAll(summary);
     this.#body.append(html("section", { class: "panel" }, answer.element));
   }

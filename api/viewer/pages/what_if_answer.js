@@ -1,7 +1,8 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { ABOUT_MARKS, bracketed, commaSeparated, exceeds, number } from "../format.js";
+import { ABOUT_MARKS, bracketed, commaSeparated, exceeds, number, within } from "../format.js";
+import { endsWithin, isCut, possibleOf } from "../scene/possible.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
 import { limitList } from "./what_if_limit.js";
@@ -19,12 +20,22 @@ export function numbersAbove(pascal) {
 /** Lengths in metres are read in millimetres. */
 const readable = (unit) => (unit === "m" ? { unit: "mm", factor: 1e3 } : { unit, factor: 1 });
 
-/** A number with its error. */
-function words(quantity, isLeast) {
+/** Both ends of a number within what is possible: none where its error is not known, no upper one of a lower bound. */
+function endsOf(quantity, isLeast, possible) {
+  if (quantity?.error == null) return [null, null];
+  const [lower, upper] = endsWithin(possible, quantity.value, quantity.error);
+  return [lower, isLeast ? null : upper];
+}
+
+/** A number with its error; with its ends instead where the error leads beyond what is possible. */
+function words(quantity, isLeast, possible) {
   if (!quantity) return "–";
   const { value, error } = quantity;
   if (error == null) return bracketed(value, null, isLeast);
-  return `${bracketed(value, error, isLeast)}\u00a0±\u00a0${number(error, 2)}`;
+  const shown = bracketed(value, error, isLeast);
+  if (!isCut(endsWithin(possible, value, error), error)) return `${shown}\u00a0±\u00a0${number(error, 2)}`;
+  const [lower, upper] = endsOf(quantity, isLeast, possible).map((end) => end != null && within(end, error));
+  return isLeast ? `${shown}, from ${lower}` : `${shown}, ${lower} to ${upper}`;
 }
 
 /** What an answer calls a number, with the threshold that it is about. */
@@ -36,6 +47,7 @@ export class WhatIfAnswer {
   element = html("div");
   #known;
   #numbers;
+  #asked;
   #cases = new Map();
   #sensitivities = html("div");
   #limits = html("div");
@@ -45,10 +57,10 @@ export class WhatIfAnswer {
 
   /**
    * `known` describes parameters by name: {label, unit, factor, base}; what is not known is shown as it is. `significant` is the
-   * threshold [Pa] that depths are above, if it is known before the answer comes.
+   * threshold [Pa] that depths are above, if it is known before the answer comes; `asked` the question of the page *Ask* that is answered, if it is one.
    */
-  constructor(known = new Map(), significant = null) {
-    this.#known = known;
+  constructor(known = new Map(), significant = null, asked = null) {
+    [this.#known, this.#asked] = [known, asked];
     this.#numbers = numbersAbove(significant);
     this.#show();
   }
@@ -136,10 +148,16 @@ export class WhatIfAnswer {
     );
   }
 
+  /** What a number of a case can be. */
+  #possible({ parameters }, key) {
+    return possibleOf(key, this.#asked)(parameters.speed);
+  }
+
   /** A number of a case on one line; why there is none in place of the first. */
-  #cell({ ending, reason, lower_bounds: bounds, numbers }, key, column) {
+  #cell(one, key, column) {
+    const { ending, reason, lower_bounds: bounds, numbers } = one;
     if (ending !== "finished") return column === 0 ? html("span", { class: "badge warn", title: reason }, ending.replaceAll("_", " ")) : "";
-    return words(numbers[key], bounds?.includes(key));
+    return words(numbers[key], bounds?.includes(key), this.#possible(one, key));
   }
 
   /** What the cells do not say, each thing once. */
@@ -158,11 +176,12 @@ export class WhatIfAnswer {
   }
 
   #saveCsv(cases, names) {
-    const head = ["case", "ending", ...names, ...this.#numbers.flatMap(([key]) => [key, `${key}_error`]), "lower_bounds"];
-    const rows = cases.map((one) => [
-      one.name, one.ending, ...names.map((name) => one.parameters[name]),
-      ...this.#numbers.flatMap(([key]) => [one.numbers[key]?.value, one.numbers[key]?.error]), (one.lower_bounds ?? []).join(" "),
-    ]);
+    const head = ["case", "ending", ...names, ...this.#numbers.flatMap(([key]) => [key, `${key}_error`, `${key}_from`, `${key}_to`]), "lower_bounds"];
+    const numbers = (one) => this.#numbers.flatMap(([key]) => {
+      const quantity = one.numbers[key];
+      return [quantity?.value, quantity?.error, ...endsOf(quantity, one.lower_bounds?.includes(key), this.#possible(one, key))];
+    });
+    const rows = cases.map((one) => [one.name, one.ending, ...names.map((name) => one.parameters[name]), ...numbers(one), (one.lower_bounds ?? []).join(" ")]);
     saveFile("what-if.csv", commaSeparated([head, ...rows]), "text/csv");
   }
 }

@@ -2,71 +2,19 @@
 
 import { html, svg } from "../dom.js";
 import { niceAbove, number, setting, within } from "../format.js";
+import { isResolvedIn, markedCrossing, sampled, surelyFrom, widthOf } from "./crossing.js";
+import { LabelPlaces } from "./label_places.js";
 import { lineStyle } from "./plot.js";
 
 /** Width and height of the picture: words stay readable on a narrow screen. */
 export const sizeNow = () => (window.innerWidth < 760 ? [400, 310] : [760, 360]);
 const ROOM = { left: 56, right: 16, top: 20, bottom: 52 };
-const STEPS = 120;
-
-/** The speed between two neighbouring samples of a function at which it is at a level, linear between them. */
-function between([v0, f0], [v1, f1], level) {
-  return v0 + ((level - f0) / (f1 - f0)) * (v1 - v0);
-}
-
-/** A function of speed at equal steps over a range: [speed, value]. */
-function sampled(f, [low, high]) {
-  return Array.from({ length: STEPS + 1 }, (_, i) => low + (i * (high - low)) / STEPS).map((speed) => [speed, f(speed)]);
-}
-
-/** The first speed at which samples are above a level: the start if they are there already; null if they never are. */
-function firstAbove(samples, level) {
-  const i = samples.findIndex(([, value]) => value > level);
-  return i <= 0 ? samples[i]?.[0] ?? null : between(samples[i - 1], samples[i], level);
-}
-
-/** The speed from which on samples stay above a level up to their end: the start if they always are; null if they are not above at the end. */
-function lastAbove(samples, level) {
-  const i = samples.findLastIndex(([, value]) => !(value > level));
-  if (i === samples.length - 1) return null;
-  return i < 0 ? samples[0][0] : between(samples[i], samples[i + 1], level);
-}
-
-/**
- * Where a curve {value(speed), lower(speed), upper(speed)} crosses a level: {at, from, to, isAbove, falls}. `at` is where it rises through the level for the
- * first time, null where it does not. `from` is the first speed at which the upper end of its band is above, `to` the speed from which on
- * the lower end stays above. `isAbove` says whether all of it is above, and `falls` whether it falls through the level anywhere: then no
- * one speed is an answer.
- */
-export function crossingOf(curve, level, range) {
-  const values = sampled(curve.value, range);
-  const falls = values.some(([, value], i) => i > 0 && value <= level && values[i - 1][1] > level);
-  const rises = values.findIndex(([, value], i) => i > 0 && value > level && values[i - 1][1] <= level);
-  return {
-    at: rises < 0 ? null : between(values[rises - 1], values[rises], level),
-    from: firstAbove(sampled(curve.upper, range), level),
-    to: lastAbove(sampled(curve.lower, range), level),
-    isAbove: values.every(([, value]) => value > level),
-    falls,
-  };
-}
-
-/** The speed from which on all points are above 0 by more than their errors; null where the last is not, or its error is not known. */
-export function surelyFrom(points) {
-  return points[points.findLastIndex(({ lower, error }) => !(error != null && lower > 0)) + 1]?.speed ?? null;
-}
-
-/** Half the width of a crossing {at, from, to} with its uncertainty, at the wider side; 0 where that is open. */
-export const widthOf = ({ at, from, to }) => Math.max(at - (from ?? at), (to ?? at) - at);
-
-/**
- * Whether a crossing {at, low, high} is an answer over a range of speeds, `low` and `high` the ends of its uncertainty (0 and Infinity where they are
- * open): the uncertainty is less than the speed itself, and excludes a part of the range.
- */
-export function isResolvedIn({ at, low, high }, [first, last]) {
-  const [from, to] = [Math.max(low, first), Math.min(high, last)];
-  return Math.max(at - from, to - at) < at && to - from < (1 - 1e-9) * (last - first);
-}
+/** What is free above and below all numbers, for a label [units of the picture]. */
+const OF_LABEL = 20;
+/** Borders beyond the numbers are drawn as far as this part of their range [-]. */
+const NEAR = 0.06;
+/** Radii of a computed point and of a crossing, and length of the arrow of a lower bound [units of the picture]. */
+const [POINT, CROSSING, ARROW] = [4.5, 7, 20];
 
 /** Round numbers from `low` to `high`, about `count` of them. */
 function ticks(low, high, count) {
@@ -75,43 +23,86 @@ function ticks(low, high, count) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
 }
 
+/** All numbers that the picture of a series must have room for. */
+function extentOf({ points, curve }) {
+  const computed = points.flatMap(({ value, lower, upper, least }) => [lower, least ? value : upper]);
+  if (!curve) return computed;
+  const along = (f, range) => sampled(f, range).map(([, value]) => value);
+  const band = curve.stretches.flatMap((stretch) => [curve.lower, curve.upper].flatMap((end) => along(end, stretch)));
+  return [...computed, ...along(curve.value, curve.range), ...band];
+}
+
+const path = (places) => `M${places.map((place) => place.map((c) => c.toFixed(1)).join(" ")).join("L")}`;
+const line = (from, to, attributes) => svg("path", { d: path([from, to]), fill: "none", ...attributes });
+const text = (at, words, attributes = {}) => svg("text", { x: at[0].toFixed(1), y: at[1].toFixed(1), ...attributes }, words);
+/** Words that nothing runs through, at a place {x, y, isEnd}. */
+const label = ({ x, y, isEnd }, words, attributes) => text([x, y], words, { "text-anchor": isEnd ? "end" : null, class: "label", ...attributes });
+
+/** Lines of the scales and their numbers. */
+function gridOf({ x, y, width, height }, range, [low, high]) {
+  const bottom = height - ROOM.bottom;
+  return [
+    ...ticks(low, high, 6).map((tick) => [line([ROOM.left, y(tick)], [width - ROOM.right, y(tick)], { stroke: "#e3e8ee" }), text([ROOM.left - 8, y(tick) + 4], setting(tick), { "text-anchor": "end" })]),
+    ...ticks(...range, width / 100).map((tick) => [line([x(tick), bottom], [x(tick), bottom + 5], { stroke: "#33475b" }), text([x(tick), bottom + 20], setting(tick), { "text-anchor": "middle" })]),
+    line([ROOM.left, bottom], [width - ROOM.right, bottom], { stroke: "#33475b" }),
+    text([(ROOM.left + width) / 2, height - 12], "speed [m/s]", { "text-anchor": "middle" }),
+  ];
+}
+
 /**
- * The picture below its title. `series` [{name, points: [{speed, value, error, lower, upper, least}], curve: {value, lower, upper, range, isLeast, hasError} | null}],
+ * The picture below its title. `series` [{name, points: [{speed, value, error, lower, upper, least}], curve: {value, lower, upper, range, isLeast, stretches} | null}],
  * `range` of speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`; `borders` [{name, at}] of layers, drawn where the
  * numbers reach them.
  */
 export function answerCurve({ series, range, axis, level, levelName, borders = [] }) {
   const [width, height] = sizeNow();
-  const ends = series.flatMap(({ points, curve }) => [
-    ...points.flatMap(({ value, lower, upper, least }) => [lower, least ? value : upper]),
-    ...(curve ? [curve.lower, curve.upper].flatMap((end) => sampled(end, curve.range).map(([, value]) => value)) : []),
-  ]);
+  const ends = series.flatMap(extentOf);
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
-  const [low, high] = [Math.min(...values), Math.max(...values)];
-  const pad = 0.06 * (high - low || 1);
-  const x = (speed) => ROOM.left + ((speed - range[0]) / (range[1] - range[0])) * (width - ROOM.left - ROOM.right);
-  const y = (value) => height - ROOM.bottom - ((value - low + pad) / (high - low + 2 * pad)) * (height - ROOM.top - ROOM.bottom);
-  const line = (from, to, attributes) => svg("path", { d: `M${from.map((c) => c.toFixed(1)).join(" ")}L${to.map((c) => c.toFixed(1)).join(" ")}`, fill: "none", ...attributes });
-  const text = (at, words, attributes = {}) => svg("text", { x: at[0].toFixed(1), y: at[1].toFixed(1), ...attributes }, words);
-  const grid = [
-    ...ticks(low - pad, high + pad, 6).map((tick) => [line([ROOM.left, y(tick)], [width - ROOM.right, y(tick)], { stroke: "#e3e8ee" }), text([ROOM.left - 8, y(tick) + 4], setting(tick), { "text-anchor": "end" })]),
-    ...ticks(...range, width / 100).map((tick) => [line([x(tick), height - ROOM.bottom], [x(tick), height - ROOM.bottom + 5], { stroke: "#33475b" }), text([x(tick), height - ROOM.bottom + 20], setting(tick), { "text-anchor": "middle" })]),
-    line([ROOM.left, height - ROOM.bottom], [width - ROOM.right, height - ROOM.bottom], { stroke: "#33475b" }),
-    text([(ROOM.left + width) / 2, height - 12], "speed [m/s]", { "text-anchor": "middle" }),
-  ];
-  const marked = level == null ? [] : [
-    line([ROOM.left, y(level)], [width - ROOM.right, y(level)], { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
-    text([width - ROOM.right - 4, y(level) - 6], levelName, { "text-anchor": "end", fill: "#a4161a" }),
-  ];
+  const heightOfPlot = height - ROOM.top - ROOM.bottom;
+  const [least, most] = [Math.min(...values), Math.max(...values)];
   // Borders of layers beside those that are marked, with the depths beyond which a number is in the next one.
-  const isShown = ({ at }) => at !== level && at > low - pad && at < high + pad;
-  const layers = borders.filter(isShown).map(({ name, at }) => svg("g", { class: "border" },
-    line([ROOM.left, y(at)], [width - ROOM.right, y(at)], { stroke: "#6b7c8f", "stroke-width": 1, "stroke-dasharray": "2 3" }),
-    text([ROOM.left + 6, y(at) - 5], name, { fill: "#52606d" })));
-  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, line, text, range }));
+  const near = NEAR * (most - least);
+  const shown = borders.filter(({ at }) => at !== level && at > least - near && at < most + near);
+  const [first, last] = [Math.min(least, ...shown.map(({ at }) => at)), Math.max(most, ...shown.map(({ at }) => at))];
+  const pad = (OF_LABEL / (heightOfPlot - 2 * OF_LABEL)) * (last - first || 1);
+  const [low, high] = [first - pad, last + pad];
+  const x = (speed) => ROOM.left + ((speed - range[0]) / (range[1] - range[0])) * (width - ROOM.left - ROOM.right);
+  const y = (value) => height - ROOM.bottom - ((value - low) / (high - low)) * heightOfPlot;
+  const scales = { x, y, width, height };
+  const across = (at, attributes) => line([ROOM.left, y(at)], [width - ROOM.right, y(at)], attributes);
+  const lines = [
+    ...shown.map(({ at }) => across(at, { stroke: "#6b7c8f", "stroke-width": 1, "stroke-dasharray": "2 3" })),
+    level != null && across(level, { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
+  ];
+  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level }));
+  // Labels, above all that is drawn: first of what is marked, then of the layers, where there is room.
+  const places = placesIn(scales, series, shown.map(({ at }) => at), level);
+  const marked = level == null ? [] : [
+    label(places.alongLine(levelName, y(level), true), levelName, { fill: "#a4161a" }),
+    series.map((one, i) => crossingLabel(one, lineStyle(i).stroke, { x, y, level, range, places })),
+  ];
+  const layers = shown.map(({ name, at }) => svg("g", { class: "border" }, label(places.alongLine(name, y(at)), name, { fill: "#52606d" })));
   const words = series.map(({ name, points }) => `${name}: ${points.map((p) => pointWords(p, axis.unit)).join(", ")}`).join("; ");
-  const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" }, grid, layers, marked, drawn);
+  const attributes = { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" };
+  const picture = svg("svg", attributes, gridOf(scales, range, [low, high]), lines, drawn, marked, layers);
   return html("div", {}, html("p", { class: "curve-title" }, `${axis.label} [${axis.unit}]`), picture);
+}
+
+/** The places for labels that are left by curves, points with their bars and arrows, crossings of `level`, and lines at that and at `borders`. */
+function placesIn({ x, y, width, height }, series, borders, level) {
+  const room = { left: ROOM.left, right: width - ROOM.right, top: 0, bottom: height - ROOM.bottom };
+  const places = new LabelPlaces(room);
+  [...borders, level].filter((at) => at != null).forEach((at) => places.keepLine([[room.left, y(at)], [room.right, y(at)]]));
+  for (const { points, curve } of series) {
+    if (curve) places.keepLine(sampled(curve.value, curve.range).map(([speed, value]) => [x(speed), y(value)]));
+    const crossing = markedCrossing(curve, level);
+    if (crossing) places.keepMark([x(crossing.at), y(level)], CROSSING);
+    for (const { speed, value, lower, upper, least } of points) {
+      places.keepMark([x(speed), y(value)], POINT);
+      places.keepLine([[x(speed), y(lower)], [x(speed), least ? y(value) - ARROW : y(upper)]]);
+    }
+  }
+  return places;
 }
 
 /** A computed point in words. */
@@ -126,37 +117,38 @@ function lookOf({ error, least }, colour) {
   return { fill: "#fff", stroke: colour, "stroke-width": 2, "stroke-dasharray": isUnknown && "2 2", class: `computed${least ? " bound" : ""}${isUnknown ? " unknown" : ""}` };
 }
 
-/** A curve with its band, if it has one, and the place where it crosses the level. */
-function drawnCurve({ points, curve }, colour, { x, y, level, text, range: asked }) {
-  const { range, hasError, isLeast } = curve;
-  const place = (v, value) => `${x(v).toFixed(1)} ${y(value).toFixed(1)}`;
-  const along = (f) => sampled(f, range).map(([v, value]) => place(v, value));
-  const ends = [...along(curve.upper), ...along(curve.lower).reverse()];
-  const parts = [
-    hasError && svg("path", { d: `M${ends.join("L")}Z`, fill: colour, "fill-opacity": 0.14, class: "band" }),
-    svg("path", { d: `M${along(curve.value).join("L")}`, fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": isLeast ? "2 4" : "6 4", class: "proposed" }),
-  ];
-  const found = level == null ? { at: null } : crossingOf(curve, level, range);
-  if (found.at == null || found.falls) return parts;
-  const isResolved = isResolvedIn({ at: found.at, low: found.from ?? 0, high: found.to ?? surelyFrom(points) ?? Infinity }, asked);
-  const value = hasError ? within(found.at, widthOf(found)) : number(found.at, 2);
-  const words = hasError && !isResolved && !isLeast ? "not resolved" : `${isLeast ? "≤ " : ""}${value} m/s${hasError ? "" : ", error unknown"}`;
+/** A curve with its band where its errors are known, and the place where it crosses the level. */
+function drawnCurve(curve, colour, { x, y, level }) {
+  const { range, stretches, isLeast } = curve;
+  const along = (f, over) => sampled(f, over).map(([speed, value]) => [x(speed), y(value)]);
+  const band = stretches.map((stretch) => `${path([...along(curve.upper, stretch), ...along(curve.lower, stretch).reverse()])}Z`);
+  const crossing = markedCrossing(curve, level);
   return [
-    ...parts,
-    svg("circle", { cx: x(found.at).toFixed(1), cy: y(level).toFixed(1), r: 7, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
-    text([x(found.at) + 10, y(level) + 18], words, { fill: colour, "font-weight": 600 }),
+    band.length > 0 && svg("path", { d: band.join(""), fill: colour, "fill-opacity": 0.14, class: "band" }),
+    svg("path", { d: path(along(curve.value, range)), fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": isLeast ? "2 4" : "6 4", class: "proposed" }),
+    crossing && svg("circle", { cx: x(crossing.at).toFixed(1), cy: y(level).toFixed(1), r: CROSSING, fill: "none", stroke: colour, "stroke-width": 2.5, class: "crossing" }),
   ];
 }
 
-function drawnSeries(one, colour, places) {
-  const { points, curve } = one;
-  const { x, y, line } = places;
-  const parts = curve ? drawnCurve(one, colour, places) : [];
+/** The speed of a crossing, beside its mark; null where there is none. */
+function crossingLabel({ points, curve }, colour, { x, y, level, range: asked, places }) {
+  const found = markedCrossing(curve, level);
+  if (!found) return null;
+  const { at, from, to, hasError } = found;
+  const isResolved = isResolvedIn({ at, low: from ?? 0, high: to ?? surelyFrom(points) ?? Infinity }, asked);
+  const value = hasError ? within(at, widthOf(found)) : number(at, 2);
+  const words = hasError && !isResolved && !curve.isLeast ? "not resolved" : `${curve.isLeast ? "≤ " : ""}${value} m/s${hasError ? "" : ", error unknown"}`;
+  return label(places.besideMark(words, [x(at), y(level)]), words, { fill: colour, "font-weight": 600 });
+}
+
+function drawnSeries({ points, curve }, colour, scales) {
+  const { x, y } = scales;
+  const parts = curve ? drawnCurve(curve, colour, scales) : [];
   for (const { speed, value, error, lower, upper, least } of points) {
     const end = least ? value : upper;
     if (end > lower) parts.push(line([x(speed), y(lower)], [x(speed), y(end)], { stroke: colour, "stroke-width": 1.6 }));
     if (least) parts.push(svg("path", { d: arrowUp(x(speed), y(value)), fill: "none", stroke: colour, "stroke-width": 2 }));
-    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: 4.5, ...lookOf({ error, least }, colour) }));
+    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: POINT, ...lookOf({ error, least }, colour) }));
   }
   return parts;
 }
@@ -164,6 +156,6 @@ function drawnSeries(one, colour, places) {
 /** An arrow from a place up: what is there is a lower bound. */
 function arrowUp(x, y) {
   const [left, right] = [x - 4, x + 4].map((at) => at.toFixed(1));
-  const [from, to, back] = [y - 5, y - 20, y - 14].map((at) => at.toFixed(1));
+  const [from, to, back] = [y - 5, y - ARROW, y - 14].map((at) => at.toFixed(1));
   return `M${x.toFixed(1)} ${from}V${to}M${left} ${back}L${x.toFixed(1)} ${to}L${right} ${back}`;
 }

@@ -2,15 +2,16 @@
 
 import { button, html, saveFile, table } from "../dom.js";
 import { bracketed, commaSeparated, setting, within } from "../format.js";
+import { isKnownAt, sampled } from "./crossing.js";
 
-/** Proposed speeds of a curve in the text, its ends among them. */
-const PROPOSED = 61;
+/** Steps between the proposed speeds of a curve in the text. */
+const PROPOSED = 60;
 
 /** Where the number of a computed point is from, in words. */
 const originOf = ({ error, least }) => `computed${error == null ? ", error unknown" : ""}${least ? `, a lower bound: ${least}` : ""}`;
 
-/** Where the number of a curve is from, in words. */
-const originOfCurve = ({ hasError, isLeast }) => `proposed${hasError ? "" : ", error unknown"}${isLeast ? ", a lower bound" : ""}`;
+/** Where the number of a curve is from, in words; `isKnown` where its error is. */
+const originOfCurve = ({ isLeast }, isKnown) => `proposed${isKnown ? "" : ", error unknown"}${isLeast ? ", a lower bound" : ""}`;
 
 /** The ends of a computed point: none where its error is not known, no upper one of a lower bound. */
 const endsOf = ({ error, lower, upper, least }) => [error == null ? null : lower, error == null || least ? null : upper];
@@ -19,10 +20,12 @@ const endsOf = ({ error, lower, upper, least }) => [error == null ? null : lower
 function rowsOf({ name, points, curve }) {
   const computed = points.map((point) => [name, point.speed, point.value, ...endsOf(point), originOf(point)]);
   if (!curve) return computed;
-  const [low, high] = curve.range;
-  const speeds = Array.from({ length: PROPOSED }, (_, i) => low + (i * (high - low)) / (PROPOSED - 1));
-  const ends = (speed) => [curve.hasError ? curve.lower(speed) : null, curve.hasError && !curve.isLeast ? curve.upper(speed) : null];
-  return [...computed, ...speeds.map((speed) => [name, speed, curve.value(speed), ...ends(speed), originOfCurve(curve)])];
+  const proposed = sampled(curve.value, curve.range, PROPOSED).map(([speed, value]) => {
+    const isKnown = isKnownAt(curve, speed);
+    const ends = isKnown ? [curve.lower(speed), curve.isLeast ? null : curve.upper(speed)] : [null, null];
+    return [name, speed, value, ...ends, originOfCurve(curve, isKnown)];
+  });
+  return [...computed, ...proposed];
 }
 
 /** The whole answer as comma-separated text. */

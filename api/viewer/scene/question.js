@@ -44,17 +44,6 @@ export function bordersOf({ number, region, fat }) {
 }
 
 /**
- * What the number of a question can be at a speed, [least, most], measured as it is: depths from the skin to the bone, below the top of their
- * layer; no force below 0; no energy below 0, and none beyond that of the flying projectile.
- */
-export function possibleOf({ number, region, fat, projectile }) {
-  const top = topOf(number, region, fat);
-  if (isDepth(number)) return () => [-top, deepestOf(region, fat) * 1e3 - top];
-  if (number.key === "energy_given_j") return (speed) => [0, 0.5e-3 * projectile.mass_g * speed ** 2];
-  return () => [0, Infinity];
-}
-
-/**
  * When all runs end [s]: when contact has ended, after half a period of the projectile on a spring of its radius times that modulus. It does not
  * depend on the range of speeds, so that two questions have one answer at one speed.
  */
@@ -63,14 +52,19 @@ export function endOf({ projectile: { mass_g, diameter_mm } }) {
   return Number((Math.PI * Math.sqrt((mass_g * 1e-3) / stiffness)).toPrecision(2));
 }
 
+/** The name of the scene of a question, by which a job is known to be of it; `askedIn` reads it. */
+function nameOf({ projectile, region, fat, threshold, speeds }) {
+  return `${projectile.label ?? projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm, ${speeds.map(setting).join(" to ")} m/s, ${setting(threshold)} kPa`;
+}
+
 /** The scene of the lowest speed; `tissue` the parts of muscle, fat and skin with their materials. */
 export function sceneOf(asked, tissue) {
   const { projectile, region, fat, threshold, speeds } = asked;
   const { body, top } = limbOf(region, fat, tissue);
   const ball = projectile.body(top, speeds[0]);
   return {
-    // By its name a job is known to be of this question.
-    name: `${projectile.label ?? projectile.id} on ${region.id}, fat ${(fat * 1e3).toFixed(1)} mm, ${speeds.map(setting).join(" to ")} m/s, ${setting(threshold)} kPa`, end_time_s: endOf(asked),
+    name: nameOf(asked),
+    end_time_s: endOf(asked),
     bodies: [ball, body],
     contact: { friction: 0.3 },
     record: { field_interval_s: Number((endOf(asked) / FIELD_TIMES).toPrecision(3)), fields: ["von_mises"] },
