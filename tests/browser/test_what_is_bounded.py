@@ -29,8 +29,10 @@ def answered(page):
 
     def stub_job(cases, name):
         stub("**/v1/what-if", {"id": name}, status=202)
-        stub(f"**/v1/jobs/{name}", {"id": name, "name": "what if", "state": "succeeded", "links": {"summary": f"/v1/jobs/{name}/summary"}})
-        summary = {"cases": cases, "effort": {"computed": len(cases), "from_cache": 0}, "notice": "A double."}
+        of = "what if: flashball_44 on thigh, fat 9.2 mm, 60 to 120 m/s, 100 kPa"
+        stub(f"**/v1/jobs/{name}", {"id": name, "name": of, "state": "succeeded", "links": {"summary": f"/v1/jobs/{name}/summary"}})
+        summary = {"cases": cases, "effort": {"computed": len(cases), "from_cache": 0}, "notice": "A double.", "requested_cases": len(cases),
+                   "parameters": [{"name": "speed", "unit": "m/s"}], "quantities": {}, "sensitivities": [], "limits": []}
         stub(f"**/v1/jobs/{name}/summary", summary)
         routes.append(f"**/v1/jobs/{name}/events")
         page.route(routes[-1], lambda route: route.fulfill(status=204))
@@ -75,6 +77,52 @@ def test_a_band_stays_in_the_body(page, answered):
     page.locator(".ask-answer summary").click()
     row = page.locator(".ask-answer tbody tr").first
     assert re.search(r"60\s+\(20\)\s+0\s+62\s+computed$", row.inner_text()), row.inner_text()
+
+
+def test_the_cases_of_a_question_end_where_its_curve_does_and_lead_to_it(page, answered):
+    numbers = {"stress_depth_mm": {"value": 50, "error": 20}, "peak_force_n": {"value": 900, "error": 1200}, "energy_given_j": {"value": 40, "error": 20}, "largest_patch_area_mm2": {"value": 300, "error": 12}}
+    answered([{**case(v, numbers, ["largest_patch_area_mm2"] if v == 72 else ()), "index": i} for i, v in enumerate(SPEEDS)], "depth")
+    address = page.evaluate("location.hash")
+    curve = {row["speed [m/s]"]: (row["from [mm]"], row["to [mm]"]) for row in text_of(page) if row["origin"] == "computed"}
+    page.locator(".answers a").click()
+    rows = page.locator(".cases tbody tr")
+    expect(rows).to_have_count(len(SPEEDS))
+    # Half of 28 g times the square of 60 m/s; the depth to its farthest place; the last is as far as its error goes.
+    first = [cell.inner_text().replace("\u00a0", " ") for cell in rows.first.locator("td").all()]
+    assert first[1:] == ["(900), 0 to 2100", "300 ± 12", "50, 30 to 62", "40, 20 to 50"], first
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Cases as CSV").click()
+    cases = list(csv.DictReader(io.StringIO(download.value.path().read_text())))
+    assert {row["speed"]: (row["stress_depth_mm_from"], row["stress_depth_mm_to"]) for row in cases} == curve
+    # The upper end of a lower bound is not known.
+    assert [(row["largest_patch_area_mm2_from"], row["largest_patch_area_mm2_to"]) for row in cases[:2]] == [("288", "312"), ("288", "")]
+    # Where it was asked, and where nothing is known of that.
+    expect(page.get_by_role("link", name="Ask further")).to_have_count(0)
+    link = page.get_by_role("link", name="Show the curve")
+    assert link.get_attribute("href") == address
+    page.evaluate("sessionStorage.clear()")
+    page.reload()
+    assert link.get_attribute("href") == address.replace("number=depth", "number=muscle")
+    link.click()
+    expect(page.locator(".proposed")).to_have_count(1)
+
+
+# A ball and a fat of one's own, a percentile, and what the page has no question for.
+@pytest.mark.parametrize("name, address", [
+    ("ball 40 mm 20 g soft on arm, fat 12.3 mm, 10 to 40.5 m/s, 50 kPa", "#/ask?hit=own&where=arm&who=own&mm=40&g=20&of=soft&fat=12.3&from=10&to=40.5&kpa=50&number=muscle&jobs=1"),
+    ("rigid ball 30 mm 100 g on thigh, fat 9.2 mm, 10 to 40 m/s, 100 kPa", "#/ask?hit=own&where=thigh&who=50&mm=30&g=100&of=rigid&from=10&to=40&kpa=100&number=muscle&jobs=1"),
+    ("brick on thigh, fat 9.2 mm, 10 to 40 m/s, 100 kPa", None),
+    ("flashball_44 on head, fat 9.2 mm, 10 to 40 m/s, 100 kPa", None),
+    ("flashball_thigh", None),
+])
+def test_a_question_is_known_by_the_name_of_its_job(page, name, address):
+    page.goto("/")
+    body = """async (name) => {
+        const { addressOf, askedIn } = await import("/viewer/pages/ask_address.js");
+        const asked = askedIn(name);
+        return asked && addressOf(asked, ["1"]);
+    }"""
+    assert page.evaluate(body, f"what if: {name}") == address
 
 
 @pytest.mark.parametrize("number, key, value", [("force", "peak_force_n", 900), ("energy", "energy_given_j", 10)])
@@ -158,14 +206,130 @@ def test_an_unknown_error_is_no_error_of_nothing(page, answered):
     picture = page.locator(".answer-curve")
     assert [circle.get_attribute("fill") for circle in picture.locator(".unknown").all()] == ["#fff", "#fff"]
     expect(picture.locator(".proposed")).to_have_count(2)
-    expect(picture.locator(".band")).to_have_count(0)
+    # A band of each curve, but for the speeds beside that.
+    expect(picture.locator(".band")).to_have_count(2)
     expect(picture).to_contain_text("80 m/s, error unknown")
     assert "mm at 84 m/s (error unknown)" in picture.get_attribute("aria-label")
     said = page.locator(".answers li").first.inner_text()
-    assert "exceeds 100 kPa from about 80 m/s on. The numerical error is not known at 84 m/s" in said and "beyond" not in said, said
+    assert "exceeds 100 kPa from about 80 m/s on, with unknown error. The numerical error is not known at 84 m/s, so that the curve has no band there." in said and "beyond" not in said, said
     assert "the numerical errors are not known, so that this may be no difference" in page.locator(".difference").inner_text()
     # No ends of what has no known error, neither of the point nor of a curve.
     assert {(row["from [mm]"], row["to [mm]"]) for row in text_of(page) if "error unknown" in row["origin"]} == {("", "")}
+
+
+def with_errors(errors):
+    """Depths that rise through the top of the muscle at 80 m/s, with errors that may be unknown."""
+    return [case(v, {"stress_depth_mm": {"value": 6 + 3 * i, **({} if error is None else {"error": error})}}) for i, (v, error) in enumerate(zip(SPEEDS, errors))]
+
+
+def test_a_band_is_drawn_between_neighbours_whose_errors_are_known(page, answered):
+    answered(with_errors([1, 1, 1, 1, None, None]), "muscle")
+    picture = page.locator(".answer-curve")
+    expect(picture.locator(".unknown")).to_have_count(2)
+    # From the first point to the last one with an error, and no farther.
+    band = picture.locator(".band").bounding_box()
+    centre = lambda mark: mark.bounding_box()["x"] + mark.bounding_box()["width"] / 2
+    points = picture.locator(".computed")
+    assert band["x"] == pytest.approx(centre(points.nth(0)), abs=1.5) and band["x"] + band["width"] == pytest.approx(centre(points.nth(3)), abs=1.5)
+    rows = [row for row in text_of(page) if row["origin"].startswith("proposed")]
+    ends = {float(row["speed [m/s]"]): (row["from [mm]"], row["to [mm]"]) for row in rows}
+    assert all(("" in both) == (speed > 96) for speed, both in ends.items()) and max(ends) == 120
+    # The errors that are not known are not those of the crossing.
+    said = page.locator(".answers").inner_text()
+    assert re.search(r"exceeds 100 kPa from 80\.\d m/s on \(between 7\d\.\d and 8\d\.\d m/s with the uncertainty\)\. The numerical error is not known at 108, 120 m/s, so that the curve has no band there\.", said), said
+    assert re.fullmatch(r"80\.\d m/s", picture.locator(".label[font-weight]").text_content())
+    # Points that are alone with their errors have no band.
+    answered(with_errors([1, None, 1, None, 1, None]), "muscle")
+    expect(picture.locator(".band")).to_have_count(0)
+    assert "not known at 72, 96, 120 m/s, so that the curve has no band." in page.locator(".answers").inner_text()
+
+
+# Of a neighbour of the crossing; where its upper end would be; where it may come back; of all.
+@pytest.mark.parametrize("errors", [[1, 1, None, 1, 1, 1], [5, 5, 5, None, 5, 5], [1, 1, 1, None, 20, 20], [None] * 6])
+def test_the_error_of_a_crossing_is_unknown_where_that_of_its_band_is(page, answered, errors):
+    answered(with_errors(errors), "muscle")
+    said = page.locator(".answers").inner_text()
+    assert "exceeds 100 kPa from about 80 m/s on, with unknown error." in said, said
+    expect(page.locator(".answer-curve")).to_contain_text("80 m/s, error unknown")
+
+
+def test_what_is_above_at_all_speeds_is_so_beyond_the_errors_that_are_known(page, answered):
+    high = lambda errors: [case(v, {"stress_depth_mm": {"value": 20 + i, **({} if error is None else {"error": error})}}) for i, (v, error) in enumerate(zip(SPEEDS, errors))]
+    answered(high([None, 1, 1, 1, 1, None]), "muscle")
+    said = page.locator(".answers").inner_text()
+    assert "at all computed speeds, 60 to 120 m/s, beyond the uncertainty where that is known. Ask about lower ones. The numerical error is not known at 60, 120 m/s" in said, said
+    answered(high([15, 9, 1, 1, None, None]), "muscle")
+    said = page.locator(".answers").inner_text()
+    assert re.search(r"not resolved by these runs below 7\d\.\d m/s; from there on the muscle exceeds 100 kPa, beyond the uncertainty where that is known\.", said), said
+
+
+def legend_of(page):
+    return page.get_by_label("What the marks mean").inner_text()
+
+
+def test_the_legend_has_what_is_drawn(page, answered):
+    answered(with_errors([0.5] * 6), "muscle")
+    said = legend_of(page)
+    assert "with a band of both errors" in said and "large: where a curve crosses" in said and "bar is the numerical error" in said
+    assert not re.search("lower bound|brackets|unknown", said), said
+    # Above everywhere nothing crosses; a depth in brackets is explained.
+    answered([case(v, {"stress_depth_mm": {"value": 12, "error": 5}}) for v in SPEEDS], "muscle")
+    said = legend_of(page)
+    assert "crosses" not in said and "in brackets" in said and "≥" not in said, said
+    answered(bounded(96), "muscle")
+    said = legend_of(page)
+    assert "computed, a lower bound" in said and "≥ 12" in said, said
+    answered(with_errors([1, 1, 1, None, 1, 1]), "muscle")
+    assert "a band of both errors between points whose errors are known" in legend_of(page)
+    answered(with_errors([None] * 6), "muscle")
+    said = legend_of(page)
+    assert "no band, as errors are unknown" in said and "its bar" not in said, said
+
+
+# Words whose boxes hold a point of a curve, of a bar or of a line across, or are over the words of another.
+STRUCK = """() => {
+  const picture = document.querySelector(".answer-curve");
+  const labels = [...picture.querySelectorAll(".label")];
+  const holds = ({ x, y, width, height }, at) => at.x > x && at.x < x + width && at.y > y && at.y < y + height;
+  const along = (line) => Array.from({ length: 401 }, (_, i) => line.getPointAtLength((i / 400) * line.getTotalLength()));
+  const lines = [...picture.querySelectorAll("path[fill=none]:not([stroke='#e3e8ee'])")].flatMap(along);
+  return labels.filter((one) => {
+    const box = one.getBBox();
+    const isOver = (other) => other !== one && [[0, 0], [1, 0], [0, 1], [1, 1]].some(([i, k]) => holds(box, { x: other.getBBox().x + i * other.getBBox().width, y: other.getBBox().y + k * other.getBBox().height }));
+    return lines.some((at) => holds(box, at)) || labels.some(isOver);
+  }).map((one) => one.textContent);
+}"""
+
+
+@pytest.mark.parametrize("number, depths", [("muscle", [57.5, 58, 58.5, 59, 59.5, 60]), ("muscle", [6, 9, 12, 15, 18, 21]), ("depth", [57.5, 58, 58.5, 59, 59.5, 60]), ("fat", [2, 3, 8, 20, 40, 57])])
+def test_nothing_runs_through_the_words_of_the_picture(page, answered, number, depths):
+    answered([case(v, {"stress_depth_mm": {"value": depth, "error": 0.5}}) for v, depth in zip(SPEEDS, depths)], number)
+    picture = page.locator(".answer-curve")
+    assert picture.locator(".label").count() >= 2
+    assert page.evaluate(STRUCK) == []
+
+
+@pytest.mark.parametrize("width, height", [(820, 1180), (390, 844)])
+def test_the_address_of_an_answer_begins_with_it_on_a_narrow_screen(page, answered, width, height):
+    answered(depths(6), "muscle", depths(10))
+    page.set_viewport_size({"width": width, "height": height})
+    page.reload()
+    expect(page.locator(".proposed")).to_have_count(2)
+    top = lambda name: page.get_by_label(name, exact=True).bounding_box()["y"]
+    assert 0 < top("Answer") < height / 4 < top("Question")
+    # The question is reached by one press.
+    page.get_by_role("button", name="Change the question").click()
+    assert abs(top("Question")) < height / 3
+    page.set_viewport_size({"width": 1440, "height": 1000})
+    expect(page.get_by_role("button", name="Change the question")).to_be_hidden()
+
+
+def test_each_curve_has_a_line_about_its_runs(page, answered):
+    answered(depths(6), "muscle", depths(10))
+    lines = page.locator(".states p").all_text_contents()
+    assert [line.split(":")[0] for line in lines[:2]] == ["thigh, front, fat 9.2 mm", "10 mm more fat"] and all("computed by 6 runs" in line for line in lines[:2])
+    # What the service says of all of its results is said once.
+    assert lines[2:] == ["A double."]
 
 
 @pytest.mark.parametrize("errors, words, label", [

@@ -39,7 +39,7 @@ const text = (at, words, attributes = {}) => svg("text", { x: at[0].toFixed(1), 
 const label = ({ x, y, isEnd }, words, attributes) => text([x, y], words, { "text-anchor": isEnd ? "end" : null, class: "label", ...attributes });
 
 /** Lines of the scales and their numbers. */
-function gridOf({ x, y, width, height }, range, [low, high]) {
+function gridOf({ x, y, width, height, low, high }, range) {
   const bottom = height - ROOM.bottom;
   return [
     ...ticks(low, high, 6).map((tick) => [line([ROOM.left, y(tick)], [width - ROOM.right, y(tick)], { stroke: "#e3e8ee" }), text([ROOM.left - 8, y(tick) + 4], setting(tick), { "text-anchor": "end" })]),
@@ -50,25 +50,34 @@ function gridOf({ x, y, width, height }, range, [low, high]) {
 }
 
 /**
- * The picture below its title. `series` [{name, points: [{speed, value, error, lower, upper, least}], curve: {value, lower, upper, range, isLeast, stretches} | null}],
- * `range` of speeds, `axis` {label, unit}, `level` a value that is marked or null, with `levelName`; `borders` [{name, at}] of layers, drawn where the
- * numbers reach them.
+ * The scales of a picture: {x(speed), y(value), width, height, low, high, shown}, with room for a label beyond all that is drawn. `shown` are the borders beside
+ * the level that numbers reach, or nearly.
  */
-export function answerCurve({ series, range, axis, level, levelName, borders = [] }) {
+function scalesOf({ series, range, level, borders = [] }) {
   const [width, height] = sizeNow();
   const ends = series.flatMap(extentOf);
   const values = [...ends, level ?? 0, ...(ends.length ? [] : [1])];
-  const heightOfPlot = height - ROOM.top - ROOM.bottom;
   const [least, most] = [Math.min(...values), Math.max(...values)];
-  // Borders of layers beside those that are marked, with the depths beyond which a number is in the next one.
   const near = NEAR * (most - least);
   const shown = borders.filter(({ at }) => at !== level && at > least - near && at < most + near);
   const [first, last] = [Math.min(least, ...shown.map(({ at }) => at)), Math.max(most, ...shown.map(({ at }) => at))];
+  const heightOfPlot = height - ROOM.top - ROOM.bottom;
   const pad = (OF_LABEL / (heightOfPlot - 2 * OF_LABEL)) * (last - first || 1);
   const [low, high] = [first - pad, last + pad];
   const x = (speed) => ROOM.left + ((speed - range[0]) / (range[1] - range[0])) * (width - ROOM.left - ROOM.right);
   const y = (value) => height - ROOM.bottom - ((value - low) / (high - low)) * heightOfPlot;
-  const scales = { x, y, width, height };
+  return { x, y, width, height, low, high, shown };
+}
+
+/**
+ * The picture below its title. `answer` {series, range, axis, level, levelName, borders}: `series` [{name, points: [{speed, value, error, lower, upper, least}],
+ * curve: {value, lower, upper, range, isLeast, stretches} | null}], `range` of speeds, `axis` {label, unit}, `level` a value that is marked or null, with
+ * `levelName`; `borders` [{name, at}] of layers, drawn where the numbers reach them.
+ */
+export function answerCurve(answer) {
+  const { series, range, axis, level, levelName } = answer;
+  const scales = scalesOf(answer);
+  const { x, y, width, height, shown } = scales;
   const across = (at, attributes) => line([ROOM.left, y(at)], [width - ROOM.right, y(at)], attributes);
   const lines = [
     ...shown.map(({ at }) => across(at, { stroke: "#6b7c8f", "stroke-width": 1, "stroke-dasharray": "2 3" })),
@@ -76,7 +85,7 @@ export function answerCurve({ series, range, axis, level, levelName, borders = [
   ];
   const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level }));
   // Labels, above all that is drawn: first of what is marked, then of the layers, where there is room.
-  const places = placesIn(scales, series, shown.map(({ at }) => at), level);
+  const places = placesIn(scales, series, level);
   const marked = level == null ? [] : [
     label(places.alongLine(levelName, y(level), true), levelName, { fill: "#a4161a" }),
     series.map((one, i) => crossingLabel(one, lineStyle(i).stroke, { x, y, level, range, places })),
@@ -84,15 +93,15 @@ export function answerCurve({ series, range, axis, level, levelName, borders = [
   const layers = shown.map(({ name, at }) => svg("g", { class: "border" }, label(places.alongLine(name, y(at)), name, { fill: "#52606d" })));
   const words = series.map(({ name, points }) => `${name}: ${points.map((p) => pointWords(p, axis.unit)).join(", ")}`).join("; ");
   const attributes = { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${axis.label} against speed. ${words}`, class: "answer-curve" };
-  const picture = svg("svg", attributes, gridOf(scales, range, [low, high]), lines, drawn, marked, layers);
+  const picture = svg("svg", attributes, gridOf(scales, range), lines, drawn, marked, layers);
   return html("div", {}, html("p", { class: "curve-title" }, `${axis.label} [${axis.unit}]`), picture);
 }
 
-/** The places for labels that are left by curves, points with their bars and arrows, crossings of `level`, and lines at that and at `borders`. */
-function placesIn({ x, y, width, height }, series, borders, level) {
+/** The places for labels that are left by curves, points with their bars and arrows, crossings of `level`, and lines at that and at the borders that are shown. */
+function placesIn({ x, y, width, height, shown }, series, level) {
   const room = { left: ROOM.left, right: width - ROOM.right, top: 0, bottom: height - ROOM.bottom };
   const places = new LabelPlaces(room);
-  [...borders, level].filter((at) => at != null).forEach((at) => places.keepLine([[room.left, y(at)], [room.right, y(at)]]));
+  [...shown.map(({ at }) => at), level].filter((at) => at != null).forEach((at) => places.keepLine([[room.left, y(at)], [room.right, y(at)]]));
   for (const { points, curve } of series) {
     if (curve) places.keepLine(sampled(curve.value, curve.range).map(([speed, value]) => [x(speed), y(value)]));
     const crossing = markedCrossing(curve, level);

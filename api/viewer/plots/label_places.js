@@ -3,8 +3,8 @@
 /** What a line of text takes above and below its baseline, and beside it [units of the picture]. */
 const [ABOVE, BELOW, BESIDE] = [11, 4, 2];
 const FONT = "13px system-ui, sans-serif";
-/** Places along a line that are tried for its label. */
-const ALONG = 8;
+/** Steps along a line at which its label is tried [units of the picture]. */
+const STEP = 4;
 
 const pen = document.createElement("canvas").getContext("2d");
 
@@ -70,8 +70,7 @@ export class LabelPlaces {
     const { left, right } = this.#room;
     const [from, to] = [left + BESIDE + 4, right - BESIDE - 4];
     const ends = [{ x: from }, { x: to, isEnd: true }];
-    const width = widthOf(words);
-    const inner = Array.from({ length: ALONG }, (_, i) => ({ x: from + ((i + 1) * (to - width - from)) / (ALONG + 1) }));
+    const inner = Array.from({ length: Math.max(0, Math.floor((to - widthOf(words) - from) / STEP)) }, (_, i) => ({ x: from + (i + 1) * STEP }));
     const order = [...(isEnd ? ends.toReversed() : ends), ...(isEnd ? inner.toReversed() : inner)];
     return this.choose(words, order.flatMap((place) => [{ ...place, y: y - BELOW - 1 }, { ...place, y: y + ABOVE + 3 }]));
   }
