@@ -205,7 +205,8 @@ def test_an_address_has_the_question_and_its_answer(page, browser, service):
         assert one.locator(".answers").inner_text() == said and one.get_by_label("Who?").input_value() == "5"
         assert one.get_by_role("link", name="Ask", exact=True).get_attribute("aria-current") == "page"
         assert sent == [] and one.evaluate("location.hash") == address
-    # From the job alone, in the browser that asked nothing.
+    # From the job alone, in a browser that remembers nothing of it.
+    other.evaluate("sessionStorage.clear()")
     other.goto(f"/#/job/{known}")
     other.get_by_role("link", name="Show the curve").click()
     expect(other.locator(".proposed")).to_have_count(1, timeout=COMPUTED_MS)

@@ -90,6 +90,7 @@ def test_the_cases_of_a_question_end_where_its_curve_does_and_lead_to_it(page, a
     # Half of 28 g times the square of 60 m/s; the depth to its farthest place; the last is as far as its error goes.
     first = [cell.inner_text().replace("\u00a0", " ") for cell in rows.first.locator("td").all()]
     assert first[1:] == ["(900), 0 to 2100", "300 ± 12", "50, 30 to 62", "40, 20 to 50"], first
+    expect(page.get_by_text("both ends of the number with its error, within what is possible")).to_be_visible()
     with page.expect_download() as download:
         page.get_by_role("button", name="Cases as CSV").click()
     cases = list(csv.DictReader(io.StringIO(download.value.path().read_text())))

@@ -13,7 +13,6 @@ import { trustPanel } from "../summary/trust.js";
 import { concerns, warningLine } from "../summary/warnings.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
-import { addressOf, askedIn } from "./ask_address.js";
 import { pageOfQuestion } from "./asked.js";
 import { ProgressPanel } from "./progress.js";
 import { stateBadge } from "./state_badge.js";
@@ -25,6 +24,8 @@ async function loadPanel() {
   return panel;
 }
 
+/** What the names of the jobs of what-if questions begin with. */
+const WHAT_IF = "what if: ";
 const FINAL = ["succeeded", "failed", "cancelled"];
 
 /** The page of a job, as the service describes it. */
@@ -40,6 +41,9 @@ class JobPage {
   #tools = html("div", { class: "tools" });
   #body = html("div");
   #panel = null;
+  /** The question of the page *Ask* that the job answers, and the address of its curve; null for other jobs. */
+  #asked = null;
+  #curve = null;
 
   constructor(job) {
     this.job = job;
@@ -48,8 +52,8 @@ class JobPage {
   }
 
   start() {
-    const work = FINAL.includes(this.job.state) ? this.#showResults() : this.#follow();
-    work.catch((error) => this.#say(error));
+    const show = () => (FINAL.includes(this.job.state) ? this.#showResults() : this.#follow());
+    this.#readQuestion().then(show).catch((error) => this.#say(error));
   }
 
   leave() {
@@ -68,23 +72,26 @@ class JobPage {
     const { id, links } = this.job;
     const link = (words, address) => html("a", { class: "button", href: address }, words);
     const page = pageOfQuestion(this.job);
-    const curve = this.#curveAddress(page);
     const tools = [
       links.recording && link("Change and run again", `#/new/${id}`),
       links.recording && links.summary && link("Compare", `#/compare/${id}`),
       links.recording && link("What if?", `#/what-if/${id}`),
-      curve && link("Show the curve", curve),
-      page && page !== curve && link("Ask further", page),
+      this.#curve && link("Show the curve", this.#curve),
+      page && page !== this.#curve && link("Ask further", page),
       button("Delete", () => this.#delete().catch((error) => this.#say(error)), { class: "danger" }),
     ];
     this.#tools.replaceChildren(...tools.filter(Boolean));
   }
 
-  /** Where the curve of a question of the page *Ask* is: the page on which this tab asked it, or else that of the question in the name of the job; null for other jobs. */
-  #curveAddress(page) {
-    const asked = askedIn(this.job.name);
-    if (!asked) return null;
-    return page?.startsWith("#/ask?") ? page : addressOf(asked, [this.job.id]);
+  /** Reads from the name of the job what was asked. The address of its curve is the page on which this tab asked it, or else that of the name. */
+  async #readQuestion() {
+    if (!this.job.name.startsWith(WHAT_IF)) return;
+    const { addressOf, askedIn } = await import("./ask_address.js");
+    this.#asked = askedIn(this.job.name);
+    if (!this.#asked) return;
+    const page = pageOfQuestion(this.job);
+    this.#curve = page?.startsWith("#/ask?") ? page : addressOf(this.#asked, [this.job.id]);
+    this.#showTools();
   }
 
   async #delete() {
@@ -99,7 +106,7 @@ class JobPage {
     const progress = new ProgressPanel(this.job, () => this.#peek());
     this.#body.replaceChildren(progress.element);
     this.#state.replaceChildren(stateBadge(this.job));
-    const answer = new WhatIfAnswer(undefined, null, askedIn(this.job.name));
+    const answer = new WhatIfAnswer(undefined, null, this.#asked);
     await followEvents(`/v1/jobs/${this.job.id}/events`, (event) => {
       progress.take(event);
       answer.take(event);
@@ -176,7 +183,7 @@ class JobPage {
   /** The answer to a what-if question. */
   async #showAnswer(summary) {
     const { WhatIfAnswer } = await import("./what_if_answer.js");
-    const answer = new WhatIfAnswer(undefined, null, askedIn(this.job.name));
+    const answer = new WhatIfAnswer(undefined, null, this.#asked);
     answer.takeAll(summary);
     this.#body.append(html("section", { class: "panel" }, answer.element));
   }

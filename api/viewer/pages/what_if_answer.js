@@ -153,6 +153,12 @@ export class WhatIfAnswer {
     return possibleOf(key, this.#asked)(parameters.speed);
   }
 
+  /** Whether the error of a number leads beyond what is possible. */
+  #isCut(one, key) {
+    const { value, error } = one.numbers?.[key] ?? {};
+    return error != null && isCut(endsWithin(this.#possible(one, key), value, error), error);
+  }
+
   /** A number of a case on one line; why there is none in place of the first. */
   #cell(one, key, column) {
     const { ending, reason, lower_bounds: bounds, numbers } = one;
@@ -164,12 +170,13 @@ export class WhatIfAnswer {
   #notes(cases) {
     const quantities = cases.flatMap(({ numbers }) => this.#numbers.map(([key]) => numbers?.[key]).filter(Boolean));
     const ends = new Set(cases.flatMap(({ reaches }) => reaches ?? []));
-    const isCut = cases.some(({ lower_bounds: bounds }) => this.#numbers.some(([key]) => bounds?.includes(key)));
+    const isBounded = cases.some(({ lower_bounds: bounds }) => this.#numbers.some(([key]) => bounds?.includes(key)));
     const reasons = new Set(cases.filter(({ ending }) => ending !== "finished").map(({ ending, reason }) => `${ending.replaceAll("_", " ")}: ${reason ?? "no reason is known"}`));
     return [
-      (isCut || quantities.some(({ value, error }) => error == null || !exceeds(value, error))) && ABOUT_MARKS,
+      (isBounded || quantities.some(({ value, error }) => error == null || !exceeds(value, error))) && ABOUT_MARKS,
       quantities.some(({ error }) => error == null) && `Without ±: the error is not known${this.#isWhole ? "" : " yet"}.`,
-      isCut && `≥ here: ${ends.size ? `the stress reaches ${[...ends].join(" and ")}, or ` : ""}the run ended while it was growing.`,
+      cases.some((one) => this.#numbers.some(([key]) => this.#isCut(one, key))) && "12, 0 to 30: both ends of the number with its error, within what is possible.",
+      isBounded && `≥ here: ${ends.size ? `the stress reaches ${[...ends].join(" and ")}, or ` : ""}the run ended while it was growing.`,
       ...reasons,
       this.errorBars && `Errors: ${this.errorBars}.`,
     ].filter(Boolean);
