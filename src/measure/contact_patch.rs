@@ -10,7 +10,8 @@
 mod axes;
 mod closing;
 
-use self::axes::patch_of;
+pub use self::axes::ContactPatch;
+use self::axes::{Pressed, patch_of};
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::Followers;
@@ -18,51 +19,6 @@ use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 use crate::step::Frame;
 use std::collections::BTreeMap;
-
-/// The contact patch of one pair at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactPatch {
-    /// Sum of the current tributary areas of the slave nodes in contact, as far as a rigid master covers them [m²]. A
-    /// contact between nodes counts as one node in total, by its weights. At most the area of the master's faces around
-    /// the participating nodes.
-    pub area: f64,
-    /// Long and short axis: 4 √(eigenvalue of the area-weighted second moment) [m]. This is the full axis of a
-    /// uniformly covered ellipse; for a ring or a rectangle it would exceed the width, to which it is limited: that of the narrowest
-    /// rectangle around the nodes and half a spacing beyond them, and of a rigid master. A single node has no extent and gives 0.
-    pub axes: [f64; 2],
-    /// Number of slave nodes with r_n > 0 at this instant.
-    pub nodes: u32,
-    /// Number of nodes across the patch where it is narrowest: 1 + least width / mean spacing, rounded [-].
-    pub nodes_across: u32,
-    /// Largest nodal pressure r_n / (h̄ · full tributary area) at this instant, covered or not [Pa].
-    pub peak_pressure: f64,
-    /// Area-weighted centre of the patch [m].
-    pub centre: Vec3,
-}
-
-impl Default for ContactPatch {
-    fn default() -> Self {
-        Self {
-            area: 0.0,
-            axes: [0.0; 2],
-            nodes: 0,
-            nodes_across: 0,
-            peak_pressure: 0.0,
-            centre: Vec3::zeros(),
-        }
-    }
-}
-
-impl ContactPatch {
-    /// The smaller of the slave patch and the master patch.
-    #[must_use]
-    pub fn within(self, master: &Self) -> Self {
-        if self.area <= master.area || master.area == 0.0 {
-            return self;
-        }
-        Self { area: master.area, axes: master.axes, centre: master.centre, ..self }
-    }
-}
 
 /// Incidence of nodes and faces of a slave surface, found once per run, with work arrays of the evaluation.
 #[derive(Clone, Debug)]
@@ -130,30 +86,6 @@ enum Limit {
     Shadow(Shadow),
     /// Faces oriented towards the contact as a whole, given by its unit normal.
     Front(Vec3),
-}
-
-/// A node in contact, with its area.
-#[derive(Clone, Copy, Debug)]
-struct Pressed {
-    position: Vec3,
-    /// Tributary area covered by a rigid master, and in full [m²].
-    tributary: [f64; 2],
-    /// Sum of the weights of its latest contacts, and the largest such sum of late.
-    weights: [f64; 2],
-    /// Force normal to the face at this instant [N].
-    normal_force: f64,
-}
-
-impl Pressed {
-    /// Part of the tributary area in contact [m²].
-    fn area(&self) -> f64 {
-        self.tributary[0] * self.weights[1].clamp(0.0, 1.0)
-    }
-    /// Pressure on the full tributary area, covered or not [Pa].
-    fn pressure(&self) -> f64 {
-        let area = self.tributary[1] * self.weights[0].clamp(0.0, 1.0);
-        if area > 0.0 { self.normal_force / area } else { 0.0 }
-    }
 }
 
 impl PatchGeometry {

@@ -58,7 +58,8 @@ fn with_coarser_meshes(variants: &Variants, depths: &[f64]) -> Result<ComparedRu
         let base = results(variants, &mesh, depths)?;
         Ok((mesh, base, between))
     };
-    let (mesh, base, between) = coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
+    let (mesh, base, between) =
+        coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
     let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
         let between = scene_of(variants, between)?;
         let run = results(variants, &between, depths)?;
@@ -262,7 +263,8 @@ mod tests {
                 ],
                 "record": {"fields": [], "field_times_s": []}
             });
-            let scene = load_parsed(&document.into(), &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene;
+            let scene =
+                load_parsed(&document.into(), &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene;
             error_bars(&scene, &[], 1, &|| None)
         };
         let size = |bars: ErrorBars| match bars {
