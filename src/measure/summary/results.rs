@@ -113,7 +113,7 @@ pub struct Impact {
     /// Latest time at which the patch was as large as that [s]; absent without a patch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_patch_time_s: Option<f64>,
-    /// Nodes across the short axis, at the peak force and at the largest patch.
+    /// Nodes across the patch where it is narrowest, at the peak force and at the largest patch.
     pub nodes_across_patch: [u32; 2],
     /// Energy dissipated by friction [J].
     pub friction_dissipation_j: Quantity,
