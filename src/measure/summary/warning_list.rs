@@ -8,7 +8,7 @@ use std::ops::Deref;
 pub(super) enum Gravity {
     /// The scene has no impact on the tissue.
     NoImpact,
-    /// Numbers are wrong: tissue squeezed against its base, a law beyond its limits, bodies that overlap.
+    /// Numbers are wrong: tissue squeezed against its base, a law beyond its limits.
     Wrong,
     /// The impact is not over: the numbers are not final.
     NotFinal,

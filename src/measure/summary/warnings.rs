@@ -81,13 +81,13 @@ pub(super) fn warnings(
     // What makes numbers wrong.
     all.add(Gravity::Wrong, measures.squeeze.worst.as_ref().and_then(squeezed_in_words));
     all.add(Gravity::Wrong, beyond_limit_warning(measures, numerics));
-    all.add(Gravity::Wrong, penetration_warning(&measures.penetration.deepest));
     // Accuracy, with what the stepper says of its steps and solvers.
     all.add(Gravity::Coarse, measures.stress.as_ref().and_then(numerical_stress));
     resolution_warnings(&mut all, measures);
     body_warnings(&mut all, measures, plan);
     all.add(Gravity::Inaccurate, outcome.iter().flat_map(|outcome| outcome.warnings.iter().cloned()));
     force_warnings(&mut all, measures, numerics, outcome.is_some());
+    all.add(Gravity::Inaccurate, penetration_warning(&measures.penetration.deepest));
     all.add(Gravity::Inaccurate, rigid_impact_warning(&measures.energy));
     all.add(Gravity::Inaccurate, projection_warning(&measures.energy));
     all.add(Gravity::Inaccurate, sampling_warning(measures).filter(|_| outcome.is_some()));
