@@ -329,5 +329,7 @@ mod tests {
         // 1 N s between t = 0.999 and 1: 1000 N in a step, 10 N over a window of 0.1 s.
         let measure = feed(0.1, 0.001, 2.0, |t| ((t - 0.999) * 1000.0).clamp(0.0, 1.0));
         assert!((measure.peak().force - 10.0).abs() < 1e-9, "{}", measure.peak().force);
+        // The window reaches back before contact, its middle does not.
+        assert!((0.999..=1.0).contains(&measure.peak().time), "{}", measure.peak().time);
     }
 }

@@ -74,7 +74,7 @@ pub struct MeanPatch {
 pub struct PeakForce {
     /// Mean force of the window |ΔI| / τ, or filtered force [N].
     pub force: f64,
-    /// Middle of the window, or time of the largest filtered force [s].
+    /// Middle of the window from where it has contact on, or time of the largest filtered force [s].
     pub time: f64,
     /// Mean patch in the window.
     pub patch: MeanPatch,
@@ -129,7 +129,11 @@ impl SlidingWindow {
         let force = (to.impulse - from.impulse).norm() / self.window;
         self.largest[end] = self.largest[end].max(force);
         if force > self.peak.force {
-            let time = (from.time + 0.5 * self.window).max(0.0);
+            // It may begin before contact does.
+            let inside = self.samples.iter().skip_while(|sample| sample.time < from.time);
+            let before = inside.take_while(|sample| sample.impulse == from.impulse).last();
+            let begin = before.map_or(from.time, |sample| sample.time).max(0.0);
+            let time = 0.5 * (begin + from.time + self.window);
             self.peak = PeakForce { force, time, patch: from.mean_patch(to), placing: 0.0 };
         }
     }

@@ -30,8 +30,8 @@ pub const DEPTH_LIMIT: f64 = 0.1;
 /// Overlapping volume over the volume of the smaller body above which the results are withheld [-].
 pub const OVERLAP_LIMIT: f64 = 0.01;
 /// Remedy for a penetration or overlap beyond its limit.
-pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run earlier; in an implicit run shorten the \
-                            steps. Where soft bodies crush each other to folds no mesh keeps them apart.";
+pub const TOO_DEEP: &str = "Refine the coarser of the two surfaces, or lower the speed; in an implicit run shorten the steps. \
+                            Where soft bodies crush each other to folds no mesh keeps them apart.";
 
 /// The deepest penetration and the largest overlap at the look times.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -64,8 +64,8 @@ struct Sequence<'a> {
     done: Vec<Done>,
     /// Result of the last of them.
     best: Option<RunResult>,
-    /// Whether the results of the latest level are withheld.
-    was_withheld: bool,
+    /// By how much checks of the latest level were missed, if its results are withheld: see [`Summary::excess`].
+    missed_by: Option<f64>,
     place: AccuracyProgress,
     /// What the level is expected to take, and when it began [s].
     expected_s: Option<f64>,
@@ -73,6 +73,9 @@ struct Sequence<'a> {
     has_result: &'a AtomicBool,
     discards: &'a AtomicBool,
 }
+
+/// By how much a failed check must come down from one mesh to the next for a finer one to be expected to pass it [-].
+const NEARER: f64 = 0.9;
 
 /// What follows a level.
 enum Step {
@@ -92,7 +95,7 @@ impl<'a> Sequence<'a> {
             requested,
             done: Vec::new(),
             best: None,
-            was_withheld: false,
+            missed_by: None,
             place: AccuracyProgress { run: 0, mesh_factor: 1.0, requested: requested.relative, before: None },
             expected_s: None,
             started_s: clock.elapsed_s(),
@@ -169,8 +172,9 @@ impl<'a> Sequence<'a> {
         seconds: f64,
     ) -> Step {
         let (level, coarser) = (mesh.level, self.done.len());
-        let again = is_withheld(&result.summary) && self.was_withheld;
-        self.was_withheld = is_withheld(&result.summary);
+        let missed_by = result.summary.excess().filter(|_| is_withheld(&result.summary));
+        let again = missed_by.zip(self.missed_by).is_some_and(|(now, before)| now > NEARER * before);
+        self.missed_by = missed_by;
         let is_stopped = self.discards.load(Ordering::Relaxed);
         let lacks = must.lacks(&result).filter(|_| !is_stopped);
         let has_stopped = is_good_enough(&result, level, coarser, again);
@@ -273,7 +277,7 @@ fn is_over(clock: &Clock, result: &mut RunResult, coarser: usize, next_s: f64) -
 }
 
 /// Whether a level is the last whatever the time, after some `coarser` ones: two meshes may agree by chance. `again`: its results and those of
-/// the level before are withheld.
+/// the level before are withheld, and it is hardly nearer to passing.
 fn is_good_enough(result: &RunResult, level: i32, coarser: usize, again: bool) -> bool {
     let is_reached = coarser >= LEVELS_USED && has_reached(result);
     let is_final = result.summary.values().nothing_touched || again;

@@ -2,7 +2,7 @@
 
 use crate::record::{assert_at_most, assert_close};
 use contuse::measure::Summary;
-use contuse::measure::summary::ErrorEstimate;
+use contuse::measure::summary::{ErrorEstimate, Shown};
 use contuse::plan::compile;
 use contuse::scene::{Budget, NoFiles, load};
 use contuse::study::{RunRequest, run_scene};
@@ -213,5 +213,33 @@ fn the_energy_given_has_what_absorbed_energy_lacks_by_contact_nodes() {
         error(tissue.energy_given_j.value),
         0.5 * error(tissue.absorbed_energy_j.value),
         "its error",
+    );
+}
+
+/// A light box on a soft block whose first meshes lose more than half of the energy in contact: a mesh of four times the numbers of elements
+/// passes that check.
+#[test]
+fn a_failed_check_that_comes_down_leads_to_finer_meshes() {
+    let summary = summary_of(&json!({
+        "name": "light box", "end_time_s": 2.9e-3,
+        "bodies": [
+            {"name": "box", "role": "projectile", "velocity_m_per_s": [0, 0, -25],
+             "rigid": {"shape": {"kind": "box", "half_extents_m": [0.02, 0.012, 0.006]},
+                       "center_m": [-0.0048, -0.0049, 0.0746], "density_kg_per_m3": 300}},
+            {"name": "gel", "role": "tissue", "fixed": [{"set": "z_min"}],
+             "mesh": {"generator": {"kind": "block", "min_m": [-0.045, -0.045, 0], "max_m": [0.045, 0.045, 0.05],
+                      "elements": [5, 6, 4]}},
+             "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                        "material": {"law": "neo_hookean", "c10_pa": 2e4, "bulk_modulus_pa": 5e7}}]}
+        ],
+        "contact": {"friction": 0},
+        "accuracy": {"time_budget_s": 50, "reproducible": true},
+        "record": {"fields": [], "field_times_s": []}
+    }));
+    let factor = summary.accuracy.as_ref().map(|accuracy| accuracy.mesh_factor);
+    assert!(
+        matches!(summary.results, Shown::Results(_)) && factor > Some(2.0),
+        "{factor:?} {:?}",
+        summary.excess()
     );
 }

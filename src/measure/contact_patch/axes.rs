@@ -107,10 +107,12 @@ pub(super) fn patch_of(pressed: &[Pressed], spacing: f64, shadow: Option<&Shadow
         (around.sides[i] + spacing).min(of_master)
     };
     let axis = |i: usize| (4.0 * eigen.eigenvalues[order[i]].max(0.0).sqrt()).min(side(i));
+    // A rigid master may cover less along the long side than along the short one.
+    let (a, b) = (axis(0), axis(1));
     let across = if spacing > 0.0 { 1.0 + around.sides[1] / spacing } else { 1.0 };
     ContactPatch {
         area,
-        axes: [axis(0), axis(1)],
+        axes: [a.max(b), a.min(b)],
         nodes,
         nodes_across: rounded(across),
         peak_pressure: pressed.iter().map(Pressed::pressure).fold(0.0, f64::max),

@@ -24,9 +24,9 @@ const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters
 /// Gate for the dissipation of contact on a coarse mesh, and its remedy.
 const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";
 const PROJECTION_GATE: &str = "projection_within_limit";
-const COARSE_CONTACT: &str = "Refine both surfaces where they meet: impact activation dissipates the energy of the contact nodes, and fewer, heavier nodes lose more.";
+const COARSE_CONTACT: &str = "Refine the meshes where they meet, to four times the numbers of elements if twice do not suffice: impact activation dissipates the energy of the contact nodes, and fewer, heavier nodes lose more.";
 const SHARP_EDGE: &str = "Round the edges of a rigid body where it meets the tissue, by a tenth of the size of an element or more: a sharper one enters between two nodes, and is lifted out against the stress. \
-    Between two meshes refine both surfaces where they meet.";
+    Or refine the meshes where they meet, to three times the numbers of elements if twice do not suffice.";
 /// Gates for interpenetration of bodies.
 const PENETRATION_GATE: &str = "penetration_within_limit";
 const OVERLAP_GATE: &str = "overlap_within_limit";
@@ -44,6 +44,13 @@ pub struct Gate {
     pub limit: f64,
     /// Whether the value is within its limit.
     pub result: GateResult,
+}
+
+/// The largest value of a failed gate over its limit [-]; `None` if none failed, ∞ for one that is not a number.
+pub(super) fn excess(gates: &[Gate]) -> Option<f64> {
+    let failed =
+        gates.iter().filter(|gate| gate.result == GateResult::Failed).map(|gate| gate.value / gate.limit);
+    failed.map(|excess| if excess.is_nan() { f64::INFINITY } else { excess }).reduce(f64::max)
 }
 
 /// The gates of a run, from its ledger; the scene sets the limit of those of energy. They are the same checks that end

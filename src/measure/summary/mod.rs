@@ -50,7 +50,7 @@ use crate::plan::Plan;
 use crate::step::{Ending, FailureCause, Outcome};
 use erosion::{ErosionOfPart, erosion};
 use from_measures::{Mint, results};
-use gates::{Withholding, gates, withholding};
+use gates::{Withholding, excess, gates, withholding};
 use injury::injury_measures;
 use laws::{law_rates, left_laws};
 use numerics::numerics;
@@ -125,6 +125,11 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// The largest value of a failed check over its limit [-]; `None` if none failed.
+    pub fn excess(&self) -> Option<f64> {
+        excess(&self.gates)
+    }
+
     /// Composes the summary of the measures; `outcome` is `None` while the run is in progress.
     pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
         // Gates decide whether the numbers are shown.
