@@ -48,7 +48,7 @@ pub struct Exceedance {
     pub numerical_at: (f64, f64),
     /// Bit set of the ends of the tissue adjacent to its elements, or at a vertex of its field: see [`StressDepth::ends`].
     pub reached: u32,
-    /// Largest depth at each of them of a vertex whose stress exceeds the threshold, at any field time so far [m]; −∞ without one.
+    /// Largest depth at each of them, as in [`Region::ends`], at any field time so far [m]; −∞ where it was not reached.
     depths_at_ends: [f64; MOST_ENDS],
     /// Exceedance in each part, in the order of [`TissueParts::names`].
     pub layers: Vec<Layer>,
@@ -264,10 +264,11 @@ impl StressDepth {
         self.named(|end| exceedance.reached >> end & 1 == 1)
     }
 
-    /// Those of the ends at which the region is as deep as anywhere: what is beyond may be deeper.
+    /// Those of the ends at which the region is as deep as anywhere, to the extent of the edge on which its depth was read: what is beyond
+    /// may be deeper.
     pub fn ends_of_depth(&self, exceedance: &Exceedance) -> Vec<String> {
-        let Exceedance { depth, depths_at_ends, .. } = exceedance;
-        self.named(|end| *depth > 0.0 && depths_at_ends[end] >= *depth)
+        let Exceedance { depth, edge, depths_at_ends, .. } = exceedance;
+        self.named(|end| *depth > 0.0 && depths_at_ends[end] >= depth - edge)
     }
 
     fn named(&self, is_it: impl Fn(usize) -> bool) -> Vec<String> {

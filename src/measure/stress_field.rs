@@ -85,7 +85,7 @@ pub struct Region {
     pub bounds: [f64; 2],
     /// Least and largest depth in each part; [`Region::NOWHERE`] in parts in which it is not exceeded.
     pub layers: Vec<[f64; 2]>,
-    /// Largest depth of a vertex at each end of the tissue; −∞ where it is not exceeded.
+    /// Largest depth on the edges from vertices at each end of the tissue at which the threshold is exceeded; −∞ where it is not exceeded.
     pub ends: [f64; MOST_ENDS],
 }
 
@@ -253,12 +253,19 @@ impl StressField {
         Region { depth, edge, bounds, layers, ends: self.depths_at_ends(threshold) }
     }
 
-    /// Largest depth at each end of the tissue of a vertex whose stress exceeds a threshold [Pa]; −∞ without one.
+    /// Largest depth at each end of the tissue to which the stress exceeds a threshold [Pa] on edges from a vertex there that is above it:
+    /// the region may be deepest between two nodes of the end. −∞ without such a vertex.
     fn depths_at_ends(&self, threshold: f64) -> [f64; MOST_ENDS] {
         let mut depths = [f64::NEG_INFINITY; MOST_ENDS];
-        for vertex in self.vertices.iter().filter(|vertex| vertex.ends != 0 && vertex.stress > threshold) {
-            let at = depths.iter_mut().enumerate().filter(|(bit, _)| vertex.ends >> bit & 1 == 1);
-            at.for_each(|(_, depth)| *depth = depth.max(vertex.depth));
+        for ends in self.ends_of_edges() {
+            let above_at = |vertex: &Vertex| if vertex.stress > threshold { vertex.ends } else { 0 };
+            let reached = ends.map(above_at).into_iter().fold(0, |all, of| all | of);
+            if reached == 0 {
+                continue;
+            }
+            let Some([_, deepest]) = above(ends.map(|v| (v.depth, v.stress)), threshold) else { continue };
+            let at = depths.iter_mut().enumerate().filter(|(bit, _)| reached >> bit & 1 == 1);
+            at.for_each(|(_, depth)| *depth = depth.max(deepest));
         }
         depths
     }

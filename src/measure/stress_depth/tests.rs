@@ -116,6 +116,24 @@ fn an_end_at_which_the_region_is_shallower_does_not_truncate_its_depth() {
 }
 
 #[test]
+fn an_end_within_one_edge_of_the_depth_truncates_it() {
+    let mut measure = column(4, &[1.0]);
+    measure.ends = vec!["the side".into(), "the bone".into()];
+    let truncated = |measure: &mut StressDepth, edge: f64| {
+        let mut ends = [f64::NEG_INFINITY; MOST_ENDS];
+        (ends[0], ends[1]) = (2.0, 56.0);
+        let region = Region { depth: 56.6, edge, bounds: [56.6; 2], layers: vec![[0.0, 56.6]], ends };
+        measure.exceedances = vec![Exceedance::new(1.0, 1)];
+        measure.exceedances[0].add_region(&region, 1.0);
+        let found = &measure.exceedances[0];
+        assert_eq!(measure.ends_of(found), measure.ends);
+        measure.ends_of_depth(found)
+    };
+    assert_eq!(truncated(&mut measure, 1.0), ["the bone"]);
+    assert!(truncated(&mut measure, 0.5).is_empty());
+}
+
+#[test]
 fn a_region_whose_depth_an_end_cuts_off_has_its_volume_cut_off_there_too() {
     // In the last element the points are at the threshold or below it, and the stress grows towards the bottom.
     let mut measure = column(4, &[1.0]);

@@ -26,6 +26,27 @@ fn filled(mesh: &Mesh, interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressF
     below((mesh, &faces_within(&boundary(&mesh.cells), &mesh.node_sets["z_max"])), interface, stress)
 }
 
+/// Two nodes of an end at the depths 56 and 57 m, of which the first is above the threshold of 1 Pa, and a node above each.
+#[test]
+fn a_region_that_is_deepest_between_two_nodes_of_an_end_is_at_that_end() {
+    let vertex = |depth, stress, ends| Vertex { stress, ..Vertex::new(0, depth, ends) };
+    let region_of = |first_ends: u32| {
+        let vertices = vec![
+            vertex(56.0, 2.0, first_ends),
+            vertex(57.0, 0.0, first_ends),
+            vertex(50.0, 3.0, 0),
+            vertex(51.0, 0.0, 0),
+        ];
+        let edges = vec![[0, 1], [0, 2], [1, 3], [2, 3]];
+        let field = StressField { vertices, middles: Vec::new(), elements: Vec::new(), edges, part_count: 1 };
+        field.region(1.0)
+    };
+    let region = region_of(0b10);
+    assert_eq!((region.depth, region.ends[1], region.edge), (56.5, 56.5, 1.0));
+    assert_eq!(region.ends[0], f64::NEG_INFINITY);
+    assert!(region_of(0).ends.iter().all(|depth| *depth == f64::NEG_INFINITY));
+}
+
 /// The field of a mesh below some of its faces.
 fn below((mesh, skin): (&Mesh, &[[u32; 4]]), interface: f64, stress: impl Fn(&Vec3) -> f64) -> StressField {
     let skin = DepthField::new(skin, &mesh.nodes).unwrap();
