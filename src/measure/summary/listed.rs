@@ -6,6 +6,8 @@ use super::results::{Exceeded, Impact, Results};
 
 /// Fewest nodes along the short axis of a contact patch that resolve it.
 pub(super) const NODES_ACROSS: u32 = 5;
+/// The same in words, for a patch that has fewer.
+pub(super) const FEW_NODES: &str = "fewer than five nodes across it";
 
 /// A number with the limits of its resolution.
 pub(super) struct Listed<'a> {

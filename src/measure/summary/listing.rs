@@ -1,16 +1,22 @@
 //! The listing: every number of the results, in one order, that the text, the report and FHIR observations show.
 
+use super::listed::FEW_NODES;
 use super::lower_bounds::GREATEST_DEPTH;
 use super::of_interest::QuantityOfInterest as Of;
 use super::quantity::Quantity;
 use super::results::{Exceeded, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
-use super::written::{bare, error_of, marked, number, seconds, shown_in, volume, with_unit, within};
+use super::written::{bare, error_of, marked, number, seconds, short, shown_in, volume, with_unit, within};
 
 /// Fraction of the absorbed energy above which work not done through contact gets a row of its own [-].
 const NOTABLE_WORK: f64 = 1e-3;
 
 /// What the absorbed energy is beside the energy given, which is the one of the headline.
 const ABOUT_ABSORBED: &str = "the energy given without what the mesh loses where nodes first touch, which a finer mesh passes on to the tissue";
+
+/// Why a number is not resolved whose error is smaller: a largest value at a point.
+const AT_A_POINT: &str = "largest at a point, which meshes do not resolve";
+/// The same of a value exceeded in a volume.
+const IN_FEW_POINTS: &str = "exceeded in a volume of few points, which meshes do not resolve";
 
 /// Strain below which tissue is hardly deformed [-].
 const HARDLY: f64 = 0.01;
@@ -40,6 +46,8 @@ pub struct Row<'a> {
     pub code: Option<String>,
     /// Remark that limits or explains the number.
     pub note: String,
+    /// Why the number is not resolved where its error is smaller.
+    doubt: &'static str,
     entry: Entry<'a>,
 }
 
@@ -59,7 +67,7 @@ impl<'a> Row<'a> {
         Self::new(title.into(), Entry::Words(words.into()))
     }
     fn new(title: String, entry: Entry<'a>) -> Self {
-        Self { title, is_part: false, of: None, code: None, note: String::new(), entry }
+        Self { title, is_part: false, of: None, code: None, note: String::new(), doubt: "", entry }
     }
     /// A quantity of interest, with what it is exactly.
     fn of_interest(of: Of, exactly: &str, quantity: &'a Quantity, code: &str) -> Self {
@@ -72,11 +80,13 @@ impl<'a> Row<'a> {
         Self::number(title, quantity, unit).note(format!("at {}", seconds(time_s))).growing()
     }
     fn exceeded(title: impl Into<String>, exceeded: &'a Exceeded, unit: &'static str) -> Self {
-        Self::at(title, &exceeded.quantity, exceeded.time_s, unit)
+        Self::at(title, &exceeded.quantity, exceeded.time_s, unit).unresolved_since(IN_FEW_POINTS)
     }
     fn peak(title: &str, located: Option<&'a Located>, unit: &'static str) -> Self {
         match located {
-            Some(located) => Self::at(title, &located.quantity, located.time_s, unit),
+            Some(located) => {
+                Self::at(title, &located.quantity, located.time_s, unit).unresolved_since(AT_A_POINT)
+            }
             None => {
                 Self::words(title, "-").note("not evaluated after the start, or beyond the limit of a law")
             }
@@ -88,6 +98,9 @@ impl<'a> Row<'a> {
     }
     pub(super) fn note(self, note: impl Into<String>) -> Self {
         Self { note: note.into(), ..self }
+    }
+    fn unresolved_since(self, doubt: &'static str) -> Self {
+        Self { doubt, ..self }
     }
     fn code(self, code: impl Into<String>) -> Self {
         Self { code: Some(code.into()), ..self }
@@ -115,11 +128,20 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The note, and the error with its contributions.
+    /// Why the number is not resolved though it exceeds its error; `None` where it is resolved, or does not exceed its error.
+    pub fn doubt(&self) -> Option<&'static str> {
+        let exceeds_error = |quantity: &Quantity| quantity.error.half_width() < Some(quantity.value.abs());
+        let (quantity, _) = self.quantity()?;
+        let is_doubtful = quantity.error.is_unresolved() && exceeds_error(quantity);
+        Some(self.doubt).filter(|doubt| is_doubtful && !doubt.is_empty())
+    }
+
+    /// The note, the error with its contributions, and why the number is not resolved where the error does not show it.
     pub fn remark(&self) -> String {
         let error = self.quantity().map(|(quantity, unit)| error_of(quantity, unit));
         let note = Some(self.note.clone()).filter(|note| !note.is_empty());
-        note.into_iter().chain(error).collect::<Vec<_>>().join(", ")
+        let doubt = self.doubt().map(str::to_owned);
+        note.into_iter().chain(error).chain(doubt).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -157,10 +179,13 @@ fn contact(impact: &Impact, is_headline: bool) -> Vec<Row<'_>> {
         let axes = [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(bare);
         let nodes = format!("{} nodes across", impact.nodes_across_patch[0]);
         let (mean, largest) = (&impact.patch_area_mm2, &impact.largest_patch_area_mm2);
-        rows.push(Row::of_interest(Of::PatchAreaMm2, "mean area", mean, "contact-patch-area-at-peak-force"));
+        let at_peak =
+            Row::of_interest(Of::PatchAreaMm2, "mean area", mean, "contact-patch-area-at-peak-force");
+        rows.push(at_peak.unresolved_since(FEW_NODES));
         let spread = format!("{} mm", marked(&axes.join(" × "), !mean.error.is_unresolved(), false));
         rows.push(Row::words("spread over", spread).note(nodes).part());
-        rows.push(Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area"));
+        let largest = Row::of_interest(Of::LargestPatchAreaMm2, "area", largest, "contact-patch-area");
+        rows.push(largest.unresolved_since(FEW_NODES));
     }
     if !is_headline {
         for row in &mut rows {
@@ -221,7 +246,7 @@ fn split<'a>(split: &'a Split, absorbed: &Quantity) -> impl Iterator<Item = Row<
 
 /// Depth and volume above a threshold of stress, and the layers of that volume.
 fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<Item = Row<'a>> + use<'a> {
-    let threshold = format!("{} kPa", number(1e-3 * stress.threshold_pa));
+    let threshold = format!("{} kPa", short(1e-3 * stress.threshold_pa));
     let with_ends = |row: Row<'a>, ends: &[String]| match ends {
         [] => row.growing(),
         ends => row.note(format!("it reaches {}, where the model ends", ends.join(", "))),
@@ -252,7 +277,8 @@ fn of_layer(layer: &StressedLayer, stress: &SignificantStress) -> Row<'static> {
     let is_resolved = error.is_resolved() && error.half_width() < Some(layer.volume_mm3);
     let volume = marked(&volume, is_resolved, *is_lower_bound);
     let between = layer.depth_mm.map(|[from, to]| format!("{from:.1} to {to:.1} mm below the surface"));
-    Row::words(format!("in {}", layer.part), format!("{volume}{unit}"))
+    // Each layer has its largest volume at its own time: they need not add up to that of the whole.
+    Row::words(format!("largest in {}, at any time", layer.part), format!("{volume}{unit}"))
         .note(between.unwrap_or_default())
         .part()
 }
@@ -364,5 +390,21 @@ mod tests {
         let unresolved = quantity(1.0, 3.0).no_less_than(0.0);
         assert!(Row::number("kinetic", &unresolved, "J").remark().starts_with("up to 4.0 J"));
         assert_eq!(loaded[3][..2], ["- work of loads and position projection", "0.3000 J"]);
+    }
+
+    #[test]
+    fn a_number_that_exceeds_its_error_and_is_not_resolved_says_why() {
+        let said = |error: f64, is_resolved: bool| {
+            let patch = Quantity::with_mesh_error(1e6, error, is_resolved);
+            let row = Row::number("patch", &patch, "mm²").unresolved_since(FEW_NODES);
+            (row.doubt(), row.remark().ends_with("NOT RESOLVED, fewer than five nodes across it"))
+        };
+        assert_eq!(said(100.0, false), (Some(FEW_NODES), true));
+        assert_eq!(said(100.0, true), (None, false));
+        // Here the error shows it.
+        assert_eq!(said(2e6, false), (None, false));
+        let peak = Quantity::with_mesh_error(1.345, 0.067, false);
+        let peak = Located { quantity: peak, position_m: [0.0; 3], time_s: 1e-3 };
+        assert_eq!(Row::peak("peak", Some(&peak), "-").doubt(), Some(AT_A_POINT));
     }
 }

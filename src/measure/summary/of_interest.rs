@@ -2,7 +2,7 @@
 
 use super::quantity::Quantity;
 use super::results::Results;
-use super::written::number;
+use super::written::short;
 use crate::scene::document::RequestedNumber;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -114,7 +114,7 @@ impl QuantityOfInterest {
             let title = quantity.short_title();
             let title = match (quantity, threshold) {
                 (Self::StressDepthMm, Some(threshold)) => {
-                    format!("{title} above {} kPa", number(1e-3 * threshold))
+                    format!("{title} above {} kPa", short(1e-3 * threshold))
                 }
                 _ => title.to_owned(),
             };

@@ -1,7 +1,7 @@
 //! Numbers of the summary.
 
 use super::quantity::Quantity;
-use super::written::number;
+use super::written::short;
 use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
 use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
@@ -280,7 +280,8 @@ pub struct StressedLayer {
     /// if no surface is given or found to measure it from, and if only single points exceed the threshold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<[f64; 2]>,
-    /// Largest reference volume of the part above the threshold at any field time [mm³].
+    /// Largest reference volume of the part above the threshold at any field time, which need not be that at which all parts together have
+    /// most of it: they add up to more [mm³].
     pub volume_mm3: f64,
 }
 
@@ -296,11 +297,11 @@ pub enum DoseMeasure {
 }
 
 impl DoseMeasure {
-    /// "energy density above 5.000 kJ/m³", for a threshold in the unit of the measure.
+    /// "energy density above 5 kJ/m³", for a threshold in the unit of the measure.
     pub(super) fn above(self, threshold: f64) -> String {
         match self {
-            Self::StrainEnergyDensity => format!("energy density above {} kJ/m³", number(1e-3 * threshold)),
-            Self::PrincipalStrain => format!("principal strain above {}", number(threshold)),
+            Self::StrainEnergyDensity => format!("energy density above {} kJ/m³", short(1e-3 * threshold)),
+            Self::PrincipalStrain => format!("principal strain above {}", short(threshold)),
         }
     }
 }

@@ -106,19 +106,21 @@ pub(super) fn doubtful_numbers(all: &mut Warnings, results: &Results) {
     let titles = |is_meant: fn(&ErrorEstimate) -> bool| {
         let is_meant =
             |of: &QuantityOfInterest| of.number(results).is_some_and(|number| is_meant(&number.error));
-        let found: Vec<&str> = QuantityOfInterest::HEADLINE
-            .into_iter()
-            .filter(is_meant)
-            .map(QuantityOfInterest::title)
-            .collect();
-        Some(found).filter(|titles| !titles.is_empty()).map(|titles| in_a_row(&titles))
+        let headline = QuantityOfInterest::HEADLINE.into_iter().filter(is_meant);
+        headline.map(QuantityOfInterest::title).collect::<Vec<&str>>()
     };
-    let coarse = titles(ErrorEstimate::is_unresolved).map(|titles| {
-        format!("The mesh is too coarse for the main numbers {titles}: an order of magnitude, no more.")
-    });
+    let coarse = match &titles(ErrorEstimate::is_unresolved)[..] {
+        [] => None,
+        [one] => Some(format!("one of the main numbers, the {one}")),
+        several => Some(format!("some of the main numbers ({})", in_a_row(several))),
+    };
+    let coarse =
+        coarse.map(|titles| format!("The mesh is too coarse for {titles}: an order of magnitude, no more."));
     all.add(Gravity::NotResolved, coarse);
-    let unknown = titles(|error| *error == ErrorEstimate::NotEstimated)
-        .map(|titles| format!("The numerical error of the main numbers was not estimated: {titles}."));
+    let unknown = titles(|error| *error == ErrorEstimate::NotEstimated);
+    let unknown = (!unknown.is_empty()).then(|| {
+        format!("The numerical error of the main numbers was not estimated: {}.", in_a_row(&unknown))
+    });
     all.add(Gravity::NotResolved, unknown);
 }
 
@@ -380,13 +382,16 @@ mod tests {
         assert_eq!(
             said(&mut results, [&coarse, &coarse, &good]),
             [
-                "The mesh is too coarse for the main numbers peak force, largest contact patch and energy given to the tissue: \
-              an order of magnitude, no more."
+                "The mesh is too coarse for some of the main numbers (peak force, largest contact patch and energy given to the \
+              tissue): an order of magnitude, no more."
             ]
         );
         let unknown = ErrorEstimate::NotEstimated;
         let both = said(&mut results, [&good, &unknown, &coarse]);
-        assert!(both.len() == 2 && both[0].contains("numbers depth of stress:"), "{both:?}");
+        assert!(
+            both.len() == 2 && both[0].contains("for one of the main numbers, the depth of stress:"),
+            "{both:?}"
+        );
         assert!(both[1].ends_with("was not estimated: largest contact patch."), "{both:?}");
     }
 

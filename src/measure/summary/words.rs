@@ -1,9 +1,10 @@
 //! The summary in plain words, sentence by sentence.
 
+use super::listed::FEW_NODES;
 use super::lower_bounds::GREATEST_DEPTH;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, Tissue};
-use super::written::{interval, number, seconds, shown_in, within};
+use super::written::{interval, seconds, short, shown_in, within};
 use crate::step::{Ending, Failure};
 
 /// A few sentences on the numbers of a run that has reached a time [s], for readers without a technical background: the contact of the
@@ -88,6 +89,11 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
 /// "123 N (± 4)", or "0.25 (± 0.01)" of a pure number, whose unit is "-"; a value that does not exceed its error is marked
 /// as uncertain.
 fn value(quantity: &Quantity, unit: &str) -> String {
+    value_or(quantity, unit, "these meshes do not show whether it converges")
+}
+
+/// The same; `doubt` says why a value that exceeds its error may not be resolved.
+fn value_or(quantity: &Quantity, unit: &str, doubt: &str) -> String {
     let (scale, unit) = shown_in(quantity.value, unit);
     let digits = within(scale * quantity.value, quantity.error.half_width().map(|error| scale * error));
     let bound = if quantity.is_lower_bound && digits != "0" { "at least " } else { "" };
@@ -99,20 +105,15 @@ fn value(quantity: &Quantity, unit: &str) -> String {
         }
         ErrorEstimate::Estimated(error) => {
             let is_small = error.total < quantity.value.abs();
-            let doubt = if is_small {
-                "these meshes do not show whether it converges"
-            } else {
-                "its numerical error exceeds the value"
-            };
+            let doubt = if is_small { doubt } else { "its numerical error exceeds the value" };
             format!("{bound}about {digits}{unit} ({doubt})")
         }
     }
 }
 
-/// A largest value over time, in words; one that is a lower bound has no end.
-fn largest(quantity: &Quantity, unit: &str) -> String {
-    let bound = if quantity.is_lower_bound { "" } else { "up to " };
-    format!("{bound}{}", value(quantity, unit))
+/// "up to " before a largest value over time; one that is a lower bound has no end.
+fn up_to(quantity: &Quantity) -> &'static str {
+    if quantity.is_lower_bound { "" } else { "up to " }
 }
 
 /// Sentence on the contact of the headline.
@@ -121,7 +122,8 @@ fn contact(results: &Results) -> Option<String> {
     let area = if impact.touches_in_points {
         String::new()
     } else {
-        format!(", and on {}", largest(&impact.largest_patch_area_mm2, "mm²"))
+        let area = &impact.largest_patch_area_mm2;
+        format!(", and on {}{}", up_to(area), value_or(area, "mm²", FEW_NODES))
     };
     let is_other = |other: &&Impact| other.contact_span_s.is_some() && !std::ptr::eq(*other, impact);
     let others = match results.impacts.iter().filter(is_other).count() {
@@ -129,10 +131,11 @@ fn contact(results: &Results) -> Option<String> {
         1 => " There was one other contact.".into(),
         count => format!(" There were {count} other contacts."),
     };
-    let [a, b] = &impact.between;
+    let ([a, b], force) = (&impact.between, &impact.peak_force_n);
     Some(format!(
-        "{a} and {b} pressed against each other with {}, {} after the start{area}.{others}",
-        largest(&impact.peak_force_n, "N"),
+        "{a} and {b} pressed against each other with {}{}, {} after the start{area}.{others}",
+        up_to(force),
+        value(force, "N"),
         seconds(impact.peak_force_time_s.value),
     ))
 }
@@ -145,7 +148,7 @@ fn in_tissue(stress: Option<&SignificantStress>, tissue: &Tissue, has_finished: 
             format!("Stresses were not evaluated after {until}: nothing is known about them later.")
         });
     };
-    let threshold = number(1e-3 * stress.threshold_pa);
+    let threshold = short(1e-3 * stress.threshold_pa);
     let so_far =
         if has_finished { String::new() } else { format!(" up to {until}, when it was last evaluated") };
     let parts: Vec<&str> = stress.layers.iter().map(|layer| &layer.part[..]).collect();
@@ -177,10 +180,9 @@ fn energy(tissue: &Tissue) -> String {
         .as_ref()
         .map_or_else(String::new, |loss| format!(", of {} that the projectile lost", value(loss, "J")));
     let frame = if tissue.has_moving_frame() { ", in the frame of the tissue at first contact" } else { "" };
-    // Of the end itself it is no bound.
-    let at_end = Quantity { is_lower_bound: false, ..tissue.energy_given_j.clone() };
+    let given = value(&tissue.energy_given_j, "J");
     let still = if tissue.energy_given_j.is_lower_bound { "; it was still growing" } else { "" };
-    format!("When the run ended the tissue had been given {}{of_loss}{frame}{still}.", value(&at_end, "J"))
+    format!("When the run ended the tissue had been given {given}{of_loss}{frame}{still}.")
 }
 
 #[cfg(test)]
@@ -248,8 +250,8 @@ mod tests {
             force.contains("ball and block") && force.contains(" 1000 N (its numerical error"),
             "{force}"
         );
-        assert!(stress.contains("10.00 kPa") && stress.contains(" deep, in a volume of "), "{stress}");
-        assert!(energy.contains(" J") && *last == worst, "{words:?}");
+        assert!(stress.contains("10 kPa") && stress.contains(" deep, in a volume of "), "{stress}");
+        assert!(energy.contains("had been given ") && energy.contains(" J") && *last == worst, "{words:?}");
     }
 
     #[test]
@@ -257,6 +259,8 @@ mod tests {
         let said = |total: f64| value(&Quantity::with_mesh_error(0.2444, total, false), "-");
         assert_eq!(said(0.02), "about 0.244 (these meshes do not show whether it converges)");
         assert_eq!(said(0.3), "about 0.24 (its numerical error exceeds the value)");
+        let of_patch = value_or(&Quantity::with_mesh_error(1e6, 100.0, false), "mm²", FEW_NODES);
+        assert_eq!(of_patch, "about 1000000 mm² (fewer than five nodes across it)");
         let certain = Quantity::with_mesh_error(0.2444, 0.02, true);
         let bound = Quantity { is_lower_bound: true, ..certain.clone() };
         assert_eq!(value(&bound, "mm"), "at least 0.244 mm (± 0.020)");
@@ -266,6 +270,22 @@ mod tests {
         let bound = Quantity { is_lower_bound: true, ..cut.clone() };
         assert_eq!(value(&bound, "mm"), "at least 0.244 mm (± 0.020)");
         assert_eq!(value(&cut, "mm"), "0.244 mm (between 0.224 and 0.250)");
+    }
+
+    #[test]
+    fn an_energy_given_that_still_grows_is_at_least_what_it_is() {
+        let given = Quantity::with_mesh_error(3.9, 0.2, true);
+        let of = |is_lower_bound: bool| {
+            energy(&Tissue {
+                energy_given_j: Quantity { is_lower_bound, ..given.clone() },
+                ..tissue(1e-3, &[])
+            })
+        };
+        assert_eq!(of(false), "When the run ended the tissue had been given 3.90 J (± 0.20).");
+        assert_eq!(
+            of(true),
+            "When the run ended the tissue had been given at least 3.90 J (± 0.20); it was still growing."
+        );
     }
 
     #[test]
@@ -303,7 +323,7 @@ mod tests {
             let tissue = tissue(until, stresses);
             in_tissue(tissue.significant_stress.first(), &tissue, has_finished).unwrap_or_default()
         };
-        assert_eq!(said(1e-4, &[1e4], true), "No tissue saw more than 10.00 kPa (von Mises stress).");
+        assert_eq!(said(1e-4, &[1e4], true), "No tissue saw more than 10 kPa (von Mises stress).");
         assert!(said(0.0, &[], false).contains("nothing is known"));
         assert!(said(5e-5, &[1e4], false).contains("up to 50.00 µs, when it was last evaluated"));
     }

@@ -266,8 +266,9 @@ fn problem(document: &SceneDocument, sides: Sides, count: usize, deepest: (f64, 
     };
     let name = &document.bodies[body].name;
     let (depth, place) = deepest;
+    let points = if count == 1 { "point" } else { "points" };
     let message = format!(
-        "{name} and {other} overlap at the start: {count} point(s), the deepest by {depth:.4e} m at \
+        "{name} and {other} overlap at the start: {count} {points}, the deepest by {depth:.4e} m at \
          ({:.6}, {:.6}, {:.6}) m",
         place.x, place.y, place.z
     );
