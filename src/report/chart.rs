@@ -15,6 +15,15 @@ pub(super) type Chart<'a, 'b> = ChartContext<
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
 >;
 
+/// Height of a row of the legend, and of the rest of it, over that of a chart.
+const LEGEND: [f64; 2] = [0.072, 0.1];
+
+/// The upper end of an axis from `low` whose values reach `high`, with room above them for a legend of so many rows.
+pub(super) fn with_room([low, high]: [f64; 2], rows: usize) -> f64 {
+    let [row, rest] = LEGEND;
+    low + (high - low) / (1.0 - (row * rows as f64 + rest).min(0.6))
+}
+
 /// The names of what is drawn, in the upper right corner.
 pub(super) fn legend<'a, 'b: 'a>(chart: &mut Chart<'a, 'b>) -> Drawn {
     chart

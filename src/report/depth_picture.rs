@@ -1,6 +1,6 @@
 //! The chart of depths: how deep each part is stressed above each threshold.
 
-use super::chart::{Chart, Drawn, FONT, legend};
+use super::chart::{Chart, Drawn, FONT, legend, with_room};
 use crate::measure::summary::SignificantStress;
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
@@ -24,12 +24,15 @@ pub(super) fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[S
     let ends = bars.iter().map(|bar| bar.range[1]).chain(errors.iter().map(|(_, [_, high])| *high));
     let deepest = ends.fold(0.0, f64::max).max(1e-3);
     let (parts, rows) = (parts(&bars), stresses.len() as f64);
+    let end_of_tissue = stresses.iter().find_map(end_of_tissue).filter(|end| *end < 1.05 * deepest);
+    let names_in_legend =
+        parts.len() + usize::from(!errors.is_empty()) + usize::from(end_of_tissue.is_some());
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(area)
         .margin(12)
         .x_label_area_size(50)
         .y_label_area_size(92)
-        .build_cartesian_2d(0.0..1.05 * deepest, -0.5 * (parts.len() as f64 * 0.22)..rows)?;
+        .build_cartesian_2d(0.0..1.05 * deepest, 0.0..with_room([0.0, rows], names_in_legend))?;
     chart
         .configure_mesh()
         .x_desc("depth below the surface [mm]")
@@ -53,11 +56,18 @@ pub(super) fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[S
             Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(STRENGTH[0]).filled())
         });
     }
-    for (row, ends) in errors {
-        let points = ends.map(|depth| (depth.max(0.0), row as f64 + 0.5));
-        chart.draw_series(std::iter::once(PathElement::new(points, BLACK.stroke_width(2))))?;
+    // The errors, with one name for all.
+    if !errors.is_empty() {
+        let style = BLACK.stroke_width(2);
+        let error = |(row, ends): (usize, [f64; 2])| {
+            PathElement::new(ends.map(|depth| (depth.max(0.0), row as f64 + 0.5)), style)
+        };
+        chart
+            .draw_series(errors.into_iter().map(error))?
+            .label("numerical error of the depth")
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
     }
-    if let Some(end) = stresses.iter().find_map(end_of_tissue).filter(|end| *end < 1.05 * deepest) {
+    if let Some(end) = end_of_tissue {
         let line = PathElement::new([(end, 0.0), (end, rows)], BLACK.stroke_width(1));
         let symbol =
             |(x, y): (i32, i32)| PathElement::new([(x + 9, y - 6), (x + 9, y + 6)], BLACK.stroke_width(1));
@@ -155,9 +165,13 @@ mod tests {
         let (end, errors, svg) = drawn(&depth);
         assert!(end <= 25.0 && errors == [[21.0, 25.0]], "{end}, {errors:?}");
         assert!(svg.contains("end of the tissue") && !svg.contains("not resolved"), "{svg}");
+        assert!(svg.contains("numerical error of the depth"), "{svg}");
         let mut unresolved = super::super::tests::quantity_of(24.0, 30.0, false);
         unresolved["possible"] = json!([0.0, 25.0]);
         let (_, errors, svg) = drawn(&unresolved);
-        assert!(errors.is_empty() && svg.contains("not resolved"), "{svg}");
+        assert!(
+            errors.is_empty() && svg.contains("not resolved") && !svg.contains("numerical error"),
+            "{svg}"
+        );
     }
 }

@@ -6,8 +6,8 @@ use super::omissions::omissions;
 use super::pictures::pictures;
 use super::section_picture::section_picture;
 use super::simulated::simulated;
-use super::text::{capitalised, escaped};
-use crate::measure::summary::{Group, InjuryMeasure, Row, listing, numerics_group, seconds};
+use super::text::{capitalised, escaped, with_powers};
+use crate::measure::summary::{Group, InjuryMeasure, Row, listing, numerics_group, rounded, seconds, short};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -39,8 +39,9 @@ pub fn page(run: &RecordedRun, origin: &Origin<'_>) -> Result<String, String> {
         section(&mut body, run);
         cards(&mut body, &listing, run.withheld().is_some());
     }
-    let (words, mut warnings) = (strings(&summary["plain_words"]), strings(&summary["warnings"]));
-    warnings.retain(|warning| !words.contains(warning));
+    // The gravest warning is among the plain words; here it stands first in the list of all.
+    let (mut words, warnings) = (strings(&summary["plain_words"]), strings(&summary["warnings"]));
+    words.retain(|sentence| !warnings.contains(sentence));
     list(&mut body, "In plain words", &words);
     list(&mut body, "To read before the numbers are used", &warnings);
     over_time(&mut body, run)?;
@@ -186,7 +187,7 @@ fn group_table(out: &mut String, group: &Group) {
     let row = |row: &Row| {
         let title = escaped(&row.title);
         let title = if row.is_part { format!("<span class=\"part\">{title}</span>") } else { title };
-        vec![title, escaped(&row.value()), escaped(&row.remark())]
+        vec![title, escaped(&with_powers(&row.value())), escaped(&with_powers(&row.remark()))]
     };
     let mut rows: Vec<Vec<String>> = group.rows.iter().map(row).collect();
     let mut head = vec!["quantity", "value", "numerical error and remarks"];
@@ -219,10 +220,11 @@ fn quality_table(out: &mut String, run: &RecordedRun) {
     let summary = &run.summary;
     let gate = |gate: &Value| {
         let value = |name: &str| gate[name].as_f64().unwrap_or(f64::NAN);
+        let written = |text: String| escaped(&with_powers(&text));
         vec![
             escaped(gate["meaning"].as_str().unwrap_or_default()),
-            format!("{:.1e}", value("value")),
-            format!("{:.0e}", value("limit")),
+            written(rounded(value("value"))),
+            written(short(value("limit"))),
             escaped(gate["result"].as_str().unwrap_or_default()),
         ]
     };
@@ -292,14 +294,28 @@ mod tests {
             known.contains("<dd>anna &amp; co</dd>") && known.contains("<dd>2026-11-28 15:30:12 UTC</dd>")
         );
         for row in listing(run.results().unwrap()).iter().flat_map(|group| &group.rows) {
-            assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
+            let value = escaped(&with_powers(&row.value()));
+            assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&value));
         }
+        // Small numbers are written as powers of ten, and a zero as such.
+        run.summary["gates"] = json!([{"meaning": "energy", "value": 1e-9, "limit": 0.01, "result": "passed"},
+            {"meaning": "overlap", "value": 0.0, "limit": 1e-6, "result": "passed"}]);
+        let checks = page(&run, &unknown).unwrap();
+        assert!(checks.contains("energy</td><td>1.0 × 10⁻⁹</td><td>0.01</td>"), "{checks}");
+        assert!(checks.contains("overlap</td><td>0</td><td>10⁻⁶</td>"), "{checks}");
         assert!(numbers.contains("(1000) N") && numbers.contains("NOT RESOLVED"), "{numbers}");
-        // The worst warning is among the plain words, and nowhere else.
-        let worst = run.summary["warnings"][0].as_str().unwrap().to_owned();
+        // The list of warnings is whole and in their order, and repeats none of the plain words.
         let mut with_worst = run.clone();
-        with_worst.summary["plain_words"] = json!(["A sentence.", worst]);
-        assert_eq!(page(&with_worst, &unknown).unwrap().matches(&escaped(&worst)).count(), 1);
+        with_worst.summary["warnings"] = json!(["Not over.", "Too coarse.", "Untested."]);
+        with_worst.summary["plain_words"] = json!(["A sentence.", "Not over."]);
+        let listed = page(&with_worst, &unknown).unwrap();
+        assert!(
+            listed.contains(
+                "are used</h2><ul>\n<li>Not over.</li>\n<li>Too coarse.</li>\n<li>Untested.</li>\n</ul>"
+            ),
+            "{listed}"
+        );
+        assert!(listed.matches("Not over.").count() == 1 && listed.contains("<li>A sentence.</li>\n</ul>"));
         // What a criterion says is written once.
         let criteria = numbers.split_once("Injury criteria").unwrap().1.split_once("</table>").unwrap().0;
         let values: Vec<String> =
@@ -311,7 +327,8 @@ mod tests {
         let of_computation = numerics_group(run.numerics.as_ref().unwrap(), &run.relaxation);
         assert!(of_computation.rows.len() > 4 && numbers.contains("smallest Jacobian J</td><td>0.7353"));
         for row in &of_computation.rows {
-            assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&escaped(&row.value())));
+            let value = escaped(&with_powers(&row.value()));
+            assert!(numbers.contains(&escaped(&row.title)) && numbers.contains(&value));
         }
         let element = json!({"body": "gel", "part": "block", "element": 255});
         run.summary["failure"] = json!({"cause": "element_inverted", "message": "J < 0.", "remedy": "Refine.", "element": element});

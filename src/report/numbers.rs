@@ -17,7 +17,8 @@ pub(super) fn cards(out: &mut String, listing: &[Group], is_withheld: bool) {
         let is_plain = quantity.is_some_and(|(_, quantity)| quantity.error.is_resolved());
         let class = if is_plain { "" } else { " doubtful" };
         let value = quantity.map_or_else(|| "–".into(), |(row, _)| escaped(&row.value()));
-        let words = quantity.map_or_else(|| none.into(), |(_, quantity)| in_words(quantity, unit));
+        let words =
+            quantity.map_or_else(|| none.into(), |(row, quantity)| in_words(quantity, unit, row.doubt()));
         let _ = writeln!(
             out,
             "<div class=\"card{class}\"><h2>{title}</h2><p class=\"value\">{value}</p><p class=\"error\">{words}</p></div>"
@@ -26,8 +27,8 @@ pub(super) fn cards(out: &mut String, listing: &[Group], is_withheld: bool) {
     out.push_str("</section>\n");
 }
 
-/// The uncertainty of a number in a sentence.
-fn in_words(quantity: &Quantity, unit: &str) -> String {
+/// The uncertainty of a number in a sentence; `doubt` says why a number that exceeds its error is not resolved.
+fn in_words(quantity: &Quantity, unit: &str, doubt: Option<&str>) -> String {
     let value = quantity.value;
     let Some(error) = quantity.error.half_width() else {
         return "Its numerical error was not estimated: an indication, not a result.".into();
@@ -35,8 +36,9 @@ fn in_words(quantity: &Quantity, unit: &str) -> String {
     let end = |value| within(value, Some(error));
     let words = interval(quantity, 1.0).unwrap_or_default();
     if !quantity.error.is_resolved() {
+        let doubt = doubt.map_or_else(String::new, |doubt| format!(" ({doubt})"));
         return format!(
-            "{} {unit}: the mesh does not resolve it, no more than an order of magnitude.",
+            "{} {unit}: the mesh does not resolve it{doubt}, no more than an order of magnitude.",
             capitalised(&words)
         );
     }
@@ -86,6 +88,11 @@ mod tests {
         patch["possible"] = json!([0.0, null]);
         let page_of_patch = page_of(&quantity_of(2730.0, 5300.0, false), &patch);
         assert!(page_of_patch.contains("Up to 980 mm²: the mesh does not resolve it"), "{page_of_patch}");
+        let few = page_of(&quantity_of(2730.0, 5300.0, false), &quantity_of(1e6, 100.0, false));
+        assert!(
+            few.contains("± 100 mm²: the mesh does not resolve it (fewer than five nodes across it)"),
+            "{few}"
+        );
         // A lower bound has no upper end, whatever is possible.
         let mut bound = quantity_of(482.0, 12.0, true);
         (bound["possible"], bound["is_lower_bound"]) = (json!([0.0, 490.0]), true.into());

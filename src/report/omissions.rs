@@ -1,6 +1,7 @@
 //! What the model of a run omits, in sentences for a reader of its report.
 
 use super::RecordedRun;
+use super::parameters::title_of_law;
 use crate::measure::summary::number;
 use crate::mechanics::material::BULK_MODULUS_OF_WATER;
 use crate::scene::part_document::PartDocument;
@@ -60,7 +61,7 @@ fn described(part: &Value) -> Option<String> {
         return Some(name.to_owned());
     }
     let material = &part["material"];
-    let law = material["law"].as_str().map(|law| law.replace('_', " "));
+    let law = material["law"].as_str().map(title_of_law);
     material["library"].as_str().map(str::to_owned).or(law)
 }
 
@@ -77,7 +78,7 @@ mod tests {
     #[test]
     fn parts_that_the_scene_does_not_name_are_those_of_their_material() {
         let said = |material: Value| omissions(&run(&json!({"part": "*", "material": material}))).remove(0);
-        assert!(said(json!({"law": "neo_hookean", "c10_pa": 3e4})).contains("each (neo hookean):"));
+        assert!(said(json!({"law": "neo_hookean", "c10_pa": 3e4})).contains("each (neo-Hookean):"));
         assert!(said(json!({"library": "gel/ballistic_10"})).contains("each (gel/ballistic_10):"));
         assert!(!said(json!({})).contains('*'));
     }

@@ -28,11 +28,40 @@ fn take(name: &str, value: &Value, all: &mut Vec<String>) {
         Value::Array(items) if items.iter().all(Value::is_number) => all.extend(with_unit(name, items)),
         Value::Array(items) => items.iter().for_each(|item| take(name, item, all)),
         Value::Number(_) => all.extend(with_unit(name, std::slice::from_ref(value))),
-        Value::String(form) if name == "volumetric" => {
-            all.push(format!("volumetric energy {}", form.replace('_', " ")));
-        }
+        Value::String(form) if name == "volumetric" => all.push(volumetric(form)),
         _ => {}
     }
+}
+
+/// The energy U(J) of the change of volume, as in `docs/materials.md`.
+fn volumetric(form: &str) -> String {
+    match form {
+        "ln_squared" => "U = K/2 (ln J)²".into(),
+        "quadratic" => "U = K/2 (J − 1)²".into(),
+        "quadratic_ln" => "U = K/4 (J² − 1 − 2 ln J)".into(),
+        other => format!("volumetric energy {}", other.replace('_', " ")),
+    }
+}
+
+/// The title of a law; of one without a title the name in documents, in words.
+pub(super) fn title_of_law(law: &str) -> String {
+    let title = match law {
+        "neo_hookean" => "neo-Hookean",
+        "coupled_neo_hookean" => "coupled neo-Hookean",
+        "mooney_rivlin" => "Mooney–Rivlin",
+        "yeoh" => "Yeoh",
+        "ogden" => "Ogden",
+        "demiray" => "Demiray",
+        "veronda_westmann" => "Veronda–Westmann",
+        "holzapfel_gasser_ogden" => "Holzapfel–Gasser–Ogden",
+        "weiss_transversely_isotropic" => "Weiss, transversely isotropic",
+        "balzani" => "Balzani",
+        "peng_guo_moran" => "Peng–Guo–Moran",
+        "fung_orthotropic" => "Fung, orthotropic",
+        "blatz_ko" => "Blatz–Ko",
+        other => return other.replace('_', " "),
+    };
+    title.into()
 }
 
 /// Name and numbers, in one unit; `None` without numbers.
@@ -56,7 +85,21 @@ fn with_unit(name: &str, numbers: &[Value]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mechanics::with_laws;
     use serde_json::json;
+
+    macro_rules! names_of_laws {
+        ($($name:literal: $file:ident, $Law:ident, $Document:ident;)*) => { [$($name),*] };
+    }
+
+    #[test]
+    fn every_law_has_a_title() {
+        for name in with_laws!(names_of_laws) {
+            let title = title_of_law(name);
+            assert!(title != name.replace('_', " ") && !title.contains('_'), "{name}: {title}");
+        }
+        assert_eq!(title_of_law("of_another_version"), "of another version");
+    }
 
     #[test]
     fn parameters_have_their_units() {
@@ -68,6 +111,7 @@ mod tests {
         let mut said = parameters(&law);
         said.sort();
         let expected = [
+            "U = K/4 (J² − 1 − 2 ln J)",
             "alpha 3",
             "angles 15 / -15 °",
             "bulk modulus 50 MPa",
@@ -75,7 +119,6 @@ mod tests {
             "k2 1",
             "mu 1.2005 kPa",
             "relaxation time 2 ms",
-            "volumetric energy quadratic ln",
         ];
         assert_eq!(said, expected);
     }

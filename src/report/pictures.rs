@@ -1,11 +1,12 @@
 //! The charts of a report, as SVG.
 
-use super::chart::{Chart, Drawn, FONT, legend};
+use super::chart::{Chart, Drawn, FONT, legend, with_room};
 use super::depth_picture::depth_picture;
 use super::{RecordedRun, Series};
 use crate::measure::summary::{Impact, Quantity, Results, marked, unit_of_time, within};
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (640, 380);
@@ -56,8 +57,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
     let [low, high] = impact.peak_force_n.ends();
     let at = impact.peak_force_time_s.value;
     let (unit, scale) = if high >= 2e3 { ("kN", 1e-3) } else { ("N", 1.0) };
-    // Room for the legend above the peak.
-    let top = 1.25 * scale * high.max(force.iter().map(|p| p.1).fold(0.0, f64::max));
+    let top = with_room([0.0, scale * high.max(force.iter().map(|p| p.1).fold(0.0, f64::max))], 2);
     let (time_unit, time_scale) = time_unit(force);
     let mut chart =
         axes(area, end(force) * time_scale, 0.0..top.max(1e-12), &format!("force [{unit}]"), time_unit)?;
@@ -68,7 +68,13 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
         area_below.collect::<Series>(),
         COLOURS[0].mix(0.12).filled(),
     )))?;
-    chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(2)))?;
+    // A mean stands at the middle of its window: the line ends half a window before the run.
+    let middle = if impact.force_window_s.is_some() { ", at the middle of its window" } else { "" };
+    let style = COLOURS[0].stroke_width(2);
+    chart
+        .draw_series(LineSeries::new(line, style))?
+        .label(format!("force, {}{middle}", impact.force_average))
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     // The peak with its error bar.
     let colour = COLOURS[1].stroke_width(2);
     let bar = vec![(time_scale * at, scale * low.max(0.0)), (time_scale * at, scale * high)];
@@ -95,20 +101,31 @@ fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> D
     let all = || lines.iter().flat_map(|(_, line)| line.iter().map(|p| p.1));
     let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
     let (time_unit, time_scale) = time_unit(&run.total);
-    let range = low..(1.18 * high).max(low + 1e-12);
+    let range = low..with_room([low, high], lines.len()).max(low + 1e-12);
     let mut chart = axes(area, end(&run.total) * time_scale, range, "energy [J]", time_unit)?;
     for (index, (label, line)) in lines.iter().enumerate() {
-        // The total is black and dashed: it coincides with others where nothing is lost.
-        let is_sum = index + 1 == lines.len();
-        let style =
-            if is_sum { BLACK.stroke_width(1) } else { COLOURS[index % COLOURS.len()].stroke_width(2) };
         let points = thinned(line).into_iter().map(|(t, e)| (time_scale * t, e));
-        let drawn = if is_sum {
-            chart.draw_series(DashedLineSeries::new(points, 5, 4, style))?
+        // What may coincide with a line of a body is dashed, so that both are seen: what the tissue absorbs, and the total in black.
+        let (style, dashes) = if index + 1 == lines.len() {
+            (BLACK.stroke_width(1), Some([3, 4]))
         } else {
-            chart.draw_series(LineSeries::new(points, style))?
+            let is_body = index < run.bodies.len();
+            (COLOURS[index % COLOURS.len()].stroke_width(2), (!is_body).then_some([9, 7]))
         };
-        drawn.label(label.as_str()).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+        match dashes {
+            Some([dash, gap]) => {
+                chart
+                    .draw_series(DashedLineSeries::new(points, dash, gap, style))?
+                    .label(label.as_str())
+                    .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 20, y)], dash, gap, style));
+            }
+            None => {
+                chart
+                    .draw_series(LineSeries::new(points, style))?
+                    .label(label.as_str())
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+            }
+        }
     }
     legend(&mut chart)
 }
@@ -221,4 +238,43 @@ fn thinned(line: &Series) -> Series {
         ends
     };
     line.chunks(stretch).flat_map(ends).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::tests::example;
+    use super::*;
+
+    fn drawn(draw: impl Fn(&DrawingArea<SVGBackend, Shift>) -> Drawn) -> String {
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            draw(&area).unwrap();
+        }
+        svg
+    }
+
+    #[test]
+    fn every_line_of_a_force_has_a_name() {
+        let run = example();
+        let impact = run.results().unwrap().headline_impact().unwrap();
+        let force = vec![(0.0, 0.0), (1e-4, 500.0), (2e-4, 900.0)];
+        let svg = drawn(|area| force_picture(area, &force, impact));
+        let name = format!("force, {}", impact.force_average);
+        assert!(svg.contains(&name) && svg.contains("peak and its numerical error"), "{svg}");
+    }
+
+    #[test]
+    fn lines_that_coincide_are_all_seen_and_their_names_lie_above_them() {
+        let line: Series = (0..=10).map(|i| (1e-4 * f64::from(i), f64::from(i))).collect();
+        let mut run = RecordedRun { absorbed: line.clone(), total: line.clone(), ..RecordedRun::default() };
+        run.bodies.insert("thigh".into(), line);
+        let svg = drawn(|area| energy_picture(area, &run));
+        // Whole: the line of the thigh, and its sign in the legend, both of the first colour.
+        let [red, green, blue] = [COLOURS[0].0, COLOURS[0].1, COLOURS[0].2];
+        let first = format!("stroke=\"#{red:02X}{green:02X}{blue:02X}\"");
+        assert_eq!(svg.matches(&first).count(), 2, "{svg}");
+        assert!(with_room([0.0, 10.0], 3) > 13.0 && with_room([0.0, 10.0], 3) < 20.0);
+    }
 }

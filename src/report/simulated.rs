@@ -1,7 +1,7 @@
 //! What was simulated: bodies with their sizes, masses and speeds, layers, and materials with their parameters and sources.
 
 use super::RecordedRun;
-use super::parameters::parameters;
+use super::parameters::{parameters, title_of_law};
 use super::text::escaped;
 use crate::measure::summary::{number, short};
 use crate::scene::materials::library::find;
@@ -108,7 +108,7 @@ fn of_part(part: &Value, resolved: &Value, body: &Value) -> Simulated {
     let material = &part["material"];
     let set = material["library"].as_str().and_then(find);
     let law = resolved["material"]["law"].as_str().or_else(|| material["library"].as_str());
-    let law = law.unwrap_or("-").replace('_', " ");
+    let law = title_of_law(law.unwrap_or("-"));
     let law = set.map_or_else(|| law.clone(), |set| format!("{} ({})", set.name, set.tissue));
     let mut constants = parameters(&resolved["material"]);
     let density = resolved["density_kg_per_m3"].as_f64().map(|density| format!("{} kg/m³", short(density)));
@@ -166,7 +166,7 @@ mod tests {
         let rows = simulated(&run);
         // 4/3 π (8 − 1) cm³ of 1 g/cm³.
         assert_eq!(rows[0][1], "projectile, hollow ball of 40 mm, 29.32 g, 5 m/s");
-        let constants = rows[1][1].strip_prefix("mooney rivlin: ").unwrap();
+        let constants = rows[1][1].strip_prefix("Mooney–Rivlin: ").unwrap();
         for constant in
             ["c10 500 kPa", "c01 100 kPa", "bulk modulus 50 MPa", "viscosity 5 Pa s", "1000 kg/m³"]
         {
