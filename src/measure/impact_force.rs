@@ -179,15 +179,16 @@ impl ImpactForce {
         (self.average == ForceAverage::OfContact).then_some(&self.history)
     }
 
-    /// How the force was averaged, as text.
+    /// How the force was averaged, as text; a window that follows from the run has three digits.
     pub fn words(&self, seconds: impl Fn(f64) -> String) -> String {
+        let of_run = |window: f64| seconds(format!("{window:.2e}").parse().unwrap_or(window));
         match (self.average, self.window()) {
             (ForceAverage::Filter(filter), _) => format!("filtered by SAE J211 {}", filter.name()),
             (ForceAverage::OfContact, Some(window)) if window > FRACTION_OF_CONTACT * self.contact_time() => {
-                format!("mean over {}, {FEWEST_STEPS} steps", seconds(window))
+                format!("mean over {}, {FEWEST_STEPS} steps", of_run(window))
             }
             (ForceAverage::OfContact, Some(window)) => {
-                format!("mean over {}, 1/{:.0} of the contact", seconds(window), 1.0 / FRACTION_OF_CONTACT)
+                format!("mean over {}, 1/{:.0} of the contact", of_run(window), 1.0 / FRACTION_OF_CONTACT)
             }
             (_, window) => format!("mean over {}", seconds(window.unwrap_or_default())),
         }

@@ -1,7 +1,7 @@
 //! The chart of depths: how deep each part is stressed above each threshold.
 
 use super::chart::{Chart, Drawn, FONT, legend, with_room};
-use crate::measure::summary::SignificantStress;
+use crate::measure::summary::{SignificantStress, short};
 use crate::study::palette::COLOURS;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -85,7 +85,7 @@ fn names(
 ) -> Drawn {
     for (row, stress) in stresses.iter().enumerate() {
         let (_, pixel) = chart.backend_coord(&(0.0, row as f64 + 0.5));
-        let name = format!("> {} kPa", 1e-3 * stress.threshold_pa);
+        let name = format!("> {} kPa", short(1e-3 * stress.threshold_pa));
         area.draw(&Text::new(name, (8, pixel - 8), (FONT, 18).into_font()))?;
         if !stress.layers.is_empty() && !is_resolved(stress) {
             area.draw(&Text::new("not resolved", (8, pixel + 10), (FONT, 13).into_font()))?;

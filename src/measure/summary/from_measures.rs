@@ -11,7 +11,7 @@ use super::results::{
     DoseMeasure, DoseVolume, Exceeded, ExceededInVolume, Headline, Impact, Located, Peaks, Percentiles,
     Results, SignificantStress, Split, StressedLayer, Tissue,
 };
-use super::written::seconds;
+use super::written::short_time;
 use crate::plan::{ForceAverage, Plan};
 use crate::step::Ending;
 use std::sync::Arc;
@@ -98,7 +98,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         on_tissue: pair.on_tissue,
         peak_force_n: mint.size(peak.force),
         peak_force_time_s: mint.quantity(peak.time),
-        force_average: force.words(seconds),
+        force_average: force.words(short_time),
         force_window_s: force.window(),
         force_filter: match force.average() {
             ForceAverage::Filter(filter) => Some(filter.name().into()),

@@ -4,7 +4,8 @@
 //! as ever when it was last known. For a force averaged over a window that is the last window. A node of a patch counts as in contact until
 //! it was last pressed the length of a window ago, so a patch is known to shrink only a window after its largest area. Impulse and duration
 //! grow as long as contact lasts. A number that is as large as is possible in the tissue does not grow. A depth or a volume is a lower bound,
-//! too, if the region reaches an artificial end of the model: held nodes, a cut, a back or a side that is no surface. A free surface is a real
+//! too, if the region reaches an artificial end of the model: held nodes (of a bone, too, which is no tissue of the model), a cut, a back or a
+//! side that is no surface; the depth, if it is read there, to within an edge of an element. A free surface is a real
 //! end of the tissue, and so is the greatest depth between free surfaces: there neither is one. The energy given to the tissue is a lower
 //! bound if it was largest at the end: of the largest energy during the impact, since some may return to the projectile.
 

@@ -105,6 +105,12 @@ pub fn seconds(time: f64) -> String {
     format!("{} {unit}", number(scale * time))
 }
 
+/// A time [s] as [`short`] numbers are written.
+pub(super) fn short_time(time: f64) -> String {
+    let (scale, unit) = unit_of_time(time);
+    format!("{} {unit}", short(scale * time))
+}
+
 /// Formats a volume [mm³] in the appropriate unit.
 pub(super) fn volume(mm3: f64) -> String {
     let (scale, unit) = unit_of_volume(mm3);
@@ -180,6 +186,7 @@ mod tests {
             ["1235", "0.01235", "0", "3.000e-9", "12.00", "35650", "-10.00"]
         );
         assert_eq!([1e-4, 0.0021, 2.5].map(seconds), ["100.0 µs", "2.100 ms", "2.500 s"]);
+        assert_eq!([2e-5, 0.00155].map(short_time), ["20 µs", "1.55 ms"]);
         assert_eq!([0.5, 999.0, 3e6].map(volume), ["0.5000 mm³", "999.0 mm³", "3000 cm³"]);
         let large = Quantity::with_mesh_error(31_234.0, 1234.0, true);
         assert_eq!(with_unit(&large, "mm³"), "31.2 cm³");
