@@ -259,6 +259,8 @@ fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<
         let row = row("depth", depth, "mm");
         let row = if stress.reaches_greatest_depth() {
             row.note(format!("it reaches {GREATEST_DEPTH}"))
+        } else if let Some(note) = between_nodes(stress) {
+            row.note(note)
         } else {
             with_ends(row, &stress.depth_reaches)
         };
@@ -267,6 +269,13 @@ fn above<'a>(stress: &'a SignificantStress, is_headline: bool) -> impl Iterator<
     let volume = with_ends(row("volume", &stress.volume_mm3, "mm³"), &stress.reaches);
     let layers = stress.layers.iter().filter(|_| stress.layers.len() > 1);
     depth.into_iter().chain([volume]).chain(layers.map(|layer| of_layer(layer, stress)))
+}
+
+/// What a depth of zero beside a volume says: the field of the stress, which the depth is read from, is below the threshold everywhere.
+fn between_nodes(stress: &SignificantStress) -> Option<String> {
+    let is_nowhere = stress.depth_mm.as_ref().is_some_and(|depth| depth.value == 0.0);
+    let most = stress.depth_resolution_mm.filter(|_| is_nowhere && stress.volume_mm3.value > 0.0)?;
+    Some(format!("too few points exceed it for a depth; {} mm at most", number(most)))
 }
 
 /// The part of a volume that lies in one layer, with the error of the whole: one below that is not resolved.
@@ -367,6 +376,20 @@ mod tests {
         let (value, note) = shown(&mut results, 0.02);
         assert!(value == "≥ 0.02000" && !note.contains("less than"), "{value} {note}");
         assert!(note.ends_with("at 100.0 µs, contact has not ended"), "{note}");
+    }
+
+    #[test]
+    fn a_depth_of_zero_beside_a_volume_is_explained() {
+        let summary = include_str!("../../../api/examples/summary.response.json");
+        let summary: serde_json::Value = serde_json::from_str(summary).unwrap();
+        let mut results: Results = serde_json::from_value(summary["results"].clone()).unwrap();
+        let stress = &mut results.tissue.as_mut().unwrap().significant_stress[0];
+        assert!(stress.volume_mm3.value > 0.0 && between_nodes(stress).is_none());
+        stress.depth_mm.as_mut().unwrap().value = 0.0;
+        stress.depth_resolution_mm = Some(24.0);
+        assert_eq!(between_nodes(stress).unwrap(), "too few points exceed it for a depth; 24.00 mm at most");
+        stress.volume_mm3.value = 0.0;
+        assert_eq!(between_nodes(stress), None);
     }
 
     #[test]
