@@ -284,6 +284,6 @@ def test_a_depth_that_ends_at_the_bone_at_all_speeds_says_so(page, answered):
 def test_a_force_that_still_grew_at_the_end_is_at_least_so_large(page, answered):
     answered([case(v, {"peak_force_n": {"value": 10 * v, "error": 5}}, ["peak_force_n"] if v > 100 else []) for v in SPEEDS], "force")
     said = page.locator(".answers").inner_text()
-    assert "± 5.0 N at 60 m/s, at least 1200 N at 120 m/s." in said, said
+    assert "± 5.0 N at 60 m/s; at least 1200 N at 120 m/s." in said, said
     assert "At 108, 120 m/s the number is a lower bound: it was still growing when the computed time ended." in said
     assert page.watch.errors == []

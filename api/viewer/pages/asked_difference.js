@@ -1,7 +1,8 @@
 // What more fat changes, in words: between the first and the second curve of an answer.
 
-import { change, exceeds, number, setting, within } from "../format.js";
+import { change, number, setting, within } from "../format.js";
 import { widthOf } from "../plots/crossing.js";
+import { isCut } from "../scene/possible.js";
 import { crossingKnown, endWords } from "./asked_words.js";
 
 /** What is known of a crossing, in words; null for nothing. */
@@ -29,15 +30,24 @@ function ofCrossings(first, second) {
   if (before.kind === after.kind && ["above", "below"].includes(after.kind)) {
     return `${fat} no difference is seen: the ${layer} ${after.kind === "above" ? "exceeds" : "stays below"} ${setting(threshold)} kPa with both, ${speeds.map(setting).join(" to ")} m/s.`;
   }
-  const isClear = after.low >= before.high || before.low >= after.high;
+  const isApart = after.low >= before.high || before.low >= after.high;
   const isKnown = [before, after].every(({ at }) => at != null);
   const speed = `the speed at which the ${layer} exceeds ${setting(threshold)} kPa`;
   const move = `${fat} ${speed} moves from ${from} to ${to}`;
   if (![before, after].every(({ hasError }) => hasError)) return `${move}; the numerical errors are not known, so that this may be no difference.`;
-  if (isClear) return `${move}: beyond the errors.`;
+  if (isApart) return `${move}: beyond the errors.`;
   if ([before, after].some(({ kind }) => kind === "unresolved")) return `What ${setting(more)} mm more fat changes is not resolved by these runs: ${speed} is ${from} without them, ${to} with them.`;
   return `${move}: ${isKnown ? "no difference beyond the errors" : "the errors leave open whether it does"}.`;
 }
+
+/** How a computed point differs from another at its speed: {speed, by, ends, scale, error}, the `ends` those that are possible of both. */
+function differenceAt(before, after) {
+  const ends = [after.lower - before.upper, after.upper - before.lower];
+  return { speed: before.speed, by: after.value - before.value, ends, scale: Math.abs(before.value), error: before.error + after.error };
+}
+
+/** Whether both ends of a difference are to one side of none. */
+const isClear = ({ ends: [low, high] }) => low > 0 || high < 0;
 
 /** Of sizes: by how much they differ at equal speeds, where both are known. */
 function ofSizes(first, second) {
@@ -45,17 +55,17 @@ function ofSizes(first, second) {
   const isKnown = ({ least, error }) => !least && error != null;
   const pairs = first.points.filter(isKnown).flatMap((p) => {
     const q = second.points.find((one) => one.speed === p.speed && isKnown(one));
-    return q ? [{ speed: p.speed, by: q.value - p.value, scale: Math.abs(p.value), error: p.error + q.error }] : [];
+    return q ? [differenceAt(p, q)] : [];
   });
   const fat = `With ${setting(more)} mm more fat`;
   if (!pairs.length) return `What ${setting(more)} mm more fat changes is not known: at each speed one of the numbers is a lower bound, or has no known error.`;
-  const words = ({ speed, by, scale, error }) => {
-    const size = (value) => change(value, scale, error);
-    const words = exceeds(by, error) ? `${size(by)} ± ${number(error, 2)}` : `between ${size(by - error)} and ${size(by + error)}`;
-    return `${words} ${what.unit} at ${setting(speed)} m/s`;
+  const words = ({ speed, by, ends, scale, error }) => {
+    const [size, low, high] = [by, ...ends].map((value) => change(value, scale, error));
+    const isEven = isClear({ ends }) && !isCut(ends, error);
+    return `${isEven ? `${size} ± ${number(error, 2)}` : `between ${low} and ${high}`} ${what.unit} at ${setting(speed)} m/s`;
   };
   const sizes = [...new Set([pairs[0], pairs.at(-1)])].map(words).join(", ");
-  const clear = pairs.filter(({ by, error }) => Math.abs(by) > error);
+  const clear = pairs.filter(isClear);
   const which = clear.length === pairs.length ? "all" : `${clear.length} of the`;
   const left = pairs.length < first.points.length ? " that have both numbers" : "";
   if (!clear.length) return `${fat} no difference beyond the errors: ${sizes}.`;

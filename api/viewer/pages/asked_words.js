@@ -28,7 +28,7 @@ function pointWords({ value, error, lower, upper, least, speed }, unit) {
 function sizeIn({ asked: { number: what }, points }) {
   const [first, last] = [points[0], points.at(-1)];
   const isSame = points.every(({ value, least }) => Math.abs(value - first.value) <= SAME * Math.abs(first.value) && Boolean(least) === Boolean(first.least));
-  return isSame ? `${pointWords(first, what.unit)}, and the same at all speeds up to ${setting(last.speed)} m/s.` : `${pointWords(first, what.unit)}, ${pointWords(last, what.unit)}.`;
+  return isSame ? `${pointWords(first, what.unit)}, and the same at all speeds up to ${setting(last.speed)} m/s.` : `${pointWords(first, what.unit)}; ${pointWords(last, what.unit)}.`;
 }
 
 /**
@@ -72,9 +72,20 @@ function rangeSeen({ curve, points }) {
 
 /** The ends of an uncertainty in words, to the decimal place of its `width` where that is known. */
 export function endWords({ low, high }, [first, last], width = null) {
-  if (low <= first && high === Infinity) return `anywhere from below ${setting(first)} to above ${setting(last)} m/s`;
+  const [isOpenBelow, isOpenAbove] = [low <= first, high === Infinity];
   const words = (speed) => (width ? within(speed, width) : number(speed, 3));
-  return `between ${low > first ? words(low) : `less than ${setting(first)}`} and ${Number.isFinite(high) ? words(high) : `more than ${setting(last)}`} m/s`;
+  if (isOpenBelow && isOpenAbove) return `anywhere from below ${setting(first)} to above ${setting(last)} m/s`;
+  if (isOpenBelow) return `less than ${words(high)} m/s`;
+  return isOpenAbove ? `more than ${words(low)} m/s` : `between ${words(low)} and ${words(high)} m/s`;
+}
+
+/** That a crossing is not resolved, in words: `low` and `surely` are the ends of its uncertainty, `low` null and `surely` null where they are open. */
+function unresolvedWords({ low, surely, all, does, doubt }) {
+  const what = "not resolved by these runs";
+  if (low == null && surely == null) return `${what}: with the uncertainty ${does("may exceed")} or stay below that, ${all}.`;
+  if (low == null) return `${what} below ${number(surely, 3)} m/s; from there on ${does("exceeds")}${doubt(surely)}.`;
+  if (surely == null) return `${what} above ${number(low, 3)} m/s; up to there ${does("stays below")}.`;
+  return `${what}: ${does("exceeds")} from a speed between ${number(low, 3)} and ${number(surely, 3)} m/s on.`;
 }
 
 /** From which speed on the stress is in the layer. */
@@ -90,15 +101,10 @@ function crossingIn(one) {
   const isSeen = curve.stretches.length > 0;
   const doubt = (start) => (isSeen ? beyond(curve, surely, start) : "");
   const start = isSeen ? curve.stretches[0][0] : ends[0];
-  if (kind === "above" && isSeen && surely > start) {
-    return `not resolved by these runs below ${number(surely, 3)} m/s; from there on ${does("exceeds")}${doubt(surely)}.`;
-  }
+  if (kind === "above" && isSeen && surely > start) return unresolvedWords({ low: null, surely, all, does, doubt });
   if (kind === "above") return `${does("exceeds")} ${all}${doubt(start)}. Ask about lower ones.`;
   if (kind === "bounded") return crossingOfLeast(curve, does);
-  if (kind === "unresolved") {
-    const isOpen = low <= first && surely == null;
-    return `not resolved by these runs: ${isOpen ? `with the uncertainty ${does("may exceed")} or stay below that, ${all}` : `${does("exceeds")} from a speed ${endWords(known, curve.range)} on`}.`;
-  }
+  if (kind === "unresolved") return unresolvedWords({ low: low > first ? low : null, surely, all, does, doubt });
   if (kind === "many") return `no one speed: the depth does not rise steadily with the speed, so that it crosses the top of the ${layer} more than once or downwards.`;
   if (kind === "between") {
     const next = points.find(({ speed, value }) => speed > last && value > 0).speed;
