@@ -2,7 +2,7 @@
 
 import { html, select } from "../dom.js";
 import { setting } from "../format.js";
-import { ownBall } from "../scene/own_ball.js";
+import { SPEED as SPEED_OF_OWN, ownBall, unusualBall } from "../scene/own_ball.js";
 import { PROJECTILES } from "../scene/projectiles.js";
 import { NUMBERS, fatOf, isDepth, sceneOf } from "../scene/question.js";
 import { PERCENTILES, REGIONS } from "../scene/regions.js";
@@ -88,7 +88,7 @@ export class AskForm {
 
   #takeProjectile(hit) {
     const known = PROJECTILES.find(({ id }) => id === hit);
-    if (known) [this.#low.value, this.#high.value] = known.speed;
+    [this.#low.value, this.#high.value] = known?.speed ?? SPEED_OF_OWN;
     this.#choose({ hit });
   }
 
@@ -102,6 +102,12 @@ export class AskForm {
     return ownBall({ diameter_mm, mass_g, hardness: ball.hardness });
   }
 
+  /** Why the thickness of the fat cannot be asked about, in a sentence; null where it can. */
+  get #problemOfFat() {
+    const isOwn = this.#chosen.percent === OWN;
+    return isOwn && !within(Number(this.#fat.value), BOUNDS.fat) ? `The thickness of the fat must be ${between(BOUNDS.fat)} mm.` : null;
+  }
+
   /** What is asked now: what was chosen, with the fat of the person [m]; a sentence instead where it cannot be. */
   get asked() {
     const { region, percent, number } = this.#chosen;
@@ -109,7 +115,7 @@ export class AskForm {
     const projectile = this.#projectile;
     if (typeof projectile === "string") return projectile;
     const isOwnFat = percent === OWN;
-    if (isOwnFat && !within(ownFat, BOUNDS.fat)) return `The thickness of the fat must be ${between(BOUNDS.fat)} mm.`;
+    if (this.#problemOfFat) return this.#problemOfFat;
     if (![low, high].every((speed) => within(speed, BOUNDS.speed))) return `The speeds must be ${between(BOUNDS.speed)} m/s.`;
     if (!(high > 1.001 * low)) return "The speeds must differ, the lower one first.";
     const isGiven = within(given, BOUNDS.threshold);
@@ -128,12 +134,17 @@ export class AskForm {
     this.#ballFields.hidden = hit !== OWN;
     this.#fatField.hidden = percent !== OWN;
     const { asked } = this;
+    // The drawing of what was asked before is pale while this cannot be.
+    this.#preview.element.classList.toggle("stale", typeof asked === "string");
     if (typeof asked !== "string") this.#preview.show(sceneOf(asked, this.#tissue));
     const projectile = this.#projectile;
     const fat = percent === OWN ? Math.round(10 * Number(this.#fat.value)) / 10 : fatOf(region, percent) * 1e3;
+    const problem = (words) => html("p", { class: "field-error" }, words);
+    const unusual = hit === OWN && typeof projectile !== "string" && unusualBall(projectile);
     this.#sources.replaceChildren(
-      typeof projectile === "string" ? html("p", { class: "field-error" }, projectile) : html("p", {}, html("b", {}, `${projectile.mass_g} g, ${projectile.diameter_mm} mm, ${projectile.hardness}. `), projectile.source),
-      html("p", {}, html("b", {}, `Skin ${setting(region.skin_m * 1e3)} mm, fat ${setting(fat)} mm. `), percent === OWN ? `Fat as you gave it. Skin: ${region.source}` : region.source),
+      typeof projectile === "string" ? problem(projectile) : html("p", {}, html("b", {}, `${projectile.mass_g} g, ${projectile.diameter_mm} mm, ${projectile.hardness}. `), projectile.source),
+      ...(unusual ? [problem(unusual)] : []),
+      this.#problemOfFat ? problem(this.#problemOfFat) : html("p", {}, html("b", {}, `Skin ${setting(region.skin_m * 1e3)} mm, fat ${setting(fat)} mm. `), percent === OWN ? `Fat as you gave it. Skin: ${region.source}` : region.source),
       html("p", {}, html("b", {}, "Materials "), "of muscle, fat and skin: those of the example flashball_thigh, an assumption for impact rates; how well they fit a person is not part of the uncertainty."),
     );
     this.#onChange();

@@ -173,7 +173,7 @@ class SubmitPage {
     // Generated meshes have no badly shaped elements.
     const hasShapes = answer.bodies.some((body) => body.min_scaled_jacobian);
     const shapeOf = (body) => (body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–");
-    const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), ...(hasShapes ? [shapeOf(body)] : [])]);
+    const bodies = answer.bodies.map((body) => [body.name, body.elements || "rigid", number(body.mass_kg * 1e3), ...(hasShapes ? [shapeOf(body)] : [])]);
     this.#preview.replaceChildren(
       table("Bodies", ["body", "elements", "mass [g]", ...(hasShapes ? ["smallest scaled Jacobian"] : [])], bodies),
       ...(plan.capped_bulk_moduli ? [aboutStiffness(plan.capped_bulk_moduli)] : []),

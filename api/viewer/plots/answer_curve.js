@@ -1,7 +1,7 @@
 // One number against speed: computed points with their errors, a proposed curve with its band, and where it crosses a level.
 
 import { html, svg } from "../dom.js";
-import { niceAbove, number, setting, within } from "../format.js";
+import { exceeds, niceAbove, number, setting, within } from "../format.js";
 import { isResolvedIn, markedCrossing, sampled, surelyFrom, widthOf } from "./crossing.js";
 import { LabelPlaces } from "./label_places.js";
 import { lineStyle } from "./plot.js";
@@ -15,6 +15,11 @@ const OF_LABEL = 20;
 const NEAR = 0.06;
 /** Radii of a computed point and of a crossing, and length of the arrow of a lower bound [units of the picture]. */
 const [POINT, CROSSING, ARROW] = [4.5, 7, 20];
+
+/** By how much the marks of a series stand to the right of those of the series before [units of the picture]: they would cover each other. */
+const ASIDE = 6;
+/** How much of the colour is left to a point that is not resolved [-]. */
+const PALE = 0.5;
 
 /** Round numbers from `low` to `high`, about `count` of them. */
 function ticks(low, high, count) {
@@ -83,7 +88,7 @@ export function answerCurve(answer) {
     ...shown.map(({ at }) => across(at, { stroke: "#6b7c8f", "stroke-width": 1, "stroke-dasharray": "2 3" })),
     level != null && across(level, { stroke: "#a4161a", "stroke-width": 1.5, "stroke-dasharray": "7 4" }),
   ];
-  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level }));
+  const drawn = series.map((one, i) => drawnSeries(one, lineStyle(i).stroke, { x, y, level, aside: i * ASIDE }));
   // Labels, above all that is drawn: first of what is marked, then of the layers, where there is room.
   const places = placesIn(scales, series, level);
   const marked = level == null ? [] : [
@@ -102,15 +107,16 @@ function placesIn({ x, y, width, height, shown }, series, level) {
   const room = { left: ROOM.left, right: width - ROOM.right, top: 0, bottom: height - ROOM.bottom };
   const places = new LabelPlaces(room);
   [...shown.map(({ at }) => at), level].filter((at) => at != null).forEach((at) => places.keepLine([[room.left, y(at)], [room.right, y(at)]]));
-  for (const { points, curve } of series) {
+  series.forEach(({ points, curve }, i) => {
     if (curve) places.keepLine(sampled(curve.value, curve.range).map(([speed, value]) => [x(speed), y(value)]));
     const crossing = markedCrossing(curve, level);
     if (crossing) places.keepMark([x(crossing.at), y(level)], CROSSING);
     for (const { speed, value, lower, upper, least } of points) {
-      places.keepMark([x(speed), y(value)], POINT);
-      places.keepLine([[x(speed), y(lower)], [x(speed), least ? y(value) - ARROW : y(upper)]]);
+      const at = x(speed) + i * ASIDE;
+      places.keepMark([at, y(value)], POINT);
+      places.keepLine([[at, y(lower)], [at, least ? y(value) - ARROW : y(upper)]]);
     }
-  }
+  });
   return places;
 }
 
@@ -119,8 +125,13 @@ function pointWords({ speed, value, error, least }, unit) {
   return `${least ? "at least " : ""}${within(value, error)} ${unit} at ${setting(speed)} m/s${error == null ? " (error unknown)" : ""}`;
 }
 
-/** How a computed point is drawn: full where its error is known. */
-function lookOf({ error, least }, colour) {
+/** Whether a computed value is known no better than its error, which is known. */
+const isUnresolved = ({ value, error, least }) => error != null && !least && !exceeds(value, error);
+
+/** How a computed point is drawn: full where its error is known and smaller than the value. */
+function lookOf(point, colour) {
+  const { error, least } = point;
+  if (isUnresolved(point)) return { fill: "#fff", stroke: colour, "stroke-width": 2, "stroke-opacity": PALE, class: "computed unresolved" };
   if (error != null && !least) return { fill: colour, stroke: "#fff", "stroke-width": 1.5, class: "computed" };
   const isUnknown = error == null;
   return { fill: "#fff", stroke: colour, "stroke-width": 2, "stroke-dasharray": isUnknown && "2 2", class: `computed${least ? " bound" : ""}${isUnknown ? " unknown" : ""}` };
@@ -147,17 +158,27 @@ function crossingLabel({ points, curve }, colour, { x, y, level, range: asked, p
   const isResolved = isResolvedIn({ at, low: from ?? 0, high: to ?? surelyFrom(points) ?? Infinity }, asked);
   const value = hasError ? within(at, widthOf(found)) : number(at, 2);
   const words = hasError && !isResolved && !curve.isLeast ? "not resolved" : `${curve.isLeast ? "≤ " : ""}${value} m/s${hasError ? "" : ", error unknown"}`;
-  return label(places.besideMark(words, [x(at), y(level)]), words, { fill: colour, "font-weight": 600 });
+  const place = places.besideMark(words, [x(at), y(level)]);
+  const leader = place.isFar && line(...leaderOf(place, [x(at), y(level)]), { stroke: colour, "stroke-width": 1, class: "leader" });
+  return [leader, label(place, words, { fill: colour, "font-weight": 600 })];
+}
+
+/** Both ends of the line from a mark to its label, which stands away from it. */
+function leaderOf(place, [x, y]) {
+  const [side, down] = [Math.sign(place.x - x), Math.sign(place.y - y)];
+  return [[x, y + down * CROSSING], [place.x - 3 * side, place.y - 4]];
 }
 
 function drawnSeries({ points, curve }, colour, scales) {
-  const { x, y } = scales;
+  const { y, aside } = scales;
+  const x = (speed) => scales.x(speed) + aside;
   const parts = curve ? drawnCurve(curve, colour, scales) : [];
-  for (const { speed, value, error, lower, upper, least } of points) {
+  for (const point of points) {
+    const { speed, value, lower, upper, least } = point;
     const end = least ? value : upper;
-    if (end > lower) parts.push(line([x(speed), y(lower)], [x(speed), y(end)], { stroke: colour, "stroke-width": 1.6 }));
+    if (end > lower) parts.push(line([x(speed), y(lower)], [x(speed), y(end)], { stroke: colour, "stroke-width": 1.6, "stroke-opacity": isUnresolved(point) && PALE }));
     if (least) parts.push(svg("path", { d: arrowUp(x(speed), y(value)), fill: "none", stroke: colour, "stroke-width": 2 }));
-    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: POINT, ...lookOf({ error, least }, colour) }));
+    parts.push(svg("circle", { cx: x(speed).toFixed(1), cy: y(value).toFixed(1), r: POINT, ...lookOf(point, colour) }));
   }
   return parts;
 }

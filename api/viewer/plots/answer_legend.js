@@ -18,7 +18,9 @@ export function answerLegend(curves, level) {
   const proposed = fits.filter(({ isLeast }) => !isLeast);
   const isKnown = ({ error }) => error != null;
   const marks = [
-    points.some((point) => isKnown(point) && !point.least) && ["●", "computed; its bar is the numerical error"],
+    points.some((point) => isKnown(point) && !point.least && exceeds(point.value, point.error)) && ["●", "computed; its bar is the numerical error"],
+    points.some((point) => isKnown(point) && !point.least && !exceeds(point.value, point.error)) && ["○", "pale: computed, not resolved, since the error (the bar) is as large as the number"],
+    curves.length > 1 && ["⇥", "points of the second curve stand a little to the right of their speed"],
     points.some(({ least }) => least) && ["○↑", "computed, a lower bound: at least so much"],
     points.some((point) => !isKnown(point)) && ["◌", "computed, its error unknown: no bar does not mean exact"],
     proposed.length > 0 && ["┅", `proposed between computed points${aboutBand(proposed)}`],

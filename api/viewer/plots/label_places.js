@@ -75,9 +75,9 @@ export class LabelPlaces {
     return this.choose(words, order.flatMap((place) => [{ ...place, y: y - BELOW - 1 }, { ...place, y: y + ABOVE + 3 }]));
   }
 
-  /** The place for the label of a mark: to one of its sides, below or above, then farther away. */
+  /** The place for the label of a mark: to one of its sides, below or above, then farther away, which `isFar` says. */
   besideMark(words, [x, y]) {
-    const rows = [18, -10, 34, -26, 50, -42].map((down) => y + down);
-    return this.choose(words, rows.flatMap((row) => [{ x: x + 10, y: row }, { x: x - 10, y: row, isEnd: true }]), true);
+    const rows = [18, -10, 34, -26, 50, -42];
+    return this.choose(words, rows.flatMap((down, i) => [{ x: x + 10, isEnd: false }, { x: x - 10, isEnd: true }].map((side) => ({ ...side, y: y + down, isFar: i > 1 }))), true);
   }
 }

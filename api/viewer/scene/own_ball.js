@@ -1,5 +1,6 @@
 // A ball of the reader's own: diameter, mass, and what it is made of.
 
+import { number } from "../format.js";
 import { RUBBER, SOFT_RUBBER, hollowBody, rigidBall, shoreA, solidBody } from "./projectiles.js";
 
 /** Family of the library whose sets a ball can be made of. */
@@ -20,6 +21,9 @@ export function hardnessesFrom(materials) {
   ];
 }
 
+/** Densities of bodies that are usual, as the service has them [kg/m³]. */
+const USUAL_DENSITY = [100, 25000];
+
 const gramsOf = (radius, density) => (4e3 / 3) * Math.PI * density * radius ** 3;
 const grams = (mass) => `${Number(mass.toPrecision(2))} g`;
 
@@ -33,6 +37,14 @@ function bodyOf(radius, mass_g, { density, part }) {
   // Hardly hollow: the smallest hole that can be meshed, and a density that differs as little.
   const [inner, dense] = mass_g > thick ? [INNER[0], density * (mass_g / thick)] : [Math.cbrt(1 - filled), density];
   return hollowBody(radius, Number((inner * radius).toPrecision(6)), { ...part, density_kg_per_m3: Number(dense.toPrecision(6)) });
+}
+
+/** What is unusual about a ball, in a sentence: its mass for its size; null for nothing. */
+export function unusualBall({ diameter_mm, mass_g }) {
+  const density = mass_g / gramsOf(diameter_mm / 2e3, 1);
+  const [least, most] = USUAL_DENSITY;
+  if (density >= least && density <= most) return null;
+  return `A ball of ${diameter_mm} mm that weighs ${mass_g} g has ${number(density, 2)} kg/m³, usually between ${least} and ${most} kg/m³ (water has 1000, steel 7850): are diameter and mass right?`;
 }
 
 /** The projectile of a choice {diameter_mm, mass_g, hardness}; a sentence instead where there is no such ball. */

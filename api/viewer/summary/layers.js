@@ -48,13 +48,13 @@ function extent(stress, [from, to]) {
 
 /**
  * "in 2.2 cm³ of it": to the digits that the error of the volume of all layers leaves, since a layer has none of its own; a lower bound where that is one.
- * A volume below that error may be none.
+ * In brackets where that error is as large as the volume, or not known, as in the report.
  */
 function amount({ volume_mm3: whole }, { volume_mm3: mm3 }) {
   const [size, unit, scale] = mm3 < 1000 ? [mm3, "mm³", 1] : [mm3 / 1000, "cm³", 1000];
-  if (!isResolved(whole)) return `in (${number(size, 2)}) ${unit} of it`;
-  if (mm3 < whole.error.total) return `in (${marked(number(size, 2), true, isLeast(whole))}) ${unit} of it`;
-  return `in ${marked(within(size, whole.error.total / scale), true, isLeast(whole))} ${unit} of it`;
+  const error = hasError(whole) ? whole.error.total : null;
+  const isKnown = error != null && whole.error.resolved && error < mm3;
+  return `in ${marked(within(size, error / scale), isKnown, isLeast(whole))} ${unit} of it`;
 }
 
 /** The sentence on one layer, after its name. */
