@@ -86,6 +86,12 @@ export function timeUnit(end) {
   return end < 1 ? { factor: 1e3, name: "ms" } : { factor: 1, name: "s" };
 }
 
+/** A time that is given [s], in its unit. */
+export function timeWords(time) {
+  const { factor, name } = timeUnit(time);
+  return `${setting(time * factor)}${NARROW_SPACE}${name}`;
+}
+
 /** Bytes in the usual prefix. */
 export function bytes(count) {
   const prefix = count < 1e3 ? 0 : count < 1e6 ? 1 : count < 1e9 ? 2 : 3;

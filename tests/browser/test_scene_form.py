@@ -83,6 +83,7 @@ def test_meshes_are_those_that_the_service_would_run(form):
     (f"{BALL}/outer_radius_m", "wide", "a number is missing", "_m"),
     (f"{THIGH}/skin_thickness_m", "100", "mm", "0.0"),
     ("/end_time_s", "0", "0.1 to 10 ms", "1e-4"),
+    ("/accuracy/time_budget_s", "0", "give it in seconds, such as 30", "ms"),
     ("/bodies/0/parts/0/material/bulk_modulus_pa", "0", "1 to 1000 kPa", "1e3"),
 ], ids=str)
 def test_what_is_wrong_is_said_at_its_field_in_its_unit(form, pointer, text, words, si):
@@ -193,3 +194,23 @@ def test_studies_begin_at_the_form(form):
     expect(form.locator("h1")).to_contain_text("stability")
     job = form.url.split("/job/")[1]
     assert json.loads(form.request.post(f"/v1/jobs/{job}/cancel").text())["id"] == job
+
+
+def test_a_projectile_that_does_not_move_is_no_impact(form):
+    expect(form.get_by_text("ready to run")).to_be_visible()
+    expect(form.get_by_text("does not move")).to_have_count(0)
+    for i in range(3):
+        put(form, f"/bodies/0/velocity_m_per_s/{i}", "0")
+    expect(form.locator(".verdict .problems")).to_contain_text("the projectile does not move, and nothing else does — give it a velocity")
+
+
+def test_a_rigid_ball_has_no_elements_and_a_body_without_a_name_its_role(form):
+    form.get_by_label("Begin with").select_option(label="steel_ball_on_thigh")
+    expect(form.get_by_role("row").filter(has_text="ball")).to_contain_text("rigid")
+    put(form, "/bodies/0/name", "")
+    expect(form.locator(".problems a").first).to_have_text(re.compile("^(projectile|tissue) › name$"))
+    # The form converts to SI itself.
+    put(form, "/bodies/0/name", "ball")
+    put(form, "/bodies/0/rigid/shape/radius_m", "0")
+    expect(form.locator(".problems li").first).to_contain_text("give it in mm")
+    expect(form.locator(".problems li").first).not_to_contain_text("0.015")

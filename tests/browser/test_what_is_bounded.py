@@ -287,3 +287,47 @@ def test_a_force_that_still_grew_at_the_end_is_at_least_so_large(page, answered)
     assert "± 5.0 N at 60 m/s; at least 1200 N at 120 m/s." in said, said
     assert "At 108, 120 m/s the number is a lower bound: it was still growing when the computed time ended." in said
     assert page.watch.errors == []
+
+
+def test_a_difference_ends_where_both_numbers_do(page, answered):
+    depth = lambda value, error: [case(v, {"stress_depth_mm": {"value": value, "error": error}}) for v in SPEEDS]
+    answered(depth(20, 60), "depth", depth(1.9, 0.06))
+    # From 0 to 62 mm without the fat, 1.84 to 1.96 mm with it.
+    said = page.locator(".difference").inner_text()
+    assert "no difference beyond the errors: between −60 and +2 mm at 60 m/s" in said, said
+    # What is not resolved is pale, and marks of the second curve stand beside those of the first.
+    picture = page.locator(".answer-curve")
+    expect(picture.locator(".computed.unresolved")).to_have_count(len(SPEEDS))
+    expect(page.get_by_text("computed, not resolved, since the error")).to_be_visible()
+    places = {float(circle.get_attribute("cx")) for circle in picture.locator(".computed").all()}
+    assert len(places) == 2 * len(SPEEDS)
+
+
+def test_one_wording_for_what_is_not_resolved_below_a_speed(page, answered):
+    answered([case(v, {"stress_depth_mm": {"value": 12 + 3 * i, "error": 5}}) for i, v in enumerate(SPEEDS)], "muscle", [case(v, {"stress_depth_mm": {"value": 24 + 3 * i, "error": 5}}) for i, v in enumerate(SPEEDS)])
+    said = page.locator(".ask-answer").inner_text()
+    assert said.count("; from there on the muscle exceeds 100 kPa") == 2 and "between less than" not in said, said
+
+
+def test_a_ball_and_a_fat_that_cannot_be_are_refused_at_once(page):
+    page.goto("/")
+    page.goto("/#/ask?hit=own&mm=5&g=3000&of=rigid")
+    sources = page.locator(".sources")
+    expect(sources).to_contain_text("usually between 100 and 25000 kg/m³")
+    page.get_by_label("Diameter", exact=True).fill("90")
+    expect(sources).not_to_contain_text("usually between")
+    page.get_by_label("Who?").select_option("own")
+    for thickness in ("0", "100", ""):
+        page.get_by_label("Thickness of the fat").fill(thickness)
+        expect(sources).to_contain_text("The thickness of the fat must be from 0.5 to 60 mm.")
+        expect(sources).not_to_contain_text("as you gave it. Skin")
+    page.get_by_label("What hits?").select_option("flashball_44")
+    page.get_by_label("What hits?").select_option("own")
+    assert [page.get_by_label(name, exact=True).input_value() for name in ("From", "To")] == ["10", "40"]
+
+
+def test_a_question_has_a_title_in_plain_words(page, answered):
+    answered([{**case(v, {"stress_depth_mm": {"value": 50, "error": 20}}), "index": i} for i, v in enumerate(SPEEDS)], "depth")
+    page.locator(".answers a").click()
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Flash-ball, 44 mm, on the thigh with 9.2 mm of fat, 60 to 120 m/s, stress above 100 kPa")
+    expect(page.locator(".cases tbody th").first).to_have_text("60 m/s")

@@ -68,6 +68,17 @@ function projectileNamed(words) {
   return PROJECTILES.find(({ id }) => id === words) ?? null;
 }
 
+/** The name of a job in words: what was asked, where it is a question of the page *Ask*, otherwise the name itself. */
+export function titleOf(name) {
+  const asked = askedIn(name);
+  if (!asked) return name;
+  const { projectile, region, ownFat, speeds, threshold } = asked;
+  const { made, diameter_mm, mass_g } = projectile;
+  const ball = projectile.name ?? `${made === "rigid" ? "Rigid ball" : "Ball"}, ${diameter_mm} mm, ${mass_g} g`;
+  const limb = region.name.split(",")[0].toLowerCase();
+  return `${ball}, on the ${limb} with ${setting(ownFat)} mm of fat, ${speeds.map(setting).join(" to ")} m/s, stress above ${setting(threshold)} kPa`;
+}
+
 /** What was asked by the name of its job, its number the first of those that can be; null for other jobs. */
 export function askedIn(name) {
   const [, hit, where, fat, ...numbers] = name.match(NAME) ?? [];

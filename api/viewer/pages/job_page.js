@@ -13,6 +13,7 @@ import { trustPanel } from "../summary/trust.js";
 import { concerns, warningLine } from "../summary/warnings.js";
 import { impactLine } from "../plots/impact_line.js";
 import { layoutOf } from "../recording/layout.js";
+import { addressOf, askedIn, titleOf } from "./ask_address.js";
 import { pageOfQuestion } from "./asked.js";
 import { ProgressPanel } from "./progress.js";
 import { stateBadge } from "./state_badge.js";
@@ -24,15 +25,13 @@ async function loadPanel() {
   return panel;
 }
 
-/** What the names of the jobs of what-if questions begin with. */
-const WHAT_IF = "what if: ";
 const FINAL = ["succeeded", "failed", "cancelled"];
 
 /** The page of a job, as the service describes it. */
 export function jobPage(job) {
   const page = new JobPage(job);
   page.start();
-  return { title: page.job.name, element: page.element, leave: () => page.leave() };
+  return { title: titleOf(page.job.name), element: page.element, leave: () => page.leave() };
 }
 
 class JobPage {
@@ -47,13 +46,14 @@ class JobPage {
 
   constructor(job) {
     this.job = job;
-    this.element = html("div", {}, html("div", { class: "title" }, html("h1", {}, job.name, " ", this.#state), this.#tools), this.#body);
+    this.element = html("div", {}, html("div", { class: "title" }, html("h1", {}, titleOf(job.name), " ", this.#state), this.#tools), this.#body);
     this.#showTools();
   }
 
   start() {
     const show = () => (FINAL.includes(this.job.state) ? this.#showResults() : this.#follow());
-    this.#readQuestion().then(show).catch((error) => this.#say(error));
+    this.#readQuestion();
+    show().catch((error) => this.#say(error));
   }
 
   leave() {
@@ -84,9 +84,7 @@ class JobPage {
   }
 
   /** Reads from the name of the job what was asked. The address of its curve is the page on which this tab asked it, or else that of the name. */
-  async #readQuestion() {
-    if (!this.job.name.startsWith(WHAT_IF)) return;
-    const { addressOf, askedIn } = await import("./ask_address.js");
+  #readQuestion() {
     this.#asked = askedIn(this.job.name);
     if (!this.#asked) return;
     const page = pageOfQuestion(this.job);
@@ -95,7 +93,7 @@ class JobPage {
   }
 
   async #delete() {
-    if (!confirm(`Delete ${this.job.name} and its recording? This cannot be undone.`)) return;
+    if (!confirm(`Delete ${titleOf(this.job.name)} and its recording? This cannot be undone.`)) return;
     await request(`/v1/jobs/${this.job.id}`, { method: "DELETE" });
     location.hash = "#/";
   }

@@ -3,6 +3,7 @@
 import { getJson } from "../api.js";
 import { button, html, table } from "../dom.js";
 import { ABOUT_MARKS, bytes, marked, moment, number, setting, within } from "../format.js";
+import { titleOf } from "./ask_address.js";
 import { pageOfQuestion } from "./asked.js";
 import { reached } from "./progress.js";
 import { stateBadge } from "./state_badge.js";
@@ -98,7 +99,7 @@ function welcome() {
 /** A table of jobs; those to look at again go into `watched`. */
 function jobTable(jobs, choose, watched) {
   const rows = jobs.map((job) => {
-    const box = html("input", { type: "checkbox", "aria-label": `Compare ${job.name}`, onchange: () => choose(job.id, box.checked) });
+    const box = html("input", { type: "checkbox", "aria-label": `Compare ${titleOf(job.name)}`, onchange: () => choose(job.id, box.checked) });
     const cells = standing(job).map((content) => html("span", {}, content));
     const show = (now) => {
       standing(now).forEach((content, i) => cells[i].replaceChildren(content));
@@ -106,7 +107,7 @@ function jobTable(jobs, choose, watched) {
     };
     show(job);
     if (!isOver(job)) watched.set(job.id, show);
-    return [html("a", { href: pageOfQuestion(job) ?? `#/job/${job.id}` }, job.name), cells[3], cells[4], cells[0], cells[1], moment(job.created_at), cells[2], box];
+    return [html("a", { href: pageOfQuestion(job) ?? `#/job/${job.id}` }, titleOf(job.name)), cells[3], cells[4], cells[0], cells[1], moment(job.created_at), cells[2], box];
   });
   const names = ["scene", "projectile", "force · patch · depth · energy", "state", "done", "submitted", "recording", "compare"];
   return table("Jobs, newest first", names, rows);

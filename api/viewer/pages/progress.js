@@ -2,7 +2,7 @@
 
 import { postJson } from "../api.js";
 import { button, html } from "../dom.js";
-import { number, timeUnit, withUnit } from "../format.js";
+import { number, timeUnit, timeWords, withUnit } from "../format.js";
 
 /** Whether a job counts runs, as what-if questions and studies do: its steps take it nowhere in simulated time. */
 function isStudy({ step, simulated_time_s }) {
@@ -14,7 +14,7 @@ export function reached(job) {
   if (isStudy(job)) return `${job.step}${job.expected_steps ? ` of ${job.expected_steps}` : ""} runs`;
   if (job.step === 0) return "–";
   const { factor, name } = timeUnit(job.end_time_s);
-  return `${withUnit(job.simulated_time_s * factor, name)} of ${withUnit(job.end_time_s * factor, name)}`;
+  return `${withUnit(job.simulated_time_s * factor, name)} of ${timeWords(job.end_time_s)}`;
 }
 
 /** Phases in words; the others as they are. */

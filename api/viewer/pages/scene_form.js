@@ -2,7 +2,7 @@
 
 import { html } from "../dom.js";
 import { choicesOf, isAlongAxes, kindOf } from "../scene/choices.js";
-import { inForm, isNumber, meant, shown, words } from "../scene/scene_units.js";
+import { inForm, isNumber, isOfComputer, meant, shown, words } from "../scene/scene_units.js";
 import { plainly } from "../summary/plain_terms.js";
 
 /** What of a projectile is about the impact: where it comes from and how fast. */
@@ -205,7 +205,7 @@ export class SceneForm {
     let value = this.#document;
     const steps = pointer.split("/").slice(1).map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~")).flatMap((step) => {
       value = value?.[step];
-      if (/^\d+$/.test(step)) return [value?.name || value?.part || `number ${Number(step) + 1}`];
+      if (/^\d+$/.test(step)) return [value?.name?.trim() || value?.part || value?.role || `number ${Number(step) + 1}`];
       return ["bodies", "parts"].includes(step) ? [] : [words(step).replace(/ \[.*/, "")];
     });
     return steps.join(" › ") || "the scene";
@@ -225,6 +225,8 @@ const keyOf = (pointer) => pointer.split("/").findLast((step) => !/^\d+$/.test(s
 
 /** A problem in a sentence or two, in the words and units of the form. */
 export function problemWords({ message, limit, remedy, pointer }) {
-  const bound = limit && inForm(limit, keyOf(pointer ?? ""));
-  return [inForm(message), bound && `(${bound.startsWith("usually") ? "" : "must be "}${bound})`, remedy && `— ${inForm(remedy)}`].filter(Boolean).join(" ");
+  const key = keyOf(pointer ?? "");
+  const bound = limit && inForm(limit, key);
+  const inUnits = (text) => inForm(text, isOfComputer(key) ? key : null);
+  return [inUnits(message), bound && `(${bound.startsWith("usually") ? "" : "must be "}${bound})`, remedy && `— ${inUnits(remedy)}`].filter(Boolean).join(" ");
 }

@@ -5,6 +5,7 @@ import { button, html, select, table } from "../dom.js";
 import { bytes, number } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { inWords } from "../scene/scene_units.js";
+import { stillness } from "../scene/stillness.js";
 import { plainly } from "../summary/plain_terms.js";
 import { GeometryPreview } from "./geometry_preview.js";
 import { OwnTarget } from "./own_target.js";
@@ -165,11 +166,12 @@ class SubmitPage {
 
   #accept(answer) {
     const { plan } = answer;
-    this.#showProblems(answer.warnings);
+    const warnings = [...answer.warnings, ...stillness(this.#document)];
+    this.#showProblems(warnings);
     this.#submit.disabled = false;
     const name = this.#document?.name ? `${this.#document.name}: ` : "";
     const facts = `${name}${plan.elements} elements, at least ${plan.expected_steps} steps, ${bytes(plan.memory_bytes)}; ${wholeRunWords(this.#document, plan.expected_run_time_s)}`;
-    this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
+    this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(warnings, this.#form));
     // Generated meshes have no badly shaped elements.
     const hasShapes = answer.bodies.some((body) => body.min_scaled_jacobian);
     const shapeOf = (body) => (body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–");

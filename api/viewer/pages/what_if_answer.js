@@ -1,7 +1,7 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { ABOUT_MARKS, bracketed, commaSeparated, exceeds, number, within } from "../format.js";
+import { ABOUT_MARKS, bracketed, commaSeparated, exceeds, number, setting, within } from "../format.js";
 import { endsWithin, isCut, possibleOf } from "../scene/possible.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
@@ -42,6 +42,9 @@ function words(quantity, isLeast, possible) {
 function titleIn({ quantities }, key) {
   return quantities?.[key] && `${quantities[key].title} [${quantities[key].unit}]`;
 }
+
+/** Digits of a parameter in a case: an answer may propose values of many. */
+const DIGITS = 4;
 
 export class WhatIfAnswer {
   element = html("div");
@@ -131,10 +134,11 @@ export class WhatIfAnswer {
     });
     const rows = cases.map((one) => {
       const values = names.map((name) => {
-        const text = number(one.parameters[name] * this.#describe(name).factor, 3);
+        const text = setting(Number((one.parameters[name] * this.#describe(name).factor).toPrecision(DIGITS)));
         return one.parameters[name] === base[name] ? html("span", { class: "quiet" }, text) : html("b", {}, text);
       });
-      return [one.index === 0 ? "as it was" : one.name, ...values, ...this.#numbers.map(([key], i) => this.#cell(one, key, i))];
+      const ofBase = this.#asked ? `${setting(base.speed)} m/s` : "as it was";
+      return [one.index === 0 ? ofBase : one.name, ...values, ...this.#numbers.map(([key], i) => this.#cell(one, key, i))];
     });
     const caption = cases.length < this.#count ? `${cases.length} of ${this.#count} cases` : `${cases.length === 1 ? "1 case" : `${cases.length} cases`}; what differs from the base is bold`;
     const shown = table(caption, ["case", ...heads, ...this.#numbers.map(([, title]) => title)], rows);

@@ -2,7 +2,7 @@
 
 import { followEvents, getJson } from "../api.js";
 import { button, checkbox, html } from "../dom.js";
-import { withUnit } from "../format.js";
+import { setting } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { significantThreshold } from "../summary/headline.js";
 import { jobOf, remember, stop } from "./asked.js";
@@ -67,7 +67,7 @@ class WhatIfPage {
   }
 
   #slider({ name, label, unit, factor, base, low, high }) {
-    const words = (value) => withUnit(value * factor, unit, 3);
+    const words = (value) => `${setting(Number((value * factor).toPrecision(3)))}${unit && unit !== "-" ? `\u202f${unit}` : ""}`;
     const output = html("output", {}, `${words(base)}, as it was`);
     const input = html("input", {
       type: "range", min: low, max: high, step: (high - low) / 100, value: base, "aria-valuetext": words(base),

@@ -3,6 +3,7 @@
 import uPlot from "../vendor/uplot/uPlot.esm.js";
 import { button, html, saveFile, table } from "../dom.js";
 import { commaSeparated, number } from "../format.js";
+import { LabelPlaces } from "./label_places.js";
 
 /** Colours after Okabe and Ito, which the colour-blind can distinguish; and dashes, for those without any colour. */
 const COLOURS = ["#0072b2", "#d55e00", "#00805f", "#b0508c", "#8a6d00", "#333333", "#56b4e9"];
@@ -132,24 +133,38 @@ export class Plot {
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.setLineDash([4 * devicePixelRatio, 4 * devicePixelRatio]);
-    ctx.fillStyle = "#4a5866";
-    ctx.textAlign = "right";
-    let last = -Infinity;
-    for (const { value, label } of [...(this.#options.levels ?? [])].sort((a, b) => b.value - a.value)) {
-      const at = chart.valToPos(value, "y", true);
-      if (at < bbox.top || at > bbox.top + bbox.height) continue;
-      line(ctx, "#7a8794", bbox.left, at, bbox.left + bbox.width, at);
-      // A label that would lie on the one above is omitted.
-      if (at - last < 12 * devicePixelRatio) continue;
-      ctx.fillText(label, bbox.left + bbox.width - 4, at - 4);
-      last = at;
-    }
+    this.#drawLevels(chart);
     ctx.setLineDash([]);
     if (this.#marked != null) {
       const at = chart.valToPos(this.#marked, "x", true);
       line(ctx, "#12344d", at, bbox.top, at, bbox.top + bbox.height);
     }
     ctx.restore();
+  }
+
+  /** The levels as lines, then their labels, each where it covers no other one. */
+  #drawLevels({ ctx, bbox, valToPos }) {
+    const all = (this.#options.levels ?? []).map(({ value, label }) => ({ label, at: valToPos(value, "y", true) }));
+    const shown = all.filter(({ at }) => at >= bbox.top && at <= bbox.top + bbox.height);
+    const ends = [bbox.left, bbox.left + bbox.width];
+    // Room for labels is in pixels of the page, as their font.
+    const [left, right, top, bottom] = [...ends, bbox.top, bbox.top + bbox.height].map((place) => place / devicePixelRatio);
+    const places = new LabelPlaces({ left, right, top, bottom });
+    for (const { at } of shown) {
+      line(ctx, "#7a8794", ends[0], at, ends[1], at);
+      places.keepLine([[left, at / devicePixelRatio], [right, at / devicePixelRatio]]);
+    }
+    ctx.setLineDash([]);
+    for (const { label, at } of shown) {
+      const { x, y, isEnd } = places.alongLine(label, at / devicePixelRatio, true);
+      ctx.textAlign = isEnd ? "right" : "left";
+      const place = [x * devicePixelRatio, y * devicePixelRatio];
+      // Words that no line strikes through.
+      [ctx.strokeStyle, ctx.lineWidth, ctx.fillStyle] = ["#fff", 3 * devicePixelRatio, "#4a5866"];
+      ctx.strokeText(label, ...place);
+      ctx.fillText(label, ...place);
+    }
+    ctx.lineWidth = devicePixelRatio;
   }
 
   /** The values as comma-separated text, with units in the names of the columns. */

@@ -1,6 +1,6 @@
 // The plots of runs over time: force, impulse, energy. One run, or several for comparison.
 
-import { setting, timeUnit } from "../format.js";
+import { timeUnit, timeWords } from "../format.js";
 import { mainPair } from "./main_pair.js";
 import { Plot } from "./plot.js";
 
@@ -41,7 +41,7 @@ export function contactPlots(runs, shared) {
     y: { label: "force", unit: "N" },
     x: x(),
     curves: withContact.flatMap((run) => {
-      const mean = curve(run, `mean over ${setting(window(run) * 1e6)} µs`, run.recording.series.meanForce(mainPair(run.recording), window(run)), { width: 2.5 });
+      const mean = curve(run, `mean over ${timeWords(window(run))}`, run.recording.series.meanForce(mainPair(run.recording), window(run)), { width: 2.5 });
       if (runs.length > 1) return [mean];
       return [mean, curve(run, "each step", columns(run).force, { width: 1, style: { stroke: "#9aa7b4", dash: [3, 3] } })];
     }),

@@ -5,6 +5,8 @@ import { deepestOf, limbOf, percentile } from "./regions.js";
 
 /** Cases over the range of speeds, its ends among them: four inner ones, from which the error of the curve through them is estimated. */
 const CASES = 6;
+/** Significant digits of the speeds between the ends of a range. */
+const OF_SPEED = 4;
 /**
  * Modulus of tissue under a projectile, not above those that computed durations of contact have [Pa]: 0.2 to 1.3 MPa over all projectiles
  * (15 ms at 5 m/s for the cricket ball, 3.1 ms at 120 m/s for the flash-ball of 44 mm).
@@ -75,7 +77,8 @@ export function sceneOf(asked, tissue) {
 /** The what-if question: cases at equally spaced speeds, the first of them the base, each with an error of its own. */
 export function questionOf(asked, tissue) {
   const [low, high] = asked.speeds;
-  const speeds = Array.from({ length: CASES - 1 }, (_, i) => Number((low + ((i + 1) * (high - low)) / (CASES - 1)).toPrecision(6)));
+  const between = Array.from({ length: CASES - 2 }, (_, i) => Number((low + ((i + 1) * (high - low)) / (CASES - 1)).toPrecision(OF_SPEED)));
+  const speeds = [...between, high];
   const parameters = [{ name: "speed", change: { kind: "speed_m_per_s" }, low, high }];
   return { scene: sceneOf(asked, tissue), parameters, error_bars: "full", cases: speeds.map((speed) => ({ set: { speed } })) };
 }

@@ -11,8 +11,11 @@ const UNITS = [
 /** Times of the computer, not of the impact, are in seconds. */
 const WALL = /^(time_budget|deadline)_s$/;
 
+/** Whether a field is a time of the computer. */
+export const isOfComputer = (key) => WALL.test(key);
+
 function unitOf(key) {
-  if (WALL.test(key)) return ["_s", "s", 1];
+  if (isOfComputer(key)) return ["_s", "s", 1];
   return UNITS.find(([end]) => key.endsWith(end) && key.length > end.length);
 }
 
@@ -30,10 +33,12 @@ export function shown(key, value) {
 }
 
 /** SI units in texts of the service, and what stands for them in the form: [unit or its name, factor, unit in the form]. */
-const IN_TEXTS = [["m", 1e3, "mm"], ["metres", 1e3, "mm"], ["kg", 1e3, "g"], ["s", 1e3, "ms"], ["seconds", 1e3, "ms"], ["Pa", 1e-3, "kPa"], ["m³", 1e9, "mm³"]];
+const IN_TEXTS = [["m", 1e3, "mm"], ["metres", 1e3, "mm"], ["kg", 1e3, "g"], ["kilograms", 1e3, "g"], ["s", 1e3, "ms"], ["seconds", 1e3, "ms"], ["Pa", 1e-3, "kPa"], ["m³", 1e9, "mm³"]];
 const NUMBER = String.raw`[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?`;
 const WITH_UNIT = new RegExp(String.raw`(${NUMBER})((?: to (?:${NUMBER}))?) (m|kg|s|Pa|m³)(?![\w/²³])`, "g");
-const NAMED_UNIT = new RegExp(String.raw`\bin (metres|seconds|m|kg|s|Pa)\b(?![/²³])((?: \([^)]*\))?)`, "g");
+const NAMED_UNIT = new RegExp(String.raw`\bin (metres|seconds|kilograms|m³|m|kg|s|Pa)(?![\w/²³])((?: \([^)]*\))?)`, "g");
+/** How a number is converted to SI, in a remedy: the form does that itself. */
+const CONVERSION = /(\bin (?:metres|seconds|kilograms|m³|m|kg|s|Pa)): [^;]+? is [\d.e+-]+/g;
 const NAME = /`?\b((?:[a-z]\w*\.)*[a-z]\w*_\w+)\b`?/g;
 
 const VECTOR_WITH_UNIT = /\(([-−\d.e+, ]+)\) (m|kg|s|Pa)(?![\w/²³])/g;
@@ -50,8 +55,10 @@ const allConverted = (text, factor) => text.replace(new RegExp(String.raw`(?<![\
 /** A text of the service on a scene in the words and units of the form; `key` is the field that a `limit` is about, whose numbers have no unit. */
 export function inForm(text, key = null) {
   const own = key && unitOf(key);
+  // A time of the computer is in seconds there, too.
+  if (own && isOfComputer(key)) return (/^[<>]=? [\d.]+$/.test(text) ? `${text} s` : text).replace(NAME, (_, name) => quoted(name));
   const factorOf = (unit) => IN_TEXTS.find(([name]) => name === unit);
-  const given = text
+  const given = text.replace(CONVERSION, "$1")
     .replace(VECTOR_WITH_UNIT, (_, vector, unit) => `(${allConverted(vector, factorOf(unit)[1])}) ${factorOf(unit)[2]}`)
     .replace(/\[(m|kg|s|Pa)\]/g, (_, unit) => `[${factorOf(unit)[2]}]`)
     .replace(WITH_UNIT, (_, one, rest, unit) => {
