@@ -58,7 +58,7 @@ export function change(value, scale, error = null) {
 export const exceeds = (value, error) => !(error > 0) || error < Math.abs(value);
 
 /** What each mark of a number means. */
-export const ABOUT_BRACKETS = "(12) in brackets: the error is as large as the number, or is unknown; at best an order of magnitude.";
+export const ABOUT_BRACKETS = "(12) in brackets: the error is as large as the number, or is unknown, or too few points give the number; at best an order of magnitude.";
 export const ABOUT_BOUNDS = "≥ 12: a lower bound, at least so much.";
 
 /** What the marks of a number mean, for a line below a table. */
