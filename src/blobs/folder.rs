@@ -126,19 +126,22 @@ fn name_file(file: &Path, root: &Path, name: &str) -> io::Result<()> {
     let places = places(root, name);
     let Some((path, former)) = places.split_first() else { return Err(ErrorKind::InvalidInput.into()) };
     let folder = path.parent().unwrap_or(root);
-    create_durably(folder)?;
+    create_durably(root, folder)?;
     fs::rename(file, path)?;
     File::open(folder)?.sync_all()?;
     former.iter().try_for_each(|path| remove(path))
 }
 
-/// Creates a folder with those above it; each is synced in the one that contains it.
-fn create_durably(folder: &Path) -> io::Result<()> {
+/// Creates a folder with those above it below the root, which must exist: one that was moved away would be taken for empty. Each is synced in the
+/// one that contains it.
+fn create_durably(root: &Path, folder: &Path) -> io::Result<()> {
     if folder.is_dir() {
         return Ok(());
     }
-    let Some(above) = folder.parent() else { return Ok(()) };
-    create_durably(above)?;
+    let Some(above) = folder.parent().filter(|_| folder != root) else {
+        return Err(ErrorKind::NotFound.into());
+    };
+    create_durably(root, above)?;
     match fs::create_dir(folder) {
         Err(error) if error.kind() != ErrorKind::AlreadyExists => Err(error),
         _ => File::open(above)?.sync_all(),
@@ -234,6 +237,18 @@ mod tests {
         check(&FolderBlobs::open(dir.path()).unwrap());
         // Nothing but blobs is left.
         assert!(fs::read_dir(dir.path()).unwrap().all(|entry| entry.unwrap().path().is_dir()));
+    }
+
+    #[test]
+    fn a_root_that_was_moved_away_is_not_made_anew() {
+        let dir = tempfile::tempdir().unwrap();
+        let root = dir.path().join("blobs");
+        let blobs = FolderBlobs::open(&root).unwrap();
+        let file = dir.path().join("recording");
+        fs::write(&file, b"abc").unwrap();
+        fs::rename(&root, dir.path().join("elsewhere")).unwrap();
+        assert!(blobs.adopt(&file, "recordings/00000000-0000-7000-8000-00000000001f.mcap").is_err());
+        assert!(!root.exists() && file.exists());
     }
 
     #[test]
