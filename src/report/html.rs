@@ -253,7 +253,8 @@ fn provenance(out: &mut String, run: &RecordedRun, origin: &Origin<'_>) {
         ("Computed", origin.computed_at.map(moment)),
     ];
     let known = facts.into_iter().filter_map(|(what, value)| Some((what, escaped(&value?))));
-    let known: String = known.map(|(what, value)| format!("<dt>{what}</dt><dd>{value}</dd>")).collect();
+    let known =
+        known.map(|(what, value)| format!("<dt>{what}</dt><dd>{value}</dd>")).collect::<Vec<_>>().concat();
     if !known.is_empty() {
         push(out, format_args!("<dl class=\"origin\">{known}</dl>"));
     }
