@@ -243,7 +243,7 @@ def test_a_changed_question_leaves_the_answer_of_the_one_before(page, questions)
     expect(notice).to_be_visible()
     page.get_by_role("button", name="Answer", exact=True).click()
     expect(notice).to_be_hidden()
-    expect(page.locator(".answers")).to_contain_text(re.compile(r"(± \d+ N|between 0 and \d+ N,|N with unknown error) at 90 m/s, .* N,?( with unknown error)? at 120 m/s\."), timeout=COMPUTED_MS)
+    expect(page.locator(".answers")).to_contain_text(re.compile(r"(± \d+ N|between 0 and \d+ N,|N with unknown error) at 90 m/s; .* N,?( with unknown error)? at 120 m/s\."), timeout=COMPUTED_MS)
     assert "deeper" not in page.locator(".answers").inner_text()
     # Asked again: the job of before.
     question.select_option("muscle")
