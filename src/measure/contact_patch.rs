@@ -7,11 +7,11 @@
 //! nodes pressed at one instant does not converge. A node therefore counts as in contact until it was last pressed a given time ago.
 //! The coarser the mesh, the longer a node stays away: gaps of up to two nodes between others in contact are closed (`closing.rs`).
 
-mod axes;
 mod closing;
+mod patch;
 
-pub use self::axes::ContactPatch;
-use self::axes::{Pressed, patch_of};
+pub use self::patch::ContactPatch;
+use self::patch::{Pressed, patch_of};
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::Followers;
