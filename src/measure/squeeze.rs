@@ -45,6 +45,8 @@ impl Squeezed {
 pub struct Squeeze {
     /// The column below each node that has been struck; `None` where no face looks the other way.
     columns: BTreeMap<u32, Option<Column>>,
+    /// The faces of each body that has been struck, as it starts.
+    faces: BTreeMap<usize, Vec<StartFace>>,
     /// The thinnest column so far; `None` before the first.
     pub worst: Option<Squeezed>,
 }
@@ -56,6 +58,13 @@ struct Column {
     face: [u32; 4],
     /// Distance of the node from that face at the start [m].
     thickness: f64,
+}
+
+/// The middle of a boundary face at the start [m], and its outward normal there.
+#[derive(Clone, Copy, Debug)]
+struct StartFace {
+    middle: Vec3,
+    normal: Vec3,
 }
 
 impl Squeeze {
@@ -93,8 +102,12 @@ impl Squeeze {
         if body.role != Role::Tissue || body.rigid.is_some() || is_torn() {
             return None;
         }
-        let Column { face, thickness } =
-            (*self.columns.entry(node).or_insert_with(|| Column::below(node, body, plan)))?;
+        let Self { columns, faces, .. } = self;
+        let column = columns.entry(node).or_insert_with(|| {
+            let faces = faces.entry(index).or_insert_with(|| faces_at_start(body, plan));
+            Column::below(node, body, plan, faces)
+        });
+        let Column { face, thickness } = (*column)?;
         let is_held = face.iter().all(|node| (0..3).any(|axis| plan.holds(*node as usize, axis)));
         if !is_held && !face.iter().any(|node| pressed.contains(node)) {
             return None;
@@ -112,22 +125,20 @@ impl Squeeze {
 }
 
 impl Column {
-    /// The column below a node of a body as it starts: to the nearest middle of a face that looks the other way, inwards.
-    fn below(node: u32, body: &PlanBody, plan: &Plan) -> Option<Self> {
-        let start = |node: u32| {
-            plan.X[node as usize] + plan.initial_u.get(node as usize).copied().unwrap_or_default()
-        };
+    /// The column below a node of a body as it starts, given its faces then: to the nearest middle of a face that looks the other way,
+    /// inwards.
+    fn below(node: u32, body: &PlanBody, plan: &Plan, faces: &[StartFace]) -> Option<Self> {
+        let start = |node: u32| start_of(node, plan);
         let around = body.boundary.faces.iter().filter(|face| face.contains(&node));
         let normals = around.map(|face| patch(face, start)).map(|face| face.normal(&MIDDLE) * face.area());
         let normal = normals.sum::<Vec3>().try_normalize(0.0)?;
         let from = start(node);
         let mut nearest: Option<(f64, &[u32; 4])> = None;
-        for face in &body.boundary.faces {
-            let other = patch(face, start);
-            let way = other.point(&MIDDLE) - from;
+        for (face, other) in body.boundary.faces.iter().zip(faces) {
+            let way = other.middle - from;
             let square = way.norm_squared();
             let is_nearer = nearest.is_none_or(|(least, _)| square < least);
-            if is_nearer && way.dot(&normal) < 0.0 && other.normal(&MIDDLE).dot(&normal) < OPPOSITE {
+            if is_nearer && way.dot(&normal) < 0.0 && other.normal.dot(&normal) < OPPOSITE {
                 nearest = Some((square, face));
             }
         }
@@ -135,6 +146,20 @@ impl Column {
         let thickness = distance(&from, face, start);
         (thickness > 0.0).then_some(Self { face: *face, thickness })
     }
+}
+
+/// Position of a node at the start [m].
+fn start_of(node: u32, plan: &Plan) -> Vec3 {
+    plan.X[node as usize] + plan.initial_u.get(node as usize).copied().unwrap_or_default()
+}
+
+/// The boundary faces of a body as it starts, in their order.
+fn faces_at_start(body: &PlanBody, plan: &Plan) -> Vec<StartFace> {
+    let of = |face: &[u32; 4]| {
+        let face = patch(face, |node| start_of(node, plan));
+        StartFace { middle: face.point(&MIDDLE), normal: face.normal(&MIDDLE) }
+    };
+    body.boundary.faces.iter().map(of).collect()
 }
 
 /// The contacts of a frame that press.
@@ -188,7 +213,7 @@ mod tests {
             let x = plan.X[node as usize];
             let is_inside = |c: f64| c.abs() < 0.029;
             if x.z > -1e-9 && is_inside(x.x) && is_inside(x.y) {
-                let column = Column::below(node, body, &plan).unwrap();
+                let column = Column::below(node, body, &plan, &faces_at_start(body, &plan)).unwrap();
                 assert!((column.thickness - 0.02).abs() < 1e-12, "{x:?}: {column:?}");
                 assert!(column.face.iter().all(|corner| plan.X[*corner as usize].z < -0.0199));
             }

@@ -8,6 +8,7 @@ use crate::mesh::MeshError;
 use crate::mesh::distance::DepthField;
 use crate::plan::Plan;
 use crate::scene::document::Role;
+use rayon::prelude::*;
 
 /// Parts of the tissue; parts of the same name in several bodies are one.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,25 +63,33 @@ impl TissueParts {
             return Ok(None);
         }
         let skin = DepthField::new(&whole.measures.tissue_skin, &whole.X)?;
-        let mut depths = vec![f64::NAN; whole.X.len()];
-        for body in &self.bodies {
-            let nodes = whole.bodies[*body].nodes.clone();
-            let nodes = nodes.start as usize..nodes.end as usize;
-            depths[nodes.clone()].copy_from_slice(&skin.depths(&whole.X[nodes]));
-        }
+        // Images are as deep as what is computed.
         let computed = Computed::of(whole);
-        let elements = || (0..computed.images()).flat_map(move |image| self.elements(computed, image));
+        let X = &computed.plan.X;
+        let mut of_computed = vec![f64::NAN; X.len()];
+        for body in &self.bodies {
+            let nodes = computed.plan.bodies[*body].nodes.clone();
+            let nodes = nodes.start as usize..nodes.end as usize;
+            of_computed[nodes.clone()].copy_from_slice(&skin.depths(&X[nodes]));
+        }
+        let mut depths = vec![f64::NAN; whole.X.len()];
+        computed.unfold(&of_computed, &mut depths);
         // Depths in the middle of elements show where these are not linear.
+        let elements: Vec<TissueElement> = self.elements(computed, 0).collect();
         let at = |node: &u32| whole.X[*node as usize];
         let corners = |element: &TissueElement| element.cell.table().corners;
-        let middles: Vec<Vec3> =
-            elements().map(|element| middle_of(element.nodes[..corners(&element)].iter().map(at))).collect();
-        let elements = elements().zip(skin.depths(&middles)).map(|(element, middle)| {
+        let middle = |element: &TissueElement| middle_of(element.nodes[..corners(element)].iter().map(at));
+        let middles = skin.depths(&elements.iter().map(middle).collect::<Vec<_>>());
+        let ridges = elements.par_iter().zip(middles).map(|(element, middle)| {
             let x: Vec<Vec3> = element.nodes.iter().map(at).collect();
-            let of_corners = element.nodes[..corners(&element)].iter().map(|node| depths[*node as usize]);
+            let of_corners = element.nodes[..corners(element)].iter().map(|node| depths[*node as usize]);
             let of_corners: Vec<f64> = of_corners.collect();
-            let ridge = Ridge::of(element.cell, &x, (&of_corners, middle), |point| skin.depth(point));
-            TissueElement { ridge, ..element }
+            Ridge::of(element.cell, &x, (&of_corners, middle), |point| skin.depth(point))
+        });
+        let ridges: Vec<Option<Ridge>> = ridges.collect();
+        let elements = (0..computed.images()).flat_map(|image| {
+            let of_image = self.elements(computed, image).zip(&ridges);
+            of_image.map(|(element, ridge)| TissueElement { ridge: ridge.clone(), ..element })
         });
         let counts = (self.names.len(), computed.slot_count());
         Ok(Some(StressField::new((&depths, &ends_of_nodes(whole)), counts, elements)))

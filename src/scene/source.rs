@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// Provides the bytes of a mesh by the name used in the scene.
-pub trait MeshSource {
+pub trait MeshSource: Sync {
     /// The bytes of the mesh called `name`, and a file name whose extension gives the format.
     ///
     /// # Errors

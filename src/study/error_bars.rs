@@ -6,6 +6,7 @@ use super::single::{ending_name, is_stop};
 use super::variant::{NotRun, Variants, split};
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Compared, ComparedRuns, ErrorBars, Level, REFINEMENT};
+use crate::mechanics::force::Threads;
 use crate::plan::{PlanReport, compile};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, Scene};
@@ -145,7 +146,12 @@ pub(super) fn steps_and_contact(
     // Half of the actual steps, whatever limited them: stability, strain, or field times.
     small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * steps as f64));
     loose.document.contact.tolerance *= LOOSER;
-    Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
+    // Side by side: the threads of one run wait for each other at every step.
+    let side_by_side = Threads::new(variants.threads.min(2)).unwrap_or(Threads::ONE);
+    let variants = Variants { threads: variants.threads.div_ceil(2), ..*variants };
+    let run = |mesh: &Scene| results(&variants, mesh, depths);
+    let (small_steps, loose) = side_by_side.join(|| run(&small_steps), || run(&loose));
+    Ok([small_steps?, loose?])
 }
 
 /// The runs on other meshes, with the two `others` on the coarsest of them, whose run is `base`.

@@ -13,7 +13,6 @@ mod symmetry;
 
 use super::compile::{compile_whole, recompile_whole};
 use super::compiled::{Plan, SectorPlan};
-use super::contact_plan::ContactPlan;
 use super::parts::CompileError;
 use super::report::Omitted;
 use crate::mechanics::contact::Discretisation;
@@ -33,7 +32,8 @@ use symmetry::Symmetry;
 /// Inverted elements and massless nodes, which validation reports earlier and in full; invalid followers.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     let _span = tracing::debug_span!("compile").entered();
-    with_sector(compile_whole(scene)?, scene)
+    let (whole, part) = rayon::join(|| compile_whole(scene), || Part::of(scene));
+    Ok(with_sector(whole?, part?))
 }
 
 /// As [`compile`], for a scene that differs from `before` (with plan `plan`) only in velocities, spins and friction:
@@ -44,22 +44,32 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
 /// # Errors
 /// As [`compile`].
 pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, CompileError> {
-    with_sector(recompile_whole(plan, before, scene)?, scene)
+    let whole = recompile_whole(plan, before, scene)?;
+    Ok(with_sector(whole, Part::of(scene)?))
 }
 
-/// The sector of a scene with this plan; `None` without symmetry.
-///
-/// # Errors
-/// As [`super::compile`].
-fn sector_plan(scene: &Scene, whole: &Plan) -> Result<Option<SectorPlan>, CompileError> {
-    if scene.document.keeps(Keep::MirrorImages) || !has_images(whole) {
-        return Ok(None);
+/// The part of a symmetric scene above its planes of symmetry.
+struct Part {
+    planes: Vec<MirrorPlane>,
+    /// Where it comes from, body by body.
+    cuts: Vec<Cut>,
+    plan: Plan,
+}
+
+impl Part {
+    /// That of a scene; `None` without symmetry.
+    ///
+    /// # Errors
+    /// As [`super::compile`].
+    fn of(scene: &Scene) -> Result<Option<Self>, CompileError> {
+        if scene.document.keeps(Keep::MirrorImages) || !has_images(scene) {
+            return Ok(None);
+        }
+        let Some(symmetry) = Symmetry::of(scene) else { return Ok(None) };
+        let (sector, cuts) = sector_of(scene, &symmetry);
+        let plan = compile_whole(&sector)?;
+        Ok(Some(Self { planes: symmetry.planes, cuts, plan }))
     }
-    let Some(symmetry) = Symmetry::of(scene) else { return Ok(None) };
-    let (sector, cuts) = sector_of(scene, &symmetry);
-    let plan = compile_whole(&sector)?;
-    let sector = mapping(whole, &plan, symmetry.planes, &cuts);
-    Ok(sector.map(|sector| SectorPlan { plan: Box::new(plan), sector }))
 }
 
 /// How the whole follows from its sector; `None` if the plan of the sector has other pairs than that of the whole.
@@ -112,18 +122,21 @@ fn report(SectorPlan { plan, sector }: &SectorPlan) -> Omitted {
 
 /// Whether mirror images of all that a run computes can be derived: not of eroded elements, of internal variables of laws, and of averages over
 /// faces.
-fn has_images(plan: &Plan) -> bool {
-    let is_averaged = |contact: &ContactPlan| contact.discretisation == Discretisation::Mortar;
-    let has_variables = plan.blocks.iter().any(|block| block.parameters.material.history_len() > 0);
-    !plan.erodes() && !has_variables && !plan.contact.as_ref().is_some_and(is_averaged)
+fn has_images(scene: &Scene) -> bool {
+    let mut parts = scene.document.bodies.iter().flat_map(|body| &body.parts);
+    let mut laws = scene.bodies.iter().flat_map(|body| &body.materials);
+    !parts.any(|part| part.erosion.is_some())
+        && !laws.any(|law| law.history_len() > 0)
+        && scene.document.contact.discretisation != Discretisation::Mortar
 }
 
 /// The plan of a whole scene with that of its sector, if it is symmetric.
-///
-/// # Errors
-/// As [`super::compile`].
-fn with_sector(mut plan: Plan, scene: &Scene) -> Result<Plan, CompileError> {
-    if let Some(sector) = sector_plan(scene, &plan)? {
+fn with_sector(mut plan: Plan, part: Option<Part>) -> Plan {
+    let sector = part.and_then(|Part { planes, cuts, plan: of_part }| {
+        let sector = mapping(&plan, &of_part, planes, &cuts)?;
+        Some(SectorPlan { plan: Box::new(of_part), sector })
+    });
+    if let Some(sector) = sector {
         let (report, of_sector) = (&mut plan.report, &sector.plan.report);
         report.omitted.insert(0, self::report(&sector));
         report.expected_steps = of_sector.expected_steps;
@@ -131,5 +144,5 @@ fn with_sector(mut plan: Plan, scene: &Scene) -> Result<Plan, CompileError> {
         report.memory_bytes += of_sector.memory_bytes;
         plan.sector = Some(sector);
     }
-    Ok(plan)
+    plan
 }

@@ -6,6 +6,7 @@ use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
 use crate::mesh::mirror::{MirrorImages, MirrorPlane};
 use crate::scene::document::{BodyDocument, IntegratorDocument, SceneDocument};
 use crate::scene::{RigidSceneBody, Scene, SceneBody};
+use rayon::prelude::*;
 
 /// Difference of stresses of mirror images, relative to the stress, or of places, relative to the size of a body [-].
 const ALIKE: f64 = 1e-9;
@@ -23,7 +24,7 @@ impl Symmetry {
         if !is_comparable(&scene.document) {
             return None;
         }
-        let found = (0..3).filter_map(|axis| {
+        let found = (0..3).into_par_iter().filter_map(|axis| {
             let at = middle(scene.bodies.first()?, axis)?;
             let plane = MirrorPlane { axis, at };
             let bodies = || scene.document.bodies.iter().zip(&scene.bodies);
@@ -33,7 +34,8 @@ impl Symmetry {
             let images = bodies().map(|(document, body)| images_of(document, body, plane));
             Some((plane, images.collect::<Option<Vec<_>>>()?))
         });
-        let (planes, by_plane): (Vec<_>, Vec<_>) = found.unzip();
+        let found: Vec<_> = found.collect();
+        let (planes, by_plane): (Vec<_>, Vec<_>) = found.into_iter().unzip();
         let of_body = |body: usize| by_plane.iter().map(|images: &Vec<_>| images[body].clone()).collect();
         let images = (0..scene.bodies.len()).map(of_body).collect();
         (!planes.is_empty()).then_some(Self { planes, images })
