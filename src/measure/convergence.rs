@@ -12,6 +12,9 @@ const SAFETY_ASSUMED: f64 = 3.0;
 const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
 /// Factor of safety on an error of observed order (Roache 1994).
 const SAFETY_OBSERVED: f64 = 1.25;
+/// Factor on a [`fitted_uncertainty`] where it is not known that the sequence has begun to converge, as while few nodes lie across a contact: the
+/// factor of safety is that of an assumed order then.
+pub const PRE_ASYMPTOTIC: f64 = SAFETY_ASSUMED / SAFETY_OBSERVED;
 /// Orders that a sequence of meshes is fitted with [-]: that of impacts, and lower ones where values approach their limit slower.
 const FITTED_ORDERS: [f64; 3] = [1.0, 0.75, 0.5];
 

@@ -17,6 +17,8 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
 
+/// A depth is larger than one before by more than rounding above this ratio [-]: its time is the first at which it is reached.
+const DEEPER: f64 = 1.0 + 1e-9;
 /// Fraction of the volume of a part in which the 95th percentile of the strain is exceeded [-].
 const TAIL: f64 = 0.05;
 
@@ -111,7 +113,7 @@ impl Exceedance {
 
     /// Accumulates the region of the field above the threshold at a time [s].
     fn add_region(&mut self, region: &Region, time: f64) {
-        if region.depth > self.depth {
+        if region.depth > self.depth * DEEPER {
             (self.depth, self.depth_time, self.edge) = (region.depth, time, region.edge);
         }
         for (end, (depth, now)) in self.depths_at_ends.iter_mut().zip(region.ends).enumerate() {

@@ -8,10 +8,6 @@ use crate::mechanics::tensor::Mat3;
 use crate::mesh::Cell;
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, ErosionDocument, Formulation, SceneDocument};
-use rayon::prelude::*;
-
-/// Fewest elements for which another thread is worth its start.
-const FEWEST_ELEMENTS: usize = 1024;
 
 /// Reference geometry of each element of a mesh.
 ///
@@ -24,8 +20,7 @@ pub(super) fn reference_geometry(
 ) -> Result<Vec<ReferenceGeometry>, CompileError> {
     let mesh = &body.mesh;
     let mass = ContactMass::new(scene.contact.mass_redistribution, body);
-    let of_element = |element: usize| {
-        let cell: Cell = mesh.cells.get(element);
+    let of_element = |(element, cell): (usize, Cell)| {
         let geometry =
             ReferenceGeometry::with_mass_at(cell.kind.element(), &cell.points(&mesh.nodes), |volume| {
                 mass.moved(cell.nodes, volume)
@@ -36,9 +31,7 @@ pub(super) fn reference_geometry(
         let ratio = geometry.smallest_jacobian;
         Err(CompileError::InvertedElement { body: document.name.clone(), element, ratio })
     };
-    let elements = (0..mesh.cells.len()).into_par_iter().with_min_len(FEWEST_ELEMENTS);
-    let all: Vec<Result<_, _>> = elements.map(of_element).collect();
-    all.into_iter().collect()
+    mesh.cells.iter().enumerate().map(of_element).collect()
 }
 
 /// What the blocks of a body need of the model.

@@ -5,8 +5,8 @@
 //! give the mesh error, the other two compared with a run on the same mesh give the errors of step and solver. First order
 //! is assumed: with two meshes a factor of safety is applied; with more, a curve is fitted, whose scatter widens the bar.
 
-use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
-use super::listed::Listed;
+use super::super::convergence::{PRE_ASYMPTOTIC, assumed_error, assumed_step_error, fitted_uncertainty};
+use super::listed::{Listed, NODES_ACROSS};
 use super::of_interest::QuantityOfInterest;
 use super::quantity::{ErrorEstimate, Estimate};
 use super::results::{Impact, Results};
@@ -159,7 +159,7 @@ impl ComparedRuns {
         let rule = match self.levels.len() {
             1 => "first order assumed, factor of safety 3",
             _ => {
-                "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
+                "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25 (3 with fewer than five nodes across the contact), widened by its scatter; of the steps first order, factor of safety 3"
             }
         };
         let facets = if self.on_facets {
@@ -243,6 +243,7 @@ impl Results {
             [&runs.base, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
         let bulk = runs.bulk_modulus.as_ref().and_then(|change| change.in_bars.as_ref());
         let bulk = bulk.map(|both| both.each_ref().map(|run| run.numbers(self)));
+        let is_contact_coarse = self.impacts.iter().any(Impact::is_coarse);
         let all_listed = self.list_mut();
         let count = all_listed.len();
         let of_bulk = bulk.iter().flatten();
@@ -270,11 +271,12 @@ impl Results {
             all_found.push((listed, Differences { bulk_modulus, ..differences }));
         }
         let least = LEAST_FRACTION * median_mesh_error(&all_found);
+        let caution = if runs.levels.len() > 1 && is_contact_coarse { PRE_ASYMPTOTIC } else { 1.0 };
         for (Listed { quantity, steps_known, spacing, least_mesh_error, is_peak, is_too_coarse }, found) in
             all_found
         {
             let Differences { mesh, step, contact, bulk_modulus } = found;
-            let mesh = mesh.max(least_mesh_error).max(least * quantity.value.abs());
+            let mesh = (caution * mesh).max(least_mesh_error).max(least * quantity.value.abs());
             // The total, with the resolution.
             let resolution = f64::from(steps_known) * own_step + spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + bulk_modulus + resolution;
@@ -286,6 +288,13 @@ impl Results {
                 quantity.error = ErrorEstimate::Estimated(estimate);
             }
         }
+    }
+}
+
+impl Impact {
+    /// Whether the tissue is touched, and fewer nodes lie across the largest patch than resolve it.
+    fn is_coarse(&self) -> bool {
+        self.on_tissue && self.has_patch() && self.nodes_across_patch[1] < NODES_ACROSS
     }
 }
 
@@ -445,6 +454,12 @@ mod tests {
         own.estimate_errors(&all, 200, 1.0);
         let smooth = estimate(&own.impacts[0].impulse_n_s);
         assert!((smooth.mesh - 1.25).abs() < 1e-12, "{smooth:?}");
+        // With few nodes across the contact it is not known that they converge.
+        let mut coarse = results(11.0);
+        coarse.impacts[0].nodes_across_patch = [4, 4];
+        coarse.estimate_errors(&all, 200, 1.0);
+        let coarse = estimate(&coarse.impacts[0].impulse_n_s);
+        assert!((coarse.mesh - 3.0).abs() < 1e-12, "{coarse:?}");
         // Non-monotonic values.
         own = results(13.0);
         own.estimate_errors(&all, 200, 1.0);

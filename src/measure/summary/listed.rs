@@ -64,9 +64,7 @@ impl Impact {
     /// Its numbers that can have an error bar, in a fixed order.
     fn list_mut(&mut self) -> [Listed<'_>; 10] {
         let touched = u8::from(self.contact_span_s.is_some());
-        // Points have no patch, and what never touched has a known one.
-        let has_patch = touched == 1 && !self.touches_in_points;
-        let [at_peak, largest] = if has_patch { self.nodes_across_patch } else { [NODES_ACROSS; 2] };
+        let [at_peak, largest] = if self.has_patch() { self.nodes_across_patch } else { [NODES_ACROSS; 2] };
         [
             Listed::known_to(&mut self.peak_force_n, self.peak_force_placing_n),
             Listed::time(&mut self.peak_force_time_s, touched),
@@ -79,6 +77,11 @@ impl Impact {
             Listed::sum(&mut self.friction_dissipation_j),
             Listed::sum(&mut self.numerical_contact_dissipation_j),
         ]
+    }
+
+    /// Whether it has a patch to resolve: points have none, and that of what never touched is known.
+    pub(super) fn has_patch(&self) -> bool {
+        self.contact_span_s.is_some() && !self.touches_in_points
     }
 
     /// Marks all its numbers as without an error: nothing touched.
