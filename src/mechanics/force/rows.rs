@@ -79,7 +79,7 @@ pub(super) fn add_in<S: Registers, const N: usize>(
 
 /// Differences of displacements [m] or velocities [m/s] of the nodes of an element that are taken for zero in single precision. What runs
 /// ahead of a wave is smaller by orders of magnitude at each element, and products of three such strains would be subnormal numbers, with
-/// which some processors are a hundred times slower.
+/// which some processors are many times slower.
 const NEGLIGIBLE: f64 = 1e-15;
 
 /// Displacements relative to that of the first node, on which the digits of a lower precision are not spent.
