@@ -9,6 +9,7 @@ import http.server
 import json
 import os
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -102,6 +103,8 @@ def check(port):
 
 
 def main():
+    # Before a service is started, which would outlive this.
+    assert shutil.which("nginx"), "nginx is not on the path"
     anna, bert = token("anna"), token("bert", "--scope", "read")
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "tokens").write_text(f"{anna[1]}\n{bert[1]}\n")
