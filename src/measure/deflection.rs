@@ -70,12 +70,9 @@ impl Deflection {
             self.follow_erosion(frame);
         }
         let mut now = 0.0_f64;
-        let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();
         // Relative to the start: a body that starts rotated or stretched is not deflected yet.
-        let places = |&node: &u32| {
-            let X = frame.plan.X[node as usize];
-            [X + start(node), X + frame.u[node as usize]]
-        };
+        let places =
+            |&node: &u32| [frame.plan.start_of(node), frame.plan.X[node as usize] + frame.u[node as usize]];
         // Largest displacement, relative to the fitted rigid motion of unsupported bodies.
         let has_moved = self.nodes.iter().map(places).any(|[from, to]| from != to);
         let rigid = (has_moved && !self.is_held).then(|| RigidMotion::fitted(self.nodes.iter().map(places)));

@@ -128,7 +128,7 @@ impl Column {
     /// The column below a node of a body as it starts, given its faces then: to the nearest middle of a face that looks the other way,
     /// inwards.
     fn below(node: u32, body: &PlanBody, plan: &Plan, faces: &[StartFace]) -> Option<Self> {
-        let start = |node: u32| start_of(node, plan);
+        let start = |node: u32| plan.start_of(node);
         let around = body.boundary.faces.iter().filter(|face| face.contains(&node));
         let normals = around.map(|face| patch(face, start)).map(|face| face.normal(&MIDDLE) * face.area());
         let normal = normals.sum::<Vec3>().try_normalize(0.0)?;
@@ -148,15 +148,10 @@ impl Column {
     }
 }
 
-/// Position of a node at the start [m].
-fn start_of(node: u32, plan: &Plan) -> Vec3 {
-    plan.X[node as usize] + plan.initial_u.get(node as usize).copied().unwrap_or_default()
-}
-
 /// The boundary faces of a body as it starts, in their order.
 fn faces_at_start(body: &PlanBody, plan: &Plan) -> Vec<StartFace> {
     let of = |face: &[u32; 4]| {
-        let face = patch(face, |node| start_of(node, plan));
+        let face = patch(face, |node| plan.start_of(node));
         StartFace { middle: face.point(&MIDDLE), normal: face.normal(&MIDDLE) }
     };
     body.boundary.faces.iter().map(of).collect()

@@ -140,6 +140,10 @@ impl Plan {
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
     }
+    /// Position of a node at the start of the run [m].
+    pub fn start_of(&self, node: u32) -> Vec3 {
+        self.X[node as usize] + self.initial_u.get(node as usize).copied().unwrap_or_default()
+    }
     /// Whether the stress of a part depends on its history: by a memory or by internal variables of its law.
     pub fn has_memory(&self) -> bool {
         self.blocks.iter().any(|block| block.parameters.has_memory())

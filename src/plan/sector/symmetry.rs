@@ -34,8 +34,7 @@ impl Symmetry {
             let images = bodies().map(|(document, body)| images_of(document, body, plane));
             Some((plane, images.collect::<Option<Vec<_>>>()?))
         });
-        let found: Vec<_> = found.collect();
-        let (planes, by_plane): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let (planes, by_plane): (Vec<_>, Vec<_>) = found.unzip();
         let of_body = |body: usize| by_plane.iter().map(|images: &Vec<_>| images[body].clone()).collect();
         let images = (0..scene.bodies.len()).map(of_body).collect();
         (!planes.is_empty()).then_some(Self { planes, images })
