@@ -132,7 +132,7 @@ fn those_who_hang_up_leave_no_room_to_others() {
     let server = Server::start();
     let client = server.client();
     let mut scene = quick();
-    scene["check_ms"] = serde_json::json!(100);
+    scene["counted_check_ms"] = serde_json::json!(100);
     let body = scene.to_string();
     let request = format!(
         "POST /v1/jobs/validate HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
@@ -146,6 +146,6 @@ fn those_who_hang_up_leave_no_room_to_others() {
     }
     assert_eq!(client.post_json("/v1/jobs/validate", &scene).status, 200);
     // Two for the one worker, however the requests ended.
-    let [_, most] = *engine::SLOW_CHECKS.lock().unwrap();
+    let [_, most] = *engine::COUNTED_CHECKS.lock().unwrap();
     assert!((1..=2).contains(&most), "{most} at the same time");
 }

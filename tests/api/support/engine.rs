@@ -24,18 +24,19 @@ use std::time::Duration;
 
 pub struct ScriptedEngine;
 
-/// Slow checks at the moment, and the most that there were at the same time.
-pub static SLOW_CHECKS: Mutex<[usize; 2]> = Mutex::new([0; 2]);
+/// Counted checks at the moment, and the most that there were at the same time, in all services of
+/// the process: one test alone counts.
+pub static COUNTED_CHECKS: Mutex<[usize; 2]> = Mutex::new([0; 2]);
 
-/// Checks for a while.
-fn check_slowly(ms: u64) {
+/// Checks for a while, and counts it.
+fn check_counted(ms: u64) {
     {
-        let mut checks = SLOW_CHECKS.lock().unwrap();
+        let mut checks = COUNTED_CHECKS.lock().unwrap();
         checks[0] += 1;
         checks[1] = checks[1].max(checks[0]);
     }
     std::thread::sleep(Duration::from_millis(ms));
-    SLOW_CHECKS.lock().unwrap()[0] -= 1;
+    COUNTED_CHECKS.lock().unwrap()[0] -= 1;
 }
 
 #[derive(Deserialize)]
@@ -116,9 +117,9 @@ impl Engine for ScriptedEngine {
         // The scene of a study or a question is in it.
         let document = if kind == JobKind::Simulation { document } else { &document["scene"] };
         assert!(document["panic_in_check"] != true, "as the script says");
-        std::thread::sleep(Duration::from_millis(document["uncounted_check_ms"].as_u64().unwrap_or(0)));
-        if let Some(ms) = document["check_ms"].as_u64() {
-            check_slowly(ms);
+        std::thread::sleep(Duration::from_millis(document["check_ms"].as_u64().unwrap_or(0)));
+        if let Some(ms) = document["counted_check_ms"].as_u64() {
+            check_counted(ms);
         }
         let mut problems = Vec::new();
         for (key, is_good) in [
