@@ -99,7 +99,8 @@ impl<R: Real> SecantStiffness<R> {
         let k = (square - floor).select_positive(square.max(floor) / elastic.psi, at_rest);
         let now = [square.sqrt(), k];
         let is_less = largest[0] - now[0];
-        let largest = [0, 1].map(|i| is_less.select_positive(largest[i], now[i]));
+        // Written out: a closure of `map` would be compiled without the instruction set of the kernel.
+        let largest = [is_less.select_positive(largest[0], now[0]), is_less.select_positive(largest[1], now[1])];
         Self { now, largest, shear_modulus: G }
     }
 
