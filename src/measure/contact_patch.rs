@@ -9,16 +9,18 @@
 
 mod closing;
 mod patch;
+mod place_map;
 
+use self::closing::Closing;
 pub use self::patch::ContactPatch;
 use self::patch::{Pressed, patch_of};
+use self::place_map::PlaceMap;
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::Followers;
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 use crate::step::Frame;
-use std::collections::BTreeMap;
 
 /// Incidence of nodes and faces of a slave surface, found once per run, with work arrays of the evaluation.
 #[derive(Clone, Debug)]
@@ -31,18 +33,19 @@ pub struct PatchGeometry {
     is_master: bool,
     /// Body index and shape of the master, if it is rigid.
     rigid_master: Option<(usize, Shape)>,
-    /// Faces by their global nodes.
-    faces: Vec<[u32; 4]>,
-    /// Sorted nodes of the surface.
+    /// Sorted nodes of the surface; elsewhere a node is its place among them.
     nodes: Vec<u32>,
-    /// Faces of `nodes[i]`: `incident[start[i]..start[i + 1]]`.
+    /// Corners of each face.
+    faces: Vec<[u32; 4]>,
+    /// Faces of a node, each with the corner that it is: `incident[start[i]..start[i + 1]]`.
     start: Vec<u32>,
-    incident: Vec<u32>,
+    incident: Vec<(u32, u32)>,
     /// Shape of each face, with the evaluation it belongs to.
     shapes: Vec<(u64, FaceShape)>,
     evaluation: u64,
     /// The nodes in contact.
-    touches: BTreeMap<u32, Touch>,
+    touches: PlaceMap<Touch>,
+    closing: Closing,
     /// Resultant of the impulses along the normals, of late [N s], with its time [s]; zero before the first contact. In a single step the
     /// nodes at the edge of a body can tilt it by degrees.
     pressing: (Vec3, f64),
@@ -102,12 +105,12 @@ impl PatchGeometry {
     fn new(body: usize, surface: &Surface, is_master: bool) -> Self {
         // Faces of each node, then flattened to one array.
         let nodes = surface.nodes.clone();
+        let place = |node: u32| nodes.binary_search(&node).map_or(u32::MAX, |place| place as u32);
+        let faces: Vec<[u32; 4]> = surface.faces.iter().map(|corners| corners.map(place)).collect();
         let mut lists = vec![Vec::new(); nodes.len()];
-        for (face, corners) in surface.faces.iter().enumerate() {
-            for corner in distinct(corners) {
-                if let Ok(i) = nodes.binary_search(corner) {
-                    lists[i].push(face as u32);
-                }
+        for (face, corners) in faces.iter().enumerate() {
+            for (corner, place) in distinct(corners).iter().enumerate() {
+                lists[*place as usize].push((face as u32, corner as u32));
             }
         }
         let mut start = vec![0];
@@ -121,38 +124,41 @@ impl PatchGeometry {
             gone: 0,
             is_master,
             rigid_master: None,
-            faces: surface.faces.clone(),
-            nodes,
             start,
             incident,
-            shapes: vec![(0, FaceShape::default()); surface.faces.len()],
+            shapes: vec![(0, FaceShape::default()); faces.len()],
+            faces,
             evaluation: 0,
-            touches: BTreeMap::new(),
+            touches: PlaceMap::of(nodes.len()),
+            closing: Closing::of(nodes.len()),
+            nodes,
             pressing: (Vec3::zeros(), 0.0),
             pressed_faces: Vec::new(),
         }
     }
 
-    /// Faces that a node belongs to; none when the node is not on the surface.
-    fn faces_of(&self, node: u32) -> std::ops::Range<usize> {
-        match self.nodes.binary_search(&node) {
-            Ok(i) => self.start[i] as usize..self.start[i + 1] as usize,
-            Err(_) => 0..0,
-        }
+    /// Place of a node on the surface; `None` when it is not on it.
+    fn place_of(&self, node: u32) -> Option<u32> {
+        self.nodes.binary_search(&node).ok().map(|place| place as u32)
+    }
+
+    /// Entries of the faces of a node in `incident`.
+    fn faces_of(&self, place: u32) -> std::ops::Range<usize> {
+        self.start[place as usize] as usize..self.start[place as usize + 1] as usize
     }
 
     /// Current tributary area of a node [m²]: ∫ N_a dA over its faces oriented towards the contact, with `n` the
     /// outward normal of the other side; within the limit, and in full. Those faces are marked as pressed.
     fn tributary_area(
         &mut self,
-        node: u32,
+        place: u32,
         n: &Vec3,
         position: &impl Fn(u32) -> Vec3,
         limit: &Limit,
     ) -> [f64; 2] {
         let mut areas = [0.0; 2];
-        for i in self.faces_of(node) {
-            let face = self.incident[i];
+        for i in self.faces_of(place) {
+            let (face, corner) = self.incident[i];
             let shape = self.shape(face, position, limit);
             // Faces oriented towards the contact contribute.
             let is_pressed = shape.is_turned(n)
@@ -160,28 +166,30 @@ impl PatchGeometry {
                     Limit::Front(normal) => shape.is_in_front(normal),
                     Limit::Shadow(_) | Limit::None => true,
                 };
-            let corner = self.faces[face as usize].iter().position(|&corner| corner == node);
-            if let (true, Some(corner)) = (is_pressed, corner) {
-                areas.iter_mut().zip(shape.tributary_areas(corner)).for_each(|(sum, area)| *sum += area);
+            if is_pressed {
+                let of_corner = shape.tributary_areas(corner as usize);
+                areas.iter_mut().zip(of_corner).for_each(|(sum, area)| *sum += area);
                 self.pressed_faces.push(face);
             }
         }
         areas
     }
 
-    /// Shape of a face within the limit, found once per evaluation.
-    fn shape(&mut self, face: u32, position: &impl Fn(u32) -> Vec3, limit: &Limit) -> FaceShape {
-        let corners = &self.faces[face as usize];
-        let (of, shape) = &mut self.shapes[face as usize];
-        if *of != self.evaluation {
-            let whole = FaceShape::new(corners, position);
+    /// Shape of a face within the limit, found once per evaluation; `position` is that of a global node [m].
+    fn shape(&mut self, face: u32, position: &impl Fn(u32) -> Vec3, limit: &Limit) -> &FaceShape {
+        let Self { nodes, faces, shapes, evaluation, .. } = self;
+        let corners = &faces[face as usize];
+        let (of, shape) = &mut shapes[face as usize];
+        if *of != *evaluation {
+            let position = |place: u32| position(nodes[place as usize]);
+            let whole = FaceShape::new(corners, &position);
             let limited = match limit {
-                Limit::Shadow(shadow) => whole.clipped(corners, position, shadow),
+                Limit::Shadow(shadow) => whole.clipped(corners, &position, shadow),
                 Limit::Front(_) | Limit::None => whole,
             };
-            (*of, *shape) = (self.evaluation, limited);
+            (*of, *shape) = (*evaluation, limited);
         }
-        *shape
+        shape
     }
 
     /// The patch of pair `pair` in a frame; nodes count as in contact until they were last pressed `window` ago [s].
@@ -222,9 +230,10 @@ impl PatchGeometry {
         }
     }
 
-    /// Adds a contact to a node.
+    /// Adds a contact to a node of the surface.
     fn add(&mut self, node: u32, touch: Touch) {
-        let of_node = self.touches.entry(node).or_insert(Touch { weight: 0.0, force: 0.0, ..touch });
+        let Some(place) = self.place_of(node) else { return };
+        let of_node = self.touches.entry(place, || Touch { weight: 0.0, force: 0.0, ..touch });
         let before =
             if of_node.time < touch.time { Touch { weight: 0.0, force: 0.0, ..*of_node } } else { *of_node };
         let (weight, force) = (before.weight + touch.weight, before.force + touch.force);
@@ -233,8 +242,9 @@ impl PatchGeometry {
 
     /// Keeps the nodes that were pressed since a time [s], each with its largest weight since then.
     fn keep_since(&mut self, since: f64) {
-        self.touches.retain(|_, touch| touch.time >= since);
+        self.touches.retain(|touch| touch.time >= since);
         self.touches.values_mut().for_each(|touch| touch.keep_largest(since));
+        self.touches.sort();
     }
 
     /// Takes the new faces that erosion exposes.
@@ -242,13 +252,13 @@ impl PatchGeometry {
         let gone = frame.erosion.elements().len();
         if gone != self.gone {
             let surface = frame.plan.bodies[self.body].boundary_after(frame.erosion);
-            *self = Self {
-                gone,
-                rigid_master: self.rigid_master.take(),
-                touches: std::mem::take(&mut self.touches),
-                pressing: self.pressing,
-                ..Self::new(self.body, &surface, self.is_master)
-            };
+            let before = std::mem::replace(self, Self::new(self.body, &surface, self.is_master));
+            (self.gone, self.rigid_master, self.pressing) = (gone, before.rigid_master, before.pressing);
+            for (place, touch) in before.touches.iter() {
+                if let Some(place) = self.place_of(before.nodes[place as usize]) {
+                    self.touches.entry(place, || *touch);
+                }
+            }
         }
     }
 
@@ -274,17 +284,21 @@ impl PatchGeometry {
     ) -> Vec<Pressed> {
         self.evaluation += 1;
         self.pressed_faces.clear();
-        let mut touches = self.touches.clone();
+        let mut touches: Vec<(u32, Touch)> =
+            self.touches.iter().map(|(place, touch)| (place, *touch)).collect();
         touches.extend(self.enclosed(position, limit, followers));
-        let pressed = touches.iter().map(|(node, touch)| {
-            let mut tributary = self.tributary_area(*node, &touch.normal, position, limit);
-            for (follower, w) in followers.led_by(*node as usize) {
-                let of_follower = self.tributary_area(*follower, &touch.normal, position, limit);
+        touches.sort_unstable_by_key(|(place, _)| *place);
+        let pressed = touches.into_iter().map(|(place, touch)| {
+            let node = self.nodes[place as usize];
+            let mut tributary = self.tributary_area(place, &touch.normal, position, limit);
+            for (follower, w) in followers.led_by(node as usize) {
+                let Some(follower) = self.place_of(*follower) else { continue };
+                let of_follower = self.tributary_area(follower, &touch.normal, position, limit);
                 tributary = std::array::from_fn(|i| tributary[i] + w * of_follower[i]);
             }
             let normal_force = if touch.time < time { 0.0 } else { touch.force };
             let weights = [touch.weight, touch.largest.1];
-            Pressed { position: position(*node), tributary, weights, normal_force }
+            Pressed { position: position(node), tributary, weights, normal_force }
         });
         pressed.collect()
     }

@@ -48,20 +48,26 @@ pub struct TissueElement {
 }
 
 /// A node of a part, or the middle of some of them.
+#[derive(Clone, Copy)]
 struct Vertex {
-    part: usize,
-    /// Its reference depth [m].
-    depth: f64,
+    part: u32,
     /// Bit set of the ends of the tissue that it belongs to.
     ends: u32,
-    /// Σ w, Σ w δ, Σ w δ² of the points around it, δ their depths relative to its own.
-    moments: [f64; 3],
-    /// Σ w s, Σ w s δ, Σ w s² of the current pass.
-    sums: [f64; 3],
+    /// Its reference depth [m].
+    depth: f64,
     /// Von Mises stress at the vertex [Pa].
     stress: f64,
     /// Bound of its error, from the scatter of the points about the line [Pa].
     error: f64,
+}
+
+/// The line through the stresses around a node.
+#[derive(Clone, Copy, Default)]
+struct Line {
+    /// Σ w, Σ w δ, Σ w δ² of the points around it, δ their depths relative to its own.
+    moments: [f64; 3],
+    /// Σ w s, Σ w s δ, Σ w s² of the current pass.
+    sums: [f64; 3],
 }
 
 /// Corners and point depths of the element in a slot; no corners in slots of other bodies.
@@ -85,19 +91,46 @@ pub struct Region {
     pub bounds: [f64; 2],
     /// Least and largest depth in each part; [`Region::NOWHERE`] in parts in which it is not exceeded.
     pub layers: Vec<[f64; 2]>,
-    /// Largest depth on the edges from vertices at each end of the tissue at which the threshold is exceeded; −∞ where it is not exceeded.
+    /// Largest depth to which the threshold is exceeded on the edges from a vertex at each end of the tissue that is above it; −∞ without such
+    /// a vertex.
     pub ends: [f64; MOST_ENDS],
 }
 
 impl Region {
     /// Depths of an empty region.
     pub const NOWHERE: [f64; 2] = [f64::INFINITY, 0.0];
+
+    /// Adds an edge between two vertices, at least one of which may exceed the threshold [Pa].
+    fn add(&mut self, ends: [&Vertex; 2], threshold: f64) {
+        let of = |shift: f64| above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold);
+        if let Some([_, upper]) = of(1.0) {
+            self.bounds[1] = self.bounds[1].max(upper);
+        }
+        if let Some([_, lower]) = of(-1.0) {
+            self.bounds[0] = self.bounds[0].max(lower);
+        }
+        let Some([from, to]) = of(0.0) else { return };
+        let layer = &mut self.layers[ends[0].part as usize];
+        *layer = [layer[0].min(from), layer[1].max(to)];
+        if to > self.depth {
+            (self.depth, self.edge) = (to, (ends[0].depth - ends[1].depth).abs());
+        }
+        // The region may be deepest between two nodes of an end.
+        let above_at = |vertex: &Vertex| if vertex.stress > threshold { vertex.ends } else { 0 };
+        let reached = above_at(ends[0]) | above_at(ends[1]);
+        if reached != 0 {
+            let at = self.ends.iter_mut().enumerate().filter(|(bit, _)| reached >> bit & 1 == 1);
+            at.for_each(|(_, depth)| *depth = depth.max(to));
+        }
+    }
 }
 
 /// The field at the latest pass.
 pub struct StressField {
     /// Those at nodes, then those at middles.
     vertices: Vec<Vertex>,
+    /// The line of each of those at nodes.
+    lines: Vec<Line>,
     /// The vertices whose middle is each of the last vertices.
     middles: Vec<Vec<u32>>,
     /// Vertices at the corners of each element, by slot.
@@ -117,6 +150,7 @@ impl StressField {
     ) -> Self {
         let mut field = Self {
             vertices: Vec::new(),
+            lines: Vec::new(),
             middles: Vec::new(),
             elements: vec![Corners::default(); slot_count],
             edges: Vec::new(),
@@ -133,7 +167,8 @@ impl StressField {
                 if *known == u32::MAX {
                     *known = field.vertices.len() as u32;
                     let ends = ends[element.nodes[local] as usize];
-                    field.vertices.push(Vertex::new(element.part, depth_of(local), ends));
+                    field.vertices.push(Vertex::new(element.part as u32, depth_of(local), ends));
+                    field.lines.push(Line::default());
                 }
             }
             let vertex = |local: usize| numbers[number(local)];
@@ -147,6 +182,7 @@ impl StressField {
         field.add_middles(middles);
         field.edges.sort_unstable();
         field.edges.dedup();
+        field.edges.shrink_to_fit();
         field
     }
 
@@ -169,8 +205,8 @@ impl StressField {
                 None => shapes.iter().enumerate().map(|(local, N)| N * depth(local)).sum(),
             };
             for (vertex, N) in corners.vertices.iter().zip(shapes).take(corners.count) {
-                let vertex = &mut self.vertices[*vertex as usize];
-                vertex.add_moments(volume * N * N, corners.depths[q] - vertex.depth);
+                let delta = corners.depths[q] - self.vertices[*vertex as usize].depth;
+                self.lines[*vertex as usize].add_moments(volume * N * N, delta);
             }
         }
         let ends = |[a, b]: &[usize; 2]| {
@@ -201,17 +237,16 @@ impl StressField {
 
     /// Begins a pass over all points. Points that are not added have no stress.
     pub fn begin(&mut self) {
-        self.vertices.iter_mut().for_each(|vertex| vertex.sums = [0.0; 3]);
+        self.lines.iter_mut().for_each(|line| line.sums = [0.0; 3]);
     }
 
     /// Adds a stress [Pa] at a quadrature point of the element in a slot, with its reference volume [m³].
     pub fn add(&mut self, slot: usize, q: usize, (stress, volume): (f64, f64)) {
         let Corners { cell, count, vertices, depths } = &self.elements[slot];
         for (vertex, N) in vertices.iter().zip(cell.element().shapes_at(q)).take(*count) {
-            let vertex = &mut self.vertices[*vertex as usize];
-            let (weight, delta) = (volume * N * N, depths[q] - vertex.depth);
-            let weighted = weight * stress;
-            for (sum, x) in vertex.sums.iter_mut().zip([1.0, delta, stress]) {
+            let delta = depths[q] - self.vertices[*vertex as usize].depth;
+            let weighted = volume * N * N * stress;
+            for (sum, x) in self.lines[*vertex as usize].sums.iter_mut().zip([1.0, delta, stress]) {
                 *sum += weighted * x;
             }
         }
@@ -219,9 +254,10 @@ impl StressField {
 
     /// Ends the pass: fits the lines.
     pub fn end(&mut self) {
-        let at_nodes = self.vertices.len() - self.middles.len();
-        let (nodes, middles) = self.vertices.split_at_mut(at_nodes);
-        nodes.iter_mut().for_each(Vertex::fit);
+        let (nodes, middles) = self.vertices.split_at_mut(self.lines.len());
+        for (node, line) in nodes.iter_mut().zip(&self.lines) {
+            (node.stress, node.error) = line.fit();
+        }
         for (middle, corners) in middles.iter_mut().zip(&self.middles) {
             let mean = |of: fn(&Vertex) -> f64| {
                 corners.iter().map(|corner| of(&nodes[*corner as usize])).sum::<f64>() / corners.len() as f64
@@ -232,42 +268,19 @@ impl StressField {
 
     /// The region in which the stress exceeds a threshold [Pa].
     pub fn region(&self, threshold: f64) -> Region {
-        let mut layers = vec![Region::NOWHERE; self.part_count];
-        let (mut depth, mut edge, mut bounds) = (0.0, 0.0, [0.0_f64; 2]);
-        for ends in self.ends_of_edges() {
-            let of = |shift: f64| above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold);
-            // Where not even the raised stress exceeds the threshold, nothing does.
-            let Some([_, upper]) = of(1.0) else { continue };
-            bounds[1] = bounds[1].max(upper);
-            if let Some([_, lower]) = of(-1.0) {
-                bounds[0] = bounds[0].max(lower);
-            }
-            if let Some([from, to]) = of(0.0) {
-                let layer = &mut layers[ends[0].part];
-                *layer = [layer[0].min(from), layer[1].max(to)];
-                if to > depth {
-                    (depth, edge) = (to, (ends[0].depth - ends[1].depth).abs());
-                }
-            }
+        let mut region = Region {
+            depth: 0.0,
+            edge: 0.0,
+            bounds: [0.0; 2],
+            layers: vec![Region::NOWHERE; self.part_count],
+            ends: [f64::NEG_INFINITY; MOST_ENDS],
+        };
+        // Where not even the raised stress exceeds the threshold, nothing does.
+        let raised = |vertex: &Vertex| vertex.stress + vertex.error;
+        for ends in self.ends_of_edges().filter(|[a, b]| raised(a).max(raised(b)) > threshold) {
+            region.add(ends, threshold);
         }
-        Region { depth, edge, bounds, layers, ends: self.depths_at_ends(threshold) }
-    }
-
-    /// Largest depth at each end of the tissue to which the stress exceeds a threshold [Pa] on edges from a vertex there that is above it:
-    /// the region may be deepest between two nodes of the end. −∞ without such a vertex.
-    fn depths_at_ends(&self, threshold: f64) -> [f64; MOST_ENDS] {
-        let mut depths = [f64::NEG_INFINITY; MOST_ENDS];
-        for ends in self.ends_of_edges() {
-            let above_at = |vertex: &Vertex| if vertex.stress > threshold { vertex.ends } else { 0 };
-            let reached = ends.map(above_at).into_iter().fold(0, |all, of| all | of);
-            if reached == 0 {
-                continue;
-            }
-            let Some([_, deepest]) = above(ends.map(|v| (v.depth, v.stress)), threshold) else { continue };
-            let at = depths.iter_mut().enumerate().filter(|(bit, _)| reached >> bit & 1 == 1);
-            at.for_each(|(_, depth)| *depth = depth.max(deepest));
-        }
-        depths
+        region
     }
 
     /// Largest stress at or below a depth [m] [Pa]; 0 if the tissue ends above it.
@@ -291,10 +304,12 @@ impl StressField {
 }
 
 impl Vertex {
-    fn new(part: usize, depth: f64, ends: u32) -> Self {
-        Self { part, depth, ends, moments: [0.0; 3], sums: [0.0; 3], stress: 0.0, error: 0.0 }
+    fn new(part: u32, depth: f64, ends: u32) -> Self {
+        Self { part, depth, ends, stress: 0.0, error: 0.0 }
     }
+}
 
+impl Line {
     /// Adds a point with weight w at the relative depth δ [m].
     fn add_moments(&mut self, weight: f64, delta: f64) {
         for (moment, x) in self.moments.iter_mut().zip([1.0, delta, delta * delta]) {
@@ -302,8 +317,8 @@ impl Vertex {
         }
     }
 
-    /// Fits s = a + b δ: its value is a, and its residual variance (Σ w s² − a Σ w s − b Σ w s δ) / Σ w.
-    fn fit(&mut self) {
+    /// Fits s = a + b δ: the value a, and the bound of its error by the residual variance (Σ w s² − a Σ w s − b Σ w s δ) / Σ w [Pa].
+    fn fit(&self) -> (f64, f64) {
         let ([m0, m1, m2], [s0, s1, squares]) = (self.moments, self.sums);
         let determinant = m0 * m2 - m1 * m1;
         let [a, b] = if determinant > LEAST_SPREAD * m1 * m1 {
@@ -312,7 +327,7 @@ impl Vertex {
             [s0 / m0.max(f64::MIN_POSITIVE), 0.0]
         };
         let variance = (squares - a * s0 - b * s1) / m0.max(f64::MIN_POSITIVE);
-        (self.stress, self.error) = (a, ERROR_OVER_SCATTER * variance.max(0.0).sqrt());
+        (a, ERROR_OVER_SCATTER * variance.max(0.0).sqrt())
     }
 }
 

@@ -6,21 +6,68 @@
 //! the surface ends, at a rim or a plane of symmetry, nodes are enclosed by others along that border alone.
 
 use super::super::face_shape::distinct;
+use super::place_map::PlaceMap;
 use super::{Limit, PatchGeometry, Touch};
 use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
-use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
-/// The corners around a node, of its faces that are oriented towards a contact.
-struct Around {
-    /// All of them.
-    corners: BTreeSet<u32>,
-    /// Those along the border of these faces, if the node is on it.
-    along: Vec<u32>,
+/// Work arrays of the closing, by places on the surface.
+#[derive(Clone, Debug)]
+pub(super) struct Closing {
+    /// The nodes in contact, and those that follow them.
+    pressed: PlaceMap<Touch>,
+    /// Nodes beside them.
+    beside: PlaceMap<Beside>,
+    /// Of these the nodes whose neighbours' contacts have a mean; each with its entries of `rings`.
+    near: PlaceMap<(Touch, Range<usize>)>,
+    rings: Vec<Corner>,
+}
+
+impl Closing {
+    /// For a surface of so many nodes.
+    pub(super) fn of(nodes: usize) -> Self {
+        Self {
+            pressed: PlaceMap::of(nodes),
+            beside: PlaceMap::of(nodes),
+            near: PlaceMap::of(nodes),
+            rings: Vec::new(),
+        }
+    }
+
+    /// Whether all around a node are in contact or beside; if it is on the border, along that at least one in contact, and all these or
+    /// beside such a one.
+    fn is_enclosed(&self, ring: &Range<usize>) -> bool {
+        let Self { pressed, near, rings, .. } = self;
+        let along = |ring: &Range<usize>| rings[ring.clone()].iter().filter(|corner| corner.is_along());
+        let touches_along = |ring| along(ring).any(|corner| pressed.contains(corner.place));
+        let is_in = |corner: &Corner| pressed.contains(corner.place) || near.contains(corner.place);
+        let is_in_along = |corner: &Corner| {
+            pressed.contains(corner.place)
+                || near.get(corner.place).is_some_and(|(_, ring)| touches_along(ring))
+        };
+        let is_within = along(ring).next().is_none() || touches_along(ring);
+        is_within && rings[ring.clone()].iter().all(is_in) && along(ring).all(is_in_along)
+    }
+}
+
+/// A corner around a node, of its faces that are oriented towards a contact.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    place: u32,
+    /// Number of these faces at the edge to it; 0 across a face.
+    faces: u32,
+}
+
+impl Corner {
+    /// Whether it is along the border of these faces.
+    fn is_along(self) -> bool {
+        self.faces == 1
+    }
 }
 
 /// A node beside others in contact: sums over these.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Beside {
     normal: Vec3,
     weight: f64,
@@ -52,68 +99,78 @@ impl PatchGeometry {
         limit: &Limit,
         followers: &Followers,
     ) -> Vec<(u32, Touch)> {
-        let pressed = self.touches_with(followers);
+        let mut closing = std::mem::replace(&mut self.closing, Closing::of(0));
+        let Closing { pressed, beside, near, rings } = &mut closing;
+        self.take_touches_with(followers, pressed);
         // Dilation by one face.
-        let mut beside: BTreeMap<u32, Beside> = BTreeMap::new();
-        for (node, touch) in &pressed {
-            let around = self.around(*node, &touch.normal, position, limit);
-            for corner in around.corners.iter().filter(|corner| !pressed.contains_key(corner)) {
-                beside.entry(*corner).or_default().add(touch);
+        beside.clear();
+        for (place, touch) in pressed.iter() {
+            rings.clear();
+            self.add_ring(place, &touch.normal, position, limit, rings);
+            for corner in rings.iter().filter(|corner| !pressed.contains(corner.place)) {
+                beside.entry(corner.place, Beside::default).add(touch);
             }
         }
-        let near: BTreeMap<u32, (Touch, Around)> = beside
-            .into_iter()
-            .filter_map(|(node, beside)| {
-                let touch = beside.touch()?;
-                Some((node, (touch, self.around(node, &touch.normal, position, limit))))
-            })
-            .collect();
+        near.clear();
+        rings.clear();
+        for (place, beside) in beside.iter() {
+            let Some(touch) = beside.touch() else { continue };
+            let first = rings.len();
+            self.add_ring(place, &touch.normal, position, limit, rings);
+            near.entry(place, || (touch, first..rings.len()));
+        }
         // Erosion by one face; a node that follows others has its area with them.
-        let is_in = |corner: &u32| pressed.contains_key(corner) || near.contains_key(corner);
-        let touches_along = |around: &Around| around.along.iter().any(|corner| pressed.contains_key(corner));
-        let is_in_along = |corner: &u32| {
-            pressed.contains_key(corner) || near.get(corner).is_some_and(|(_, around)| touches_along(around))
-        };
-        let is_enclosed = |around: &Around| {
-            let is_within = around.along.is_empty() || touches_along(around);
-            is_within && around.corners.iter().all(is_in) && around.along.iter().all(is_in_along)
-        };
-        let enclosed = near
+        let is_follower = |place: u32| followers.contains(self.nodes[place as usize] as usize);
+        let enclosed = closing
+            .near
             .iter()
-            .filter(|(node, (_, around))| !followers.contains(**node as usize) && is_enclosed(around));
-        enclosed.map(|(node, (touch, _))| (*node, *touch)).collect()
+            .filter(|(place, (_, ring))| !is_follower(*place) && closing.is_enclosed(ring));
+        let enclosed = enclosed.map(|(place, (touch, _))| (place, *touch)).collect();
+        self.closing = closing;
+        enclosed
     }
 
-    /// The nodes in contact, and those that follow them.
-    fn touches_with(&self, followers: &Followers) -> BTreeMap<u32, Touch> {
-        let led = |(node, touch): (&u32, &Touch)| {
-            let touch = *touch;
-            followers.led_by(*node as usize).iter().map(move |(follower, _)| (*follower, touch))
-        };
-        let mut all: BTreeMap<u32, Touch> = self.touches.iter().flat_map(led).collect();
-        all.extend(&self.touches);
-        all
+    /// Fills the map with the nodes in contact, and those that follow them, in their order.
+    fn take_touches_with(&self, followers: &Followers, pressed: &mut PlaceMap<Touch>) {
+        pressed.clear();
+        for (place, touch) in self.touches.iter() {
+            *pressed.entry(place, || *touch) = *touch;
+            for (follower, _) in followers.led_by(self.nodes[place as usize] as usize) {
+                // What is in contact itself has its own; of several masters the last one's.
+                if let Some(follower) =
+                    self.place_of(*follower).filter(|place| !self.touches.contains(*place))
+                {
+                    *pressed.entry(follower, || *touch) = *touch;
+                }
+            }
+        }
+        pressed.sort();
     }
 
-    /// The corners around a node, of its faces that are oriented towards a contact with normal `n`.
-    fn around(&mut self, node: u32, n: &Vec3, position: &impl Fn(u32) -> Vec3, limit: &Limit) -> Around {
-        let mut corners = BTreeSet::new();
-        // Number of faces at each edge from the node.
-        let mut edges: BTreeMap<u32, usize> = BTreeMap::new();
-        for i in self.faces_of(node) {
-            let face = self.incident[i];
+    /// Adds the corners around a node, of its faces that are oriented towards a contact with normal `n`, each once.
+    fn add_ring(
+        &mut self,
+        place: u32,
+        n: &Vec3,
+        position: &impl Fn(u32) -> Vec3,
+        limit: &Limit,
+        rings: &mut Vec<Corner>,
+    ) {
+        let first = rings.len();
+        for i in self.faces_of(place) {
+            let (face, at) = self.incident[i];
             if !self.shape(face, position, limit).is_turned(n) {
                 continue;
             }
             let ring = distinct(&self.faces[face as usize]);
-            corners.extend(ring);
-            if let Some(at) = ring.iter().position(|&corner| corner == node) {
-                for step in [1, ring.len() - 1] {
-                    *edges.entry(ring[(at + step) % ring.len()]).or_default() += 1;
+            for (corner, other) in ring.iter().enumerate().filter(|(_, other)| **other != place) {
+                let step = (corner + ring.len() - at as usize) % ring.len();
+                let faces = u32::from(step == 1 || step == ring.len() - 1);
+                match rings[first..].iter_mut().find(|known| known.place == *other) {
+                    Some(known) => known.faces += faces,
+                    None => rings.push(Corner { place: *other, faces }),
                 }
             }
         }
-        let along = edges.into_iter().filter(|(_, faces)| *faces == 1).map(|(corner, _)| corner).collect();
-        Around { corners, along }
     }
 }

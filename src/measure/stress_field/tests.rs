@@ -38,7 +38,8 @@ fn a_region_that_is_deepest_between_two_nodes_of_an_end_is_at_that_end() {
             vertex(51.0, 0.0, 0),
         ];
         let edges = vec![[0, 1], [0, 2], [1, 3], [2, 3]];
-        let field = StressField { vertices, middles: Vec::new(), elements: Vec::new(), edges, part_count: 1 };
+        let (lines, middles, elements) = (Vec::new(), Vec::new(), Vec::new());
+        let field = StressField { vertices, lines, middles, elements, edges, part_count: 1 };
         field.region(1.0)
     };
     let region = region_of(0b10);

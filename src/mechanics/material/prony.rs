@@ -100,7 +100,8 @@ impl<R: Real> SecantStiffness<R> {
         let now = [square.sqrt(), k];
         let is_less = largest[0] - now[0];
         // Written out: a closure of `map` would be compiled without the instruction set of the kernel.
-        let largest = [is_less.select_positive(largest[0], now[0]), is_less.select_positive(largest[1], now[1])];
+        let largest =
+            [is_less.select_positive(largest[0], now[0]), is_less.select_positive(largest[1], now[1])];
         Self { now, largest, shear_modulus: G }
     }
 
