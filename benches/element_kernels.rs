@@ -5,7 +5,7 @@
 //! element-steps per second and core. The block is sheared and stretched, so that fibres are in tension and bulk
 //! viscosity acts.
 
-use contuse::mechanics::element::ReferenceGeometry;
+use contuse::mechanics::element::{OfElement, ReferenceGeometry};
 use contuse::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
@@ -269,10 +269,10 @@ impl Bench {
         // The block of elements.
         let kind = case.kind.element();
         let input = |e: usize| {
-            let corners = mesh.cells.points(e, &mesh.nodes).to_vec();
+            let corners = OfElement::from_slice(&mesh.cells.points(e, &mesh.nodes));
             BlockInput {
                 element: e as u32,
-                nodes: mesh.cells.nodes(e).to_vec(),
+                nodes: OfElement::from_slice(mesh.cells.nodes(e)),
                 geometry: ReferenceGeometry::new(kind, &corners),
                 corners,
                 axes: Mat3::identity(),

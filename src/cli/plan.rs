@@ -201,12 +201,17 @@ fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     let memory = &report.memory;
     writeln!(out, "\nMemory, {:.0} bytes per element", memory.bytes_per_element)?;
     let parts = [
+        ("program", memory.program_bytes),
+        ("start", memory.start_bytes),
+        ("scene", memory.scene_bytes),
         ("plan", memory.plan_bytes),
         ("elements", memory.elements_bytes),
         ("state", memory.state_bytes),
         ("work arrays", memory.step_bytes),
         ("contact", memory.contact_bytes),
         ("fields", memory.fields_bytes),
+        ("measures", memory.measures_bytes),
+        ("frames", memory.frames_bytes),
     ];
     parts.into_iter().try_for_each(|(name, size)| writeln!(out, "  {name:<18} {:>10}", bytes(size)))
 }

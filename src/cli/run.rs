@@ -1,6 +1,7 @@
 //! `contuse run`: run a scene and record it.
 
 use super::keep::KeepArgs;
+use super::plan::bytes;
 use super::recording_output::{self, check_outputs, recorders};
 use super::{CliError, Exit};
 use crate::measure::summary::Shown;
@@ -273,8 +274,10 @@ fn report(
     } else if !args.quiet {
         write!(out, "{}", render_table(&result.summary))?;
         let cpu = result.cpu_s.map(|s| format!(", {s:.2} s of processor time")).unwrap_or_default();
+        let memory =
+            result.peak_memory_bytes.map(|peak| format!(", {} of memory", bytes(peak))).unwrap_or_default();
         let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-        writeln!(out, "\n{:.2} s{cpu}; recording: {}", result.wall_s, paths.join(", "))?;
+        writeln!(out, "\n{:.2} s{cpu}{memory}; recording: {}", result.wall_s, paths.join(", "))?;
     }
     if let Ending::Failed { failure } = &result.outcome.ending {
         out.flush()?;

@@ -102,18 +102,21 @@ impl Region {
 
     /// Adds an edge between two vertices, at least one of which may exceed the threshold [Pa].
     fn add(&mut self, ends: [&Vertex; 2], threshold: f64) {
-        let of = |shift: f64| above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold);
-        if let Some([_, upper]) = of(1.0) {
-            self.bounds[1] = self.bounds[1].max(upper);
-        }
-        if let Some([_, lower]) = of(-1.0) {
-            self.bounds[0] = self.bounds[0].max(lower);
+        // Most edges exceed it from end to end, with every value lowered.
+        let ([a, b], lowered) = (ends.map(|v| v.depth), ends.map(|v| v.stress - v.error));
+        let is_whole = lowered[0].min(lowered[1]) > threshold;
+        let of = |shift: f64| match is_whole {
+            true => Some([a.min(b), a.max(b)]),
+            false => above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold),
+        };
+        for (bound, shift) in self.bounds.iter_mut().zip([-1.0, 1.0]) {
+            *bound = of(shift).map_or(*bound, |[_, deepest]| bound.max(deepest));
         }
         let Some([from, to]) = of(0.0) else { return };
         let layer = &mut self.layers[ends[0].part as usize];
         *layer = [layer[0].min(from), layer[1].max(to)];
         if to > self.depth {
-            (self.depth, self.edge) = (to, (ends[0].depth - ends[1].depth).abs());
+            (self.depth, self.edge) = (to, (a - b).abs());
         }
         // The region may be deepest between two nodes of an end.
         let above_at = |vertex: &Vertex| if vertex.stress > threshold { vertex.ends } else { 0 };

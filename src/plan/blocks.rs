@@ -2,7 +2,7 @@
 
 use super::contact_mass::ContactMass;
 use super::parts::CompileError;
-use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+use crate::mechanics::element::{ElementKind, OfElement, ReferenceGeometry};
 use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock};
 use crate::mechanics::tensor::Mat3;
 use crate::mesh::Cell;
@@ -61,7 +61,7 @@ pub(super) fn add_blocks(
         inputs[block].push(BlockInput {
             element: globals.first_element + e as u32,
             nodes: cell.nodes.iter().map(|node| node + globals.first_node).collect(),
-            corners: cell.points(&body.mesh.nodes).to_vec(),
+            corners: OfElement::from_slice(&cell.points(&body.mesh.nodes)),
             axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
             geometry,
         });

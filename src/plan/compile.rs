@@ -9,6 +9,7 @@ use super::distant::BodyMotion;
 use super::holder::Holder;
 use super::integrator::{DynamicRelaxation, Implicit, Integrator};
 use super::loads::Loads;
+use super::memory::BuffersSize;
 use super::parts::{CompileError, Parts};
 use super::report::PlanReport;
 use super::reporting::report;
@@ -17,7 +18,7 @@ use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
-use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
+use crate::mechanics::force::{AssembledBound, Assembly, ElementForces, ForceInput, Threads};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cells;
@@ -103,7 +104,11 @@ fn complete(
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let is_explicit = matches!(integrator, Integrator::Explicit(_));
-    let fractions = if is_explicit { fractions_at_start(&parts, &assembly, &mut forces) } else { Vec::new() };
+    let bound = is_explicit.then(|| bound_at_start(&parts, &assembly, &mut forces)).flatten();
+    let fractions = bound.as_ref().map_or_else(Vec::new, |bound| bound.fractions().to_vec());
+    let buffers =
+        BuffersSize { forces: forces.memory(), bound: bound.as_ref().map_or(0, AssembledBound::memory) };
+    drop(bound);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &fractions, &mut forces);
     let longest_step = match &integrator {
         // Without elements the scene gives the step.
@@ -155,32 +160,28 @@ fn complete(
     // Quantities that need the plan itself.
     plan.holder = plan.supports(|_| true, !document.planes.is_empty());
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
-    plan.report = report(&plan, scene, &steps, forces.memory());
+    plan.report = report(&plan, scene, &steps, buffers);
     plan
 }
 
 /// Evaluations of the fractions at the start, by which their weights are close to the best.
 const EVALUATIONS: usize = 4;
 
-/// The fractions of the volumetric stiffness in the initial critical time steps; empty if no element has a mean dilatation.
-fn fractions_at_start(
-    parts: &Parts,
-    assembly: &Assembly,
-    forces: &mut ElementForces,
-) -> Vec<Vec<AssembledRows>> {
+/// The bound of the initial critical time steps by the assembled mesh; `None` if no element has a mean dilatation.
+fn bound_at_start(parts: &Parts, assembly: &Assembly, forces: &mut ElementForces) -> Option<AssembledBound> {
     let Parts { blocks, u, own_inverse_mass, .. } = parts;
-    let mut fractions = Vec::new();
     if !blocks.iter().any(|block| block.parameters.has_mean_dilatation()) {
-        return fractions;
+        return None;
     }
     forces.evaluate(&Threads::ONE, blocks, &ForceInput::at(u));
     let mut bound = AssembledBound::new(blocks, u.len(), parts.bodies.len());
+    let mut fractions = Vec::new();
     for _ in 0..EVALUATIONS {
         let input = ForceInput { fractions: &fractions, ..ForceInput::at(u) };
         bound.evaluate(&Threads::ONE, (blocks, assembly, own_inverse_mass), forces, &input);
         fractions = bound.fractions().to_vec();
     }
-    fractions
+    Some(bound)
 }
 
 /// Bound on the length of a step, as a multiple of the smallest critical time step of one body [-].

@@ -8,7 +8,7 @@
 //! The moments of inertia decrease, since mass moves inwards; with positive masses nothing can compensate this, as the
 //! boundary is farthest from the centre. The loss is computed for each body and reported as a warning.
 
-use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::element::{OfElement, ReferenceGeometry};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::boundary_nodes;
 use crate::scene::SceneBody;
@@ -33,7 +33,7 @@ impl ContactMass {
     }
 
     /// Moves volume from the corners on the boundary surface to the others, in equal parts; an element without others keeps its own.
-    pub fn moved(&self, nodes: &[u32], mut volume: Vec<f64>) -> Vec<f64> {
+    pub fn moved(&self, nodes: &[u32], mut volume: OfElement<f64>) -> OfElement<f64> {
         let on_boundary: Vec<bool> = nodes.iter().map(|node| self.is_boundary[*node as usize]).collect();
         let inner = on_boundary.iter().filter(|on_boundary| !**on_boundary).count();
         if inner == 0 || inner == nodes.len() {
@@ -53,7 +53,7 @@ impl ContactMass {
 pub(super) fn lumped_mass(
     document: &BodyDocument,
     body: &SceneBody,
-    corner_volume: impl Fn(usize) -> Vec<f64>,
+    corner_volume: impl Fn(usize) -> OfElement<f64>,
 ) -> Vec<f64> {
     let mut mass = vec![0.0; body.mesh.nodes.len()];
     for (e, cell) in body.mesh.cells.iter().enumerate() {

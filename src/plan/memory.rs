@@ -1,5 +1,6 @@
 //! Approximate memory of a run by component, from the counts and the sizes of the stored types.
 
+use super::body::PlanBody;
 use super::compiled::Plan;
 use super::integrator::Integrator;
 use super::report::MemoryReport;
@@ -9,11 +10,32 @@ use crate::mechanics::contact::{ContactPair, Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::FieldName;
+use crate::scene::document::{FieldName, Role};
+use crate::scene::{Scene, SceneBody};
+
+/// Resident memory of a run of a few elements, of which 20 MB are the program.
+const PROGRAM_BYTES: u64 = 28_000_000;
+/// What the start takes of each element beside what stays, as measured: most of it the allocator keeps to the end.
+const START_BYTES_PER_ELEMENT: usize = 900;
+
+/// Bytes of an element and of a node of the tissue in the field of the stress over the depth: vertices and depths of points; line through the
+/// stresses around a node, edges from it. And of an element the values at its points, from which those exceeded in volumes are found.
+const BYTES_PER_TISSUE_ELEMENT: usize = 120;
+const BYTES_OF_VALUES: usize = 3 * 8 * size_of::<(f64, f64)>();
+const BYTES_PER_TISSUE_NODE: usize = 110;
+
+/// What a plan takes beside its arrays that scale with nodes and elements [bytes].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BuffersSize {
+    /// Element forces.
+    pub forces: usize,
+    /// Bound of the critical time step by the assembled mesh; 0 without.
+    pub bound: usize,
+}
 
 impl MemoryReport {
-    /// Memory of a plan whose element forces take `forces_bytes`.
-    pub(super) fn new(plan: &Plan, forces_bytes: usize) -> Self {
+    /// Memory of a run of a plan and its scene.
+    pub(super) fn new(plan: &Plan, scene: &Scene, buffers: BuffersSize) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, vector) = (plan.node_count(), size_of::<Vec3>());
         let rows = plan.blocks.iter().map(|block| block.batch_count() * block.history_rows()).sum();
@@ -30,21 +52,74 @@ impl MemoryReport {
             Integrator::Implicit(implicit) => implicit.systems.memory_bytes,
         } + plan.preload.as_ref().map_or(0, |preload| preload.systems.memory_bytes);
         let initial = plan.initial_u.len() + plan.initial_v.len();
+        // Each run has fractions of its own beside those of the plan.
+        let fractions = plan.fractions.iter().map(|rows| size_of_val(&rows[..]) as u64).sum::<u64>();
         let report = Self {
-            plan_bytes: bytes(nodes, 2 * vector + size_of::<f64>())
+            program_bytes: PROGRAM_BYTES,
+            start_bytes: bytes(plan.element_count(), START_BYTES_PER_ELEMENT),
+            scene_bytes: scene.bodies.iter().map(scene_bytes).sum::<usize>() as u64,
+            plan_bytes: bytes(nodes, 3 * vector + size_of::<f64>())
                 + bytes(initial, vector)
                 + systems
                 + bodies
+                + fractions
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
-            state_bytes: bytes(nodes, (2 + viscous) * vector) + bytes(rows, size_of::<Row>()),
-            step_bytes: bytes(nodes, (3 + viscous) * vector) + forces_bytes as u64,
+            state_bytes: bytes(nodes, (2 + viscous) * vector) + bytes(rows, size_of::<Row>()) + fractions,
+            step_bytes: bytes(nodes, (3 + viscous) * vector) + (buffers.forces + buffers.bound) as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),
+            measures_bytes: measures_bytes(plan),
+            frames_bytes: frames_bytes(plan),
             bytes_per_element: 0.0,
         };
-        Self { bytes_per_element: report.total_bytes() as f64 / plan.element_count().max(1) as f64, ..report }
+        report.over(plan.element_count())
     }
+
+    /// That of a symmetric scene of which a sector is computed: its plan stays, all else is that of the sector and what is unfolded from it.
+    pub(super) fn with_sector(self, of_sector: &Self, whole: &Plan) -> Self {
+        let unfolded = 3 * size_of::<Vec3>() * whole.node_count() + room_for_history(whole);
+        let report = Self {
+            plan_bytes: self.plan_bytes + of_sector.plan_bytes,
+            elements_bytes: self.elements_bytes + of_sector.elements_bytes,
+            state_bytes: of_sector.state_bytes + unfolded as u64,
+            step_bytes: of_sector.step_bytes,
+            contact_bytes: of_sector.contact_bytes,
+            ..self
+        };
+        report.over(whole.element_count())
+    }
+}
+
+fn scene_bytes(body: &SceneBody) -> usize {
+    let mesh = &body.mesh;
+    let of_elements = mesh.part_of.len() + body.law_of.len() + body.part_entry.len();
+    size_of_val(&mesh.nodes[..])
+        + size_of_val(&body.axes[..])
+        + size_of::<u32>() * (mesh.cells.connectivity().len() + mesh.cells.len() + of_elements)
+}
+
+fn measures_bytes(plan: &Plan) -> u64 {
+    let (of_element, of_node) = match plan.measures.tissue_skin.is_empty() {
+        true => (0, 0),
+        false => (BYTES_PER_TISSUE_ELEMENT, BYTES_PER_TISSUE_NODE),
+    };
+    let of_body =
+        |body: &PlanBody| (of_element + BYTES_OF_VALUES) * body.cells.len() + of_node * body.nodes.len();
+    plan.bodies.iter().filter(|body| body.role == Role::Tissue).map(of_body).sum::<usize>() as u64
+}
+
+/// Motion of all nodes in two copies, and where the recorder has it; that of the boundaries in those between.
+fn frames_bytes(plan: &Plan) -> u64 {
+    let vectors = if plan.reads_velocities() { 3 } else { 1 };
+    let boundary: usize = plan.bodies.iter().map(|body| body.boundary.nodes.len()).sum();
+    let of_nodes = (2 * vectors + 1) * plan.node_count() + 16 * boundary;
+    (of_nodes * size_of::<Vec3>() + 2 * room_for_history(plan)) as u64
+}
+
+/// History of the elements that recorders read [bytes].
+fn room_for_history(plan: &Plan) -> usize {
+    plan.room_for_history().iter().map(|rows| size_of_val(&rows[..])).sum()
 }
 
 /// Bytes of a face in contact: corners, size, neighbours and faces around its corners; and of its leaf in the tree of a
@@ -76,8 +151,9 @@ fn contact_bytes(plan: &Plan) -> u64 {
     // Implicit steps store the compliance of these nodes: the response of all to a unit impulse at each.
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
     let compliance = if is_explicit { 0 } else { 8 * (3 * candidates.min(MOST_NODES)).pow(2) };
-    // Positions at the end of a step are needed by contact alone.
-    let positions = plan.node_count() * size_of::<Vec3>();
+    // Positions at the end of a step, and in self-contact those at rest.
+    let of_itself = contact.pairs.listed().any(|(_, pair)| pair.master == Master::Surface(pair.slave));
+    let positions = (1 + usize::from(of_itself)) * plan.node_count() * size_of::<Vec3>();
     (surfaces + leaves + candidates * BYTES_PER_CANDIDATE + compliance + positions) as u64
 }
 
@@ -86,8 +162,8 @@ fn fields_bytes(plan: &Plan) -> u64 {
     let scalars = requested(&[FieldName::VonMises, FieldName::Pressure, FieldName::PrincipalStrain]);
     let vectors = requested(&[FieldName::Displacement, FieldName::Velocity]);
     let tensors = requested(&[FieldName::ElementCauchyStress]);
-    // Nodal scalars are averages and need the volume around each node. All need the corners of the elements.
-    let nodal = (scalars + usize::from(scalars > 0)) * 8 + vectors * 24;
-    let element = tensors * 56 + usize::from(scalars + tensors > 0) * 32;
+    // Nodal scalars are averages of sums and need the volume around each node. All need the corners of the elements.
+    let nodal = (2 * scalars + usize::from(scalars > 0)) * 8 + vectors * 24;
+    let element = tensors * 104 + usize::from(scalars + tensors > 0) * 40;
     (nodal * plan.node_count() + element * plan.element_count()) as u64
 }

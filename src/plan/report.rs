@@ -155,10 +155,17 @@ pub struct PairReport {
     pub unknowns_per_contact: u32,
 }
 
-/// Approximate memory of a run by component.
+/// Approximate memory of a run by component; recordings of earlier versions lack some.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct MemoryReport {
+    /// What a run takes whatever its scene [bytes]: the program, and the buffers of a recording.
+    pub program_bytes: u64,
+    /// What the start takes and the allocator keeps [bytes].
+    pub start_bytes: u64,
+    /// Scene [bytes]: meshes, law, part and material axes of each element.
+    pub scene_bytes: u64,
     /// Plan [bytes]: positions, masses, connectivity, boundary surfaces, assembly, and the matrix and factor of implicit
     /// steps.
     pub plan_bytes: u64,
@@ -167,25 +174,43 @@ pub struct MemoryReport {
     /// State [bytes]: displacement, velocity; viscous forces where a part has them; history of the elements: bulk viscosity,
     /// what stress remembers at the points, and nodal displacements and forces of each Prony branch, for its energy.
     pub state_bytes: u64,
-    /// Buffers of a step [bytes]: element forces, totals, nodal forces, positions.
+    /// Buffers of a step [bytes]: element forces, totals, nodal forces, positions, the bound of the critical time step by the assembled mesh.
     pub step_bytes: u64,
     /// Contact [bytes]: topology, search trees, candidates and reactions.
     pub contact_bytes: u64,
     /// Recorded fields at nodes and elements [bytes].
     pub fields_bytes: u64,
-    /// Total divided by the number of elements [bytes].
+    /// Measures of the tissue [bytes]: the stress over the depth below its surface, values at the points.
+    pub measures_bytes: u64,
+    /// Copies of frames on their way to the thread of the recording [bytes].
+    pub frames_bytes: u64,
+    /// Total without the program, divided by the number of elements [bytes].
     pub bytes_per_element: f64,
 }
 
 impl MemoryReport {
     /// Sum of all components [bytes].
     pub fn total_bytes(&self) -> u64 {
-        self.plan_bytes
+        self.program_bytes + self.bytes_of_scene()
+    }
+
+    /// The same without the program [bytes].
+    fn bytes_of_scene(&self) -> u64 {
+        self.start_bytes
+            + self.scene_bytes
+            + self.plan_bytes
             + self.elements_bytes
             + self.state_bytes
             + self.step_bytes
             + self.contact_bytes
             + self.fields_bytes
+            + self.measures_bytes
+            + self.frames_bytes
+    }
+
+    /// With the bytes of each of so many elements.
+    pub(super) fn over(self, elements: usize) -> Self {
+        Self { bytes_per_element: self.bytes_of_scene() as f64 / elements.max(1) as f64, ..self }
     }
 }
 

@@ -6,6 +6,7 @@ use super::capped_bulk;
 use super::compiled::Plan;
 use super::cost;
 use super::integrator::Integrator;
+use super::memory::BuffersSize;
 use super::named_materials::NamedMaterialReport;
 use super::omitted::omitted;
 use super::report::{
@@ -22,8 +23,8 @@ use crate::scene::{Scene, SceneBody};
 /// Relative amount by which a step may exceed its nominal length, as in the stepper.
 const ROUNDING: f64 = 1e-9;
 
-/// Report of a compiled plan, given the critical time steps of its elements and the size of their force buffers [bytes].
-pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_bytes: usize) -> PlanReport {
+/// Report of a compiled plan, given the critical time steps of its elements and the size of their buffers.
+pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, buffers: BuffersSize) -> PlanReport {
     let (safety, max_step) = match &plan.integrator {
         Integrator::Explicit(explicit) => (explicit.safety, explicit.max_step),
         Integrator::Implicit(_) => (1.0, f64::INFINITY),
@@ -35,7 +36,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     // Field times are hit exactly, by equal steps from one to the next.
     let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([relaxation]);
     let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
-    let evaluated_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
+    let evaluated_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + buffers.forces;
     let blocks: Vec<BlockReport> = plan
         .blocks
         .iter()
@@ -44,7 +45,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         .map(|(i, block)| of_block(plan, block, steps.smallest_of(i), evaluated_bytes))
         .collect();
     let pairs: Vec<PairReport> = of_pairs(plan);
-    let memory = MemoryReport::new(plan, forces_bytes);
+    let memory = MemoryReport::new(plan, scene, buffers);
     let mut rigid_bodies = RigidReport::of(plan);
     rigid_bodies.truncate(MOST_LISTED_BODIES);
     let words =

@@ -329,7 +329,8 @@ fn make_body(
     bodies::check_memories(index, body, &mesh, &part_entry, out);
     let axes = body_axes(index, body, &mesh, &part_entry, out);
     let laws = laws(index, body, &mesh, &part_entry, out);
-    mesh.fields = ElementFields::default();
+    // The body has what they say.
+    (mesh.fields, mesh.axes) = (ElementFields::default(), Vec::new());
     let (axes, Laws { materials, law_of }) = (axes?, laws?);
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
     let made = SceneBody { mesh, refined, materials, law_of, part_entry, axes, ..SceneBody::default() };

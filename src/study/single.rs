@@ -48,6 +48,8 @@ pub struct RunResult {
     /// Processor time of the whole process meanwhile [s], including other runs in it; `None` if the system does not
     /// provide it.
     pub cpu_s: Option<f64>,
+    /// Most resident memory of the process so far [bytes]; `None` if the system does not provide it.
+    pub peak_memory_bytes: Option<u64>,
 }
 
 /// Why there is no result.
@@ -121,6 +123,7 @@ pub(super) fn run_plan(
         plan_report: plan.report,
         wall_s: wall.elapsed().as_secs_f64(),
         cpu_s: process_cpu_s().zip(cpu).map(|(end, start)| end - start),
+        peak_memory_bytes: process_peak_memory_bytes(),
     }
 }
 
@@ -153,6 +156,14 @@ pub fn process_cpu_s() -> Option<f64> {
 #[cfg(not(unix))]
 pub fn process_cpu_s() -> Option<f64> {
     None
+}
+
+/// Most resident memory of the process so far [bytes], of Linux alone.
+fn process_peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = peak.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
 }
 
 /// A sink that reports the progress of the run.

@@ -4,6 +4,10 @@ use super::kind::for_each_element;
 use super::largest_eigenvalue::largest_eigenvalue;
 use super::{Element, ElementKind};
 use crate::tensor::{Mat3, Vec3};
+use smallvec::SmallVec;
+
+/// One for each node or point of an element; of up to eight without an allocation, which a large mesh would have millions of.
+pub type OfElement<T> = SmallVec<[T; 8]>;
 
 /// Reference geometry of one element.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,11 +15,11 @@ pub struct ReferenceGeometry {
     /// Kind of element, which gives nodes and quadrature.
     pub kind: ElementKind,
     /// Reference volume of each point [m³].
-    pub volume: Vec<f64>,
+    pub volume: OfElement<f64>,
     /// Smallest Jacobian determinant over the points, relative to the mean: ≤ 0 for an inverted element.
     pub smallest_jacobian: f64,
     /// Volume lumped at each node, by which mass is lumped; [`Element::lumped_volumes`] unless moved [m³].
-    pub corner_volume: Vec<f64>,
+    pub corner_volume: OfElement<f64>,
     /// Largest eigenvalue λ of `Σ_q V_q ∇N_a·∇N_b` against the nodes' volumes [1/m²]: with a tangent of norm α and density
     /// ρ, `ω² ≤ α λ / ρ`.
     pub gradient_bound: f64,
@@ -31,7 +35,7 @@ impl ReferenceGeometry {
     pub fn with_mass_at(
         kind: ElementKind,
         nodes: &[Vec3],
-        move_volume: impl FnOnce(Vec<f64>) -> Vec<f64>,
+        move_volume: impl FnOnce(OfElement<f64>) -> OfElement<f64>,
     ) -> Self {
         macro_rules! of_kind {
             ($($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
@@ -44,7 +48,7 @@ impl ReferenceGeometry {
     fn of<E: Element<N, Q>, const N: usize, const Q: usize>(
         kind: ElementKind,
         nodes: &[Vec3],
-        move_volume: impl FnOnce(Vec<f64>) -> Vec<f64>,
+        move_volume: impl FnOnce(OfElement<f64>) -> OfElement<f64>,
     ) -> Self {
         let at = |a: usize| nodes.get(a).copied().unwrap_or_default();
         let X: [[f64; N]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| at(a)[i]));
@@ -54,11 +58,17 @@ impl ReferenceGeometry {
         let volume = jacobians.map(|j| j.determinant() * E::WEIGHT);
         let mean = volume.iter().sum::<f64>() / Q as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
-        let corner_volume = move_volume(E::lumped_volumes(&volume).to_vec());
+        let corner_volume = move_volume(OfElement::from_slice(&E::lumped_volumes(&volume)));
         let gradient_bound = gradient_bound::<E, N, Q>(&inverse_jacobian, &volume, &corner_volume);
         let smallest_jacobian =
             volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);
-        Self { kind, volume: volume.to_vec(), smallest_jacobian, corner_volume, gradient_bound }
+        Self {
+            kind,
+            volume: OfElement::from_slice(&volume),
+            smallest_jacobian,
+            corner_volume,
+            gradient_bound,
+        }
     }
 
     /// Volume of the element [m³].

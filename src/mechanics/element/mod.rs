@@ -13,7 +13,7 @@ mod tet4;
 mod wedge6;
 
 pub use corner_penalty::{CornerResponse, corner_stiffness, eval_corner_penalty};
-pub use geometry::ReferenceGeometry;
+pub use geometry::{OfElement, ReferenceGeometry};
 pub use hex8::{GAUSS, HEX8_CORNERS, HEX8_DIAGONALS, HEX8_EDGES, Hex8, POINTS, shape_at};
 pub use hex8_modes::{ModalGeometry, Modes, V3};
 pub use hourglass::{Hourglass, HourglassResponse};

@@ -128,6 +128,19 @@ impl AssembledBound {
         std::mem::swap(&mut self.fractions, fractions);
     }
 
+    /// Memory of the bound with its fractions [bytes].
+    pub fn memory(&self) -> usize {
+        let of_chunk = |bound: &ChunkBound| {
+            size_of::<ChunkBound>()
+                + size_of_val(&bound.tensors[..])
+                + size_of_val(&bound.alone[..])
+                + size_of_val(&bound.weights[..])
+        };
+        size_of_val(&self.of_nodes[..])
+            + self.chunks.iter().map(of_chunk).sum::<usize>()
+            + self.fractions.iter().map(|rows| size_of_val(&rows[..])).sum::<usize>()
+    }
+
     /// The fractions of the last evaluation.
     pub fn fractions(&self) -> &[Vec<AssembledRows>] {
         &self.fractions

@@ -1,6 +1,6 @@
 //! What blocks of elements are made from: elements, law, formulation.
 
-use crate::element::{ElementKind, ReferenceGeometry};
+use crate::element::{ElementKind, OfElement, ReferenceGeometry};
 use crate::material::{FIBRE_EXPONENT_LIMIT, Law, Material, Memories};
 use crate::tensor::{Mat3, Vec3};
 
@@ -159,9 +159,9 @@ pub struct BlockInput {
     /// Global number of the element.
     pub element: u32,
     /// Global numbers of its nodes, in the order of the kind.
-    pub nodes: Vec<u32>,
+    pub nodes: OfElement<u32>,
     /// Their reference positions X [m].
-    pub corners: Vec<Vec3>,
+    pub corners: OfElement<Vec3>,
     /// Its material axes, columns e1, e2, e3 in reference axes.
     pub axes: Mat3,
     /// Its kind and reference geometry.

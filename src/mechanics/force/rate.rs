@@ -196,8 +196,8 @@ mod tests {
                 let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
                 BlockInput {
                     element,
-                    nodes: nodes.to_vec(),
-                    corners: corners.to_vec(),
+                    nodes: nodes.to_vec().into(),
+                    corners: corners.to_vec().into(),
                     axes: Mat3::identity(),
                     geometry,
                 }

@@ -36,8 +36,8 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
             let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
             BlockInput {
                 element: e as u32,
-                nodes: nodes.to_vec(),
-                corners: corners.to_vec(),
+                nodes: nodes.to_vec().into(),
+                corners: corners.to_vec().into(),
                 axes: Mat3::identity(),
                 geometry,
             }

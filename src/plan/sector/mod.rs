@@ -137,11 +137,12 @@ fn with_sector(mut plan: Plan, part: Option<Part>) -> Plan {
         Some(SectorPlan { plan: Box::new(of_part), sector })
     });
     if let Some(sector) = sector {
+        let memory = plan.report.memory.clone().with_sector(&sector.plan.report.memory, &plan);
         let (report, of_sector) = (&mut plan.report, &sector.plan.report);
         report.omitted.insert(0, self::report(&sector));
         report.expected_steps = of_sector.expected_steps;
         report.expected_run_time_s = of_sector.expected_run_time_s;
-        report.memory_bytes += of_sector.memory_bytes;
+        (report.memory_bytes, report.memory) = (memory.total_bytes(), memory);
         plan.sector = Some(sector);
     }
     plan

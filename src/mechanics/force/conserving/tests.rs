@@ -46,7 +46,7 @@ impl Case {
         let input = BlockInput {
             element: 0,
             nodes: (0..8).collect(),
-            corners: X.to_vec(),
+            corners: X.to_vec().into(),
             axes: Mat3::identity(),
             geometry: ReferenceGeometry::new(ElementKind::Hex8, &X),
         };

@@ -22,7 +22,7 @@ fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
         BlockInput {
             element: 100 + e as u32,
             nodes: (0..8).map(|a| (8 * e + a) as u32).collect(),
-            corners: corners.to_vec(),
+            corners: corners.to_vec().into(),
             axes: Mat3::identity(),
             geometry: ReferenceGeometry::new(ElementKind::Hex8, &corners),
         }

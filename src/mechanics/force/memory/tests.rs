@@ -21,7 +21,8 @@ fn block(material: Material, formulation: Formulation, memory: Memories) -> [Ele
     let X = HEX8_CORNERS.map(|c| Vec3::from(c) * (0.5 * EDGE));
     let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
     let nodes = (0..8).collect();
-    let input = BlockInput { element: 0, nodes, corners: X.to_vec(), axes: Mat3::identity(), geometry };
+    let input =
+        BlockInput { element: 0, nodes, corners: X.to_vec().into(), axes: Mat3::identity(), geometry };
     [ElementBlock::new(0, parameters, 0, &[input]).unwrap()]
 }
 

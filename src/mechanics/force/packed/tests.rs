@@ -2,7 +2,9 @@
 
 mod patch;
 
-use crate::element::{Element, ElementKind, Hex8, ReferenceGeometry, Tet4, Tet10, Wedge6, for_each_element};
+use crate::element::{
+    Element, ElementKind, Hex8, OfElement, ReferenceGeometry, Tet4, Tet10, Wedge6, for_each_element,
+};
 use crate::force::{
     BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, Threads, stretch_rate,
 };
@@ -271,7 +273,7 @@ fn a_uniform_rate_is_seen_along_the_edges() {
 
 #[test]
 fn formulations_that_an_element_has_not_are_refused() {
-    let corners = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+    let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].into_iter().collect::<OfElement<_>>();
     let geometry = ReferenceGeometry::new(ElementKind::Tet4, &corners);
     let input = BlockInput { element: 0, nodes: (0..4).collect(), corners, axes: Mat3::identity(), geometry };
     let block = |formulation, inputs: &[BlockInput]| {
@@ -283,7 +285,7 @@ fn formulations_that_an_element_has_not_are_refused() {
         let refused = Err(BlockError::Formulation(ElementKind::Tet4, formulation));
         assert_eq!(block(formulation, std::slice::from_ref(&input)), refused);
     }
-    let short = BlockInput { nodes: vec![0, 1, 2], ..input };
+    let short = BlockInput { nodes: vec![0, 1, 2].into(), ..input };
     assert_eq!(block(Formulation::Full, &[short]), Err(BlockError::Kinds));
     assert_eq!(block(Formulation::Full, &[]), Err(BlockError::Kinds));
 }

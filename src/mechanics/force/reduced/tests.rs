@@ -35,7 +35,8 @@ impl Element {
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let mass = std::array::from_fn(|a| 1000.0 * geometry.corner_volume[a]);
         let nodes = (0..8).collect();
-        let input = BlockInput { element: 0, nodes, corners: X.to_vec(), axes: Mat3::identity(), geometry };
+        let input =
+            BlockInput { element: 0, nodes, corners: X.to_vec().into(), axes: Mat3::identity(), geometry };
         Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 

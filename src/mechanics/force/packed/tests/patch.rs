@@ -118,7 +118,13 @@ impl Patch {
                 mass[*node as usize] += DENSITY * volume;
             }
             let nodes = nodes.clone();
-            BlockInput { element: element as u32, nodes, corners, axes: Mat3::identity(), geometry }
+            BlockInput {
+                element: element as u32,
+                nodes: nodes.into(),
+                corners: corners.into(),
+                axes: Mat3::identity(),
+                geometry,
+            }
         };
         let inputs: Vec<BlockInput> = cells.nodes.iter().enumerate().map(input).collect();
         let blocks = [ElementBlock::new(0, parameters, 0, &inputs).unwrap()];
