@@ -39,7 +39,7 @@ pub struct RunArgs {
     /// Print only the summary, as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Number of threads; all cores by default. Results do not depend on it.
+    /// Number of threads, of which a small scene uses fewer; all cores by default. Results do not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Suppress the progress bar and the table.

@@ -5,7 +5,7 @@ use crate::measure::artificial_end::ArtificialEnds;
 use crate::measure::{
     ErrorBars, MeasuredEnd, MeasuredFrame, Measures, MeasuringRecorder, RequestedAccuracy, Sink, Summary,
 };
-use crate::plan::{CompileError, Plan, PlanReport, compile};
+use crate::plan::{CompileError, Integrator, Plan, PlanReport, compile};
 use crate::record::on_own_thread;
 use crate::scene::Scene;
 use crate::step::{Ending, Energy, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run};
@@ -22,7 +22,7 @@ pub struct RunRequest<'a> {
     pub sinks: Vec<&'a mut dyn Sink>,
     /// Optional recorder on the stepping thread: it receives every complete frame.
     pub also: Option<&'a mut dyn Recorder>,
-    /// Worker threads; the results do not depend on it.
+    /// Worker threads, of which as many are used as shorten the run; the results do not depend on it.
     pub threads: usize,
     /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
@@ -106,7 +106,8 @@ pub(super) fn run_plan(
     // The last of the sinks: when it reports the end, the recordings are closed.
     let mut measuring = measuring.with(&mut reporter);
     // Run the steps, with the measures on a separate thread if anything is recorded.
-    let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
+    let options =
+        RunOptions { threads: useful_threads(&plan, request.threads), interrupt: request.interrupt };
     let steps = |measuring: &mut dyn Recorder| {
         let mut recorders: Vec<&mut dyn Recorder> = vec![measuring];
         recorders.extend(request.also.map(|also| also as &mut dyn Recorder));
@@ -124,6 +125,18 @@ pub(super) fn run_plan(
         wall_s: wall.elapsed().as_secs_f64(),
         cpu_s: process_cpu_s().zip(cpu).map(|(end, start)| end - start),
         peak_memory_bytes: process_peak_memory_bytes(),
+    }
+}
+
+/// Elements for each thread of an explicit run at least: with fewer the threads wait for each other longer than they work.
+const LEAST_ELEMENTS: usize = 1000;
+
+/// The number of threads, at most `most`, that shorten the run of a plan.
+fn useful_threads(plan: &Plan, most: usize) -> usize {
+    let computed = plan.sector.as_ref().map_or(plan, |of| &of.plan);
+    match computed.integrator {
+        Integrator::Explicit(_) => most.min(computed.element_count() / LEAST_ELEMENTS).max(1),
+        Integrator::Implicit(_) => most,
     }
 }
 
