@@ -14,7 +14,7 @@ use crate::scene::document::{FieldName, Role};
 use crate::scene::{Scene, SceneBody};
 
 /// Resident memory of a run of a few elements, of which 20 MB are the program.
-const PROGRAM_BYTES: u64 = 32_000_000;
+const PROGRAM_BYTES: u64 = 30_000_000;
 /// What the start takes of each element beside what stays, as measured: most of it the allocator keeps to the end.
 const START_BYTES_PER_ELEMENT: usize = 900;
 
