@@ -11,6 +11,7 @@ use contuse::plan::{Plan, compile};
 use contuse::scene::document::Keep;
 use contuse::scene::{Budget, FolderSource, Scene, load};
 use contuse::step::{Ending, Outcome, RunOptions, run};
+use contuse::study::process::peak_memory_bytes;
 use serde_json::json;
 use std::time::Instant;
 
@@ -45,8 +46,8 @@ fn main() {
             Err(error) => eprintln!("{error}"),
         }
     }
-    if let Some(peak) = peak_memory_kib() {
-        println!("peak memory of the process: {peak} KiB");
+    if let Some(peak) = peak_memory_bytes() {
+        println!("peak memory of the process: {:.1} MB", 1e-6 * peak as f64);
     }
 }
 
@@ -120,10 +121,4 @@ fn side_by_side(counts: [u32; 3], steps: u32, runs: u32) -> Result<(f64, f64), S
         together = together.min(clock.elapsed().as_secs_f64());
     }
     Ok((alone, together))
-}
-
-/// High-water mark of the resident memory, where the system reports it.
-fn peak_memory_kib() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
 }

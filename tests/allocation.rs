@@ -1,4 +1,4 @@
-//! A step allocates nothing: counted by an allocator that keeps a number for each thread.
+//! A step allocates nothing, counted by an allocator that keeps a number for each thread; and a run takes about the memory that its plan says.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // tests may panic
 
 use contuse::measure::{Measures, MeasuringRecorder};
@@ -10,6 +10,7 @@ use serde_json::json;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
+use std::process::Command;
 
 /// Steps until everything that is made at its first use has been made: the memory of a thread for waiting on a channel, the
 /// first lists of the broad phase.
@@ -154,4 +155,25 @@ fn with_a_pool_only_the_pool_allocates() {
     let later: Vec<u64> = seen.iter().filter(|s| s.step >= WARM_UP).map(|s| s.allocations).collect();
     println!("{later:?}");
     assert!(later.iter().sum::<u64>() <= 2 * later.len() as u64, "{later:?}");
+}
+
+#[test]
+#[cfg(target_os = "linux")] // others are not asked
+fn a_run_takes_about_the_memory_that_its_plan_says() {
+    // One symmetric, of which a quarter is computed, one of elements of a file, and one of few.
+    for name in ["flashball_thigh/scene.json", "ball_on_block/scene_L1.json", "two_bars/scene.json"] {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
+        let planned =
+            compile(&load_file(&scene, &Budget::COMMAND_LINE).unwrap().scene).unwrap().report.memory_bytes
+                as f64;
+        let folder = tempfile::tempdir().unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_contuse"));
+        program.arg("run").arg(&scene).args(["--as-is", "--no-error-bars", "--threads", "2", "-o"]);
+        let output = program.arg(folder.path().join("run.mcap")).output().unwrap();
+        // `…, 89.4 MB of memory; recording: …` is its last line.
+        let words = String::from_utf8(output.stdout).unwrap();
+        let (before, _) = words.rsplit_once(" MB of memory").unwrap();
+        let taken = 1e6 * before.rsplit(' ').next().unwrap().parse::<f64>().unwrap();
+        assert!((0.8..1.25).contains(&(taken / planned)), "{name}: {taken:e} of {planned:e}");
+    }
 }

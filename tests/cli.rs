@@ -266,29 +266,6 @@ fn plan_shows_what_is_kept_and_omitted() {
     assert_eq!(validated["plan"], report, "validate and plan say the same");
 }
 
-/// What a line says between two words, as a number.
-#[cfg(target_os = "linux")]
-fn number_before(line: &str, unit: &str) -> f64 {
-    line.split(unit).next().unwrap().rsplit(' ').find(|word| !word.is_empty()).unwrap().parse().unwrap()
-}
-
-#[test]
-#[cfg(target_os = "linux")] // others are not asked
-fn a_run_takes_about_the_memory_that_its_plan_says() {
-    // One symmetric, of which a quarter is computed, one of elements of a file, and one of few.
-    for name in ["flashball_thigh/scene.json", "ball_on_block/scene_L1.json", "two_bars/scene.json"] {
-        let (folder, scene) = (tempfile::tempdir().unwrap(), scenario(name));
-        let output = run(&["plan", "--json", scene.to_str().unwrap()]);
-        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let planned = report["memory_bytes"].as_f64().unwrap();
-        let recording = folder.path().join("run.mcap");
-        let [scene, recording] = [&scene, &recording].map(|path| path.to_str().unwrap());
-        let output = run(&["run", scene, "--as-is", "--no-error-bars", "--threads", "2", "-o", recording]);
-        let taken = 1e6 * number_before(text(&output.stdout).lines().last().unwrap(), " MB of memory");
-        assert!((0.8..1.25).contains(&(taken / planned)), "{name}: {taken:e} of {planned:e}");
-    }
-}
-
 #[test]
 fn unknown_things_to_keep_are_answered_with_those_that_there_are() {
     let path = scenario("two_bars/scene.json");

@@ -10,11 +10,13 @@
 mod closing;
 mod patch;
 mod place_map;
+mod touch;
 
-use self::closing::Closing;
+use self::closing::{Closing, Corner};
 pub use self::patch::ContactPatch;
 use self::patch::{Pressed, patch_of};
 use self::place_map::PlaceMap;
+use self::touch::Touch;
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::Followers;
@@ -52,35 +54,6 @@ pub struct PatchGeometry {
     pressed_faces: Vec<u32>,
 }
 
-/// When and how a node was last pressed.
-#[derive(Clone, Copy, Debug)]
-struct Touch {
-    /// Time [s].
-    time: f64,
-    /// Outward normal of the other side.
-    normal: Vec3,
-    /// Sum of the weights of its contacts; 1 for a contact at the node itself.
-    weight: f64,
-    /// The largest such sum of late, with its time [s]: beside a contact of its own a node may have one that it shares with others.
-    largest: (f64, f64),
-    /// Force normal to the face [N].
-    force: f64,
-}
-
-impl Touch {
-    /// One at a time [s] with this normal; with its weight and force [N].
-    fn new((time, normal): (f64, Vec3), weight: f64, force: f64) -> Self {
-        Self { time, normal, weight, largest: (f64::NEG_INFINITY, 0.0), force }
-    }
-    /// Keeps the largest weight since a time [s].
-    fn keep_largest(&mut self, since: f64) {
-        let (time, largest) = self.largest;
-        if self.weight >= largest || time < since {
-            self.largest = (self.time, self.weight);
-        }
-    }
-}
-
 /// Limit of the part of a surface that can be pressed at all.
 enum Limit {
     /// All faces oriented towards the contact.
@@ -105,7 +78,8 @@ impl PatchGeometry {
     fn new(body: usize, surface: &Surface, is_master: bool) -> Self {
         // Faces of each node, then flattened to one array.
         let nodes = surface.nodes.clone();
-        let place = |node: u32| nodes.binary_search(&node).map_or(u32::MAX, |place| place as u32);
+        // The nodes of a surface are the corners of its faces.
+        let place = |node: u32| nodes.partition_point(|other| *other < node) as u32;
         let faces: Vec<[u32; 4]> = surface.faces.iter().map(|corners| corners.map(place)).collect();
         let mut lists = vec![Vec::new(); nodes.len()];
         for (face, corners) in faces.iter().enumerate() {
@@ -194,12 +168,12 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame; nodes count as in contact until they were last pressed `window` ago [s].
     pub fn eval(&mut self, frame: &Frame, pair: u32, window: f64) -> ContactPatch {
+        self.follow_erosion(frame);
         self.touch(frame, pair, window);
         self.keep_since(frame.time - window);
         if self.touches.is_empty() {
             return ContactPatch::default();
         }
-        self.follow_erosion(frame);
         let direction = self.pressing.0.try_normalize(0.0);
         let limit = direction.map_or(Limit::None, |direction| self.limit(frame, direction));
         let body = self.body;
@@ -230,7 +204,7 @@ impl PatchGeometry {
         }
     }
 
-    /// Adds a contact to a node of the surface.
+    /// Adds a contact to a node of the surface; points of rigid bodies are not on it.
     fn add(&mut self, node: u32, touch: Touch) {
         let Some(place) = self.place_of(node) else { return };
         let of_node = self.touches.entry(place, || Touch { weight: 0.0, force: 0.0, ..touch });
@@ -247,7 +221,7 @@ impl PatchGeometry {
         self.touches.sort();
     }
 
-    /// Takes the new faces that erosion exposes.
+    /// Takes the faces that erosion leaves and exposes; contacts of nodes that are no longer on the surface are forgotten.
     fn follow_erosion(&mut self, frame: &Frame) {
         let gone = frame.erosion.elements().len();
         if gone != self.gone {
@@ -301,6 +275,65 @@ impl PatchGeometry {
             Pressed { position: position(node), tributary, weights, normal_force }
         });
         pressed.collect()
+    }
+
+    /// The nodes that those in contact enclose; one that follows others has its area with them.
+    fn enclosed(
+        &mut self,
+        position: &impl Fn(u32) -> Vec3,
+        limit: &Limit,
+        followers: &Followers,
+    ) -> Vec<(u32, Touch)> {
+        let mut closing = std::mem::take(&mut self.closing);
+        self.take_touches_with(followers, &mut closing.pressed);
+        let mut enclosed =
+            closing.enclosed(|place, n, rings| self.add_ring((place, n), position, limit, rings));
+        enclosed.retain(|(place, _)| !followers.contains(self.nodes[*place as usize] as usize));
+        self.closing = closing;
+        enclosed
+    }
+
+    /// Fills the map with the nodes in contact, and those that follow them, in their order.
+    fn take_touches_with(&self, followers: &Followers, pressed: &mut PlaceMap<Touch>) {
+        pressed.clear();
+        for (place, touch) in self.touches.iter() {
+            pressed.insert(place, *touch);
+            for (follower, _) in followers.led_by(self.nodes[place as usize] as usize) {
+                // What is in contact itself has its own; of several masters the last one's.
+                if let Some(follower) =
+                    self.place_of(*follower).filter(|place| !self.touches.contains(*place))
+                {
+                    pressed.insert(follower, *touch);
+                }
+            }
+        }
+        pressed.sort();
+    }
+
+    /// Adds the corners around a node, of its faces that are oriented towards a contact with normal `n`, each once.
+    fn add_ring(
+        &mut self,
+        (place, n): (u32, &Vec3),
+        position: &impl Fn(u32) -> Vec3,
+        limit: &Limit,
+        rings: &mut Vec<Corner>,
+    ) {
+        let first = rings.len();
+        for i in self.faces_of(place) {
+            let (face, at) = self.incident[i];
+            if !self.shape(face, position, limit).is_turned(n) {
+                continue;
+            }
+            let ring = distinct(&self.faces[face as usize]);
+            for (corner, other) in ring.iter().enumerate().filter(|(_, other)| **other != place) {
+                let step = (corner + ring.len() - at as usize) % ring.len();
+                let faces = u32::from(step == 1 || step == ring.len() - 1);
+                match rings[first..].iter_mut().find(|known| known.place == *other) {
+                    Some(known) => known.faces += faces,
+                    None => rings.push(Corner { place: *other, faces }),
+                }
+            }
+        }
     }
 
     /// Mean edge length of the pressed faces [m].

@@ -100,14 +100,16 @@ impl Region {
     /// Depths of an empty region.
     pub const NOWHERE: [f64; 2] = [f64::INFINITY, 0.0];
 
-    /// Adds an edge between two vertices, at least one of which may exceed the threshold [Pa].
+    /// Adds what exceeds the threshold [Pa] on an edge; with its value raised at least one of its ends does.
     fn add(&mut self, ends: [&Vertex; 2], threshold: f64) {
         // Most edges exceed it from end to end, with every value lowered.
         let ([a, b], lowered) = (ends.map(|v| v.depth), ends.map(|v| v.stress - v.error));
         let is_whole = lowered[0].min(lowered[1]) > threshold;
-        let of = |shift: f64| match is_whole {
-            true => Some([a.min(b), a.max(b)]),
-            false => above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold),
+        let of = |shift: f64| {
+            if is_whole {
+                return Some([a.min(b), a.max(b)]);
+            }
+            above(ends.map(|v| (v.depth, v.stress + shift * v.error)), threshold)
         };
         for (bound, shift) in self.bounds.iter_mut().zip([-1.0, 1.0]) {
             *bound = of(shift).map_or(*bound, |[_, deepest]| bound.max(deepest));

@@ -9,7 +9,7 @@ use super::distant::BodyMotion;
 use super::holder::Holder;
 use super::integrator::{DynamicRelaxation, Implicit, Integrator};
 use super::loads::Loads;
-use super::memory::BuffersSize;
+use super::memory::BufferSizes;
 use super::parts::{CompileError, Parts};
 use super::report::PlanReport;
 use super::reporting::report;
@@ -107,7 +107,7 @@ fn complete(
     let bound = is_explicit.then(|| bound_at_start(&parts, &assembly, &mut forces)).flatten();
     let fractions = bound.as_ref().map_or_else(Vec::new, |bound| bound.fractions().to_vec());
     let buffers =
-        BuffersSize { forces: forces.memory(), bound: bound.as_ref().map_or(0, AssembledBound::memory) };
+        BufferSizes { forces: forces.memory(), bound: bound.as_ref().map_or(0, AssembledBound::memory) };
     drop(bound);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &fractions, &mut forces);
     let longest_step = match &integrator {

@@ -6,27 +6,35 @@ use super::integrator::Integrator;
 use super::report::MemoryReport;
 use crate::mechanics::contact::solution::compliance::MOST_NODES;
 use crate::mechanics::contact::stencil::Stencil;
-use crate::mechanics::contact::{ContactPair, Master, Reaction, Surface};
+use crate::mechanics::contact::{Contact, ContactPair, Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{FieldName, Role};
 use crate::scene::{Scene, SceneBody};
 
-/// Resident memory of a run of a few elements, of which 20 MB are the program.
+/// The program, and the buffers of a recording: resident memory of a run of `two_bars`, with glibc.
 const PROGRAM_BYTES: u64 = 30_000_000;
-/// What the start takes of each element beside what stays, as measured: most of it the allocator keeps to the end.
+/// What the start takes beside what stays, most of which the allocator keeps: what runs of `ball_on_block/scene_L1.json` and its refinement
+/// take beyond all else, with glibc.
 const START_BYTES_PER_ELEMENT: usize = 900;
 
-/// Bytes of an element and of a node of the tissue in the field of the stress over the depth: vertices and depths of points; line through the
-/// stresses around a node, edges from it. And of an element the values at its points, from which those exceeded in volumes are found.
-const BYTES_PER_TISSUE_ELEMENT: usize = 120;
-const BYTES_OF_VALUES: usize = 3 * 8 * size_of::<(f64, f64)>();
-const BYTES_PER_TISSUE_NODE: usize = 110;
+/// Number of copies of frames on the way to the thread of a recording: how many steps a run may be ahead.
+pub const FRAME_COPIES: usize = 16;
+/// The same of the fields, each as large as the state: how many field times a run may be ahead.
+pub const FIELD_COPIES: usize = 2;
+/// Fraction of all possible contacts in a copy of a frame.
+const CONTACTS: f64 = 0.05;
 
-/// What a plan takes beside its arrays that scale with nodes and elements [bytes].
+/// Bytes of an element and of a node of the tissue in the field of the stress over the depth: vertices and depths of points; line through the
+/// stresses around a node, edges from it. And of a point its values, from which those exceeded in volumes are found.
+const BYTES_PER_TISSUE_ELEMENT: usize = 120;
+const BYTES_PER_TISSUE_NODE: usize = 110;
+const BYTES_PER_TISSUE_POINT: usize = 3 * size_of::<(f64, f64)>();
+
+/// Sizes of buffers of a run that were made with the plan [bytes].
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct BuffersSize {
+pub(super) struct BufferSizes {
     /// Element forces.
     pub forces: usize,
     /// Bound of the critical time step by the assembled mesh; 0 without.
@@ -35,7 +43,7 @@ pub(super) struct BuffersSize {
 
 impl MemoryReport {
     /// Memory of a run of a plan and its scene.
-    pub(super) fn new(plan: &Plan, scene: &Scene, buffers: BuffersSize) -> Self {
+    pub(super) fn new(plan: &Plan, scene: &Scene, buffers: BufferSizes) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, vector) = (plan.node_count(), size_of::<Vec3>());
         let rows = plan.blocks.iter().map(|block| block.batch_count() * block.history_rows()).sum();
@@ -57,7 +65,7 @@ impl MemoryReport {
         let report = Self {
             program_bytes: PROGRAM_BYTES,
             start_bytes: bytes(plan.element_count(), START_BYTES_PER_ELEMENT),
-            scene_bytes: scene.bodies.iter().map(scene_bytes).sum::<usize>() as u64,
+            scene_bytes: scene.bodies.iter().map(body_bytes).sum::<usize>() as u64,
             plan_bytes: bytes(nodes, 3 * vector + size_of::<f64>())
                 + bytes(initial, vector)
                 + systems
@@ -73,10 +81,10 @@ impl MemoryReport {
             frames_bytes: frames_bytes(plan),
             bytes_per_element: 0.0,
         };
-        report.over(plan.element_count())
+        report.per_element(plan.element_count())
     }
 
-    /// That of a symmetric scene of which a sector is computed: its plan stays, all else is that of the sector and what is unfolded from it.
+    /// That of a symmetric scene of which a sector is computed: its state and the work on it are those of the sector, and what is unfolded from it.
     pub(super) fn with_sector(self, of_sector: &Self, whole: &Plan) -> Self {
         let unfolded = 3 * size_of::<Vec3>() * whole.node_count() + room_for_history(whole);
         let report = Self {
@@ -87,11 +95,11 @@ impl MemoryReport {
             contact_bytes: of_sector.contact_bytes,
             ..self
         };
-        report.over(whole.element_count())
+        report.per_element(whole.element_count())
     }
 }
 
-fn scene_bytes(body: &SceneBody) -> usize {
+fn body_bytes(body: &SceneBody) -> usize {
     let mesh = &body.mesh;
     let of_elements = mesh.part_of.len() + body.law_of.len() + body.part_entry.len();
     size_of_val(&mesh.nodes[..])
@@ -100,21 +108,26 @@ fn scene_bytes(body: &SceneBody) -> usize {
 }
 
 fn measures_bytes(plan: &Plan) -> u64 {
-    let (of_element, of_node) = match plan.measures.tissue_skin.is_empty() {
-        true => (0, 0),
-        false => (BYTES_PER_TISSUE_ELEMENT, BYTES_PER_TISSUE_NODE),
+    let has_skin = !plan.measures.tissue_skin.is_empty();
+    let [of_element, of_node] =
+        if has_skin { [BYTES_PER_TISSUE_ELEMENT, BYTES_PER_TISSUE_NODE] } else { [0; 2] };
+    let of_body = |body: &PlanBody| {
+        let points: usize = body.cells.iter().map(|cell| cell.kind.element().point_count()).sum();
+        BYTES_PER_TISSUE_POINT * points + of_element * body.cells.len() + of_node * body.nodes.len()
     };
-    let of_body =
-        |body: &PlanBody| (of_element + BYTES_OF_VALUES) * body.cells.len() + of_node * body.nodes.len();
     plan.bodies.iter().filter(|body| body.role == Role::Tissue).map(of_body).sum::<usize>() as u64
 }
 
-/// Motion of all nodes in two copies, and where the recorder has it; that of the boundaries in those between.
+/// Copies of frames: motion of all nodes with the fields, and where the recorder has it; between them that of the boundaries, or of all nodes
+/// of bodies that erode, and the contacts.
 fn frames_bytes(plan: &Plan) -> u64 {
     let vectors = if plan.reads_velocities() { 3 } else { 1 };
-    let boundary: usize = plan.bodies.iter().map(|body| body.boundary.nodes.len()).sum();
-    let of_nodes = (2 * vectors + 1) * plan.node_count() + 16 * boundary;
-    (of_nodes * size_of::<Vec3>() + 2 * room_for_history(plan)) as u64
+    let of_body = |body: &PlanBody| if body.erodes { body.nodes.len() } else { body.boundary.nodes.len() };
+    let kept: usize = plan.bodies.iter().map(of_body).sum();
+    let of_nodes = (FIELD_COPIES * vectors + 1) * plan.node_count() + FRAME_COPIES * kept;
+    let contacts = (CONTACTS * plan.most_contacts() as f64) as usize;
+    let of_contacts = FRAME_COPIES * contacts * (size_of::<Contact>() + size_of::<Reaction>());
+    (of_nodes * size_of::<Vec3>() + of_contacts + FIELD_COPIES * room_for_history(plan)) as u64
 }
 
 /// History of the elements that recorders read [bytes].

@@ -39,6 +39,7 @@ pub use holder::Holder;
 pub use integrator::{DynamicRelaxation, Explicit, Implicit, Integrator, SystemSize};
 pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
 pub use measure_plan::{ForceAverage, MeasurePlan, TissueEnd};
+pub use memory::{FIELD_COPIES, FRAME_COPIES};
 pub use named_materials::NamedMaterialReport;
 pub use parts::CompileError;
 pub use report::{

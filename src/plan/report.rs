@@ -191,11 +191,11 @@ pub struct MemoryReport {
 impl MemoryReport {
     /// Sum of all components [bytes].
     pub fn total_bytes(&self) -> u64 {
-        self.program_bytes + self.bytes_of_scene()
+        self.program_bytes + self.bytes_without_program()
     }
 
     /// The same without the program [bytes].
-    fn bytes_of_scene(&self) -> u64 {
+    fn bytes_without_program(&self) -> u64 {
         self.start_bytes
             + self.scene_bytes
             + self.plan_bytes
@@ -209,8 +209,8 @@ impl MemoryReport {
     }
 
     /// With the bytes of each of so many elements.
-    pub(super) fn over(self, elements: usize) -> Self {
-        Self { bytes_per_element: self.bytes_of_scene() as f64 / elements.max(1) as f64, ..self }
+    pub(super) fn per_element(self, elements: usize) -> Self {
+        Self { bytes_per_element: self.bytes_without_program() as f64 / elements.max(1) as f64, ..self }
     }
 }
 

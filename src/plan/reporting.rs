@@ -6,7 +6,7 @@ use super::capped_bulk;
 use super::compiled::Plan;
 use super::cost;
 use super::integrator::Integrator;
-use super::memory::BuffersSize;
+use super::memory::BufferSizes;
 use super::named_materials::NamedMaterialReport;
 use super::omitted::omitted;
 use super::report::{
@@ -24,7 +24,7 @@ use crate::scene::{Scene, SceneBody};
 const ROUNDING: f64 = 1e-9;
 
 /// Report of a compiled plan, given the critical time steps of its elements and the size of their buffers.
-pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, buffers: BuffersSize) -> PlanReport {
+pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, buffers: BufferSizes) -> PlanReport {
     let (safety, max_step) = match &plan.integrator {
         Integrator::Explicit(explicit) => (explicit.safety, explicit.max_step),
         Integrator::Implicit(_) => (1.0, f64::INFINITY),

@@ -5,15 +5,10 @@
 //! once the copies have grown. The recorder receives the same frames in the same order as on the stepping thread.
 
 use crate::mechanics::tensor::Vec3;
-use crate::plan::Plan;
+use crate::plan::{FIELD_COPIES, FRAME_COPIES, Plan};
 use crate::step::{FieldCopy, Frame, FrameCopy, Outcome, Recorder, RecorderError};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::Builder;
-
-/// Number of recycled copies: how many steps the run may be ahead of its recorder.
-const COPIES: usize = 16;
-/// Number of recycled field buffers, each as large as the state: how many field times the run may be ahead.
-const FIELDS: usize = 2;
 
 /// Orders to the thread.
 enum Order {
@@ -40,17 +35,17 @@ pub fn on_own_thread<T>(
     run: impl FnOnce(&mut dyn Recorder) -> T,
 ) -> T {
     std::thread::scope(|scope| {
-        let (orders, received) = sync_channel(COPIES);
+        let (orders, received) = sync_channel(FRAME_COPIES);
         // Capacity for every reply, so that the thread never waits for the run: only the run waits, for a copy.
-        let (answers, done) = sync_channel(COPIES + 1);
+        let (answers, done) = sync_channel(FRAME_COPIES + 1);
         let thread = Builder::new()
             .name("recorder".into())
             .spawn_scoped(scope, move || serve(plan, recorder, &received, &answers));
         let mut handle = Handle {
             orders,
             done,
-            copies: (0..COPIES).map(|_| Box::new(FrameCopy::new(plan))).collect(),
-            fields: (0..FIELDS).map(|_| Box::new(FieldCopy::new(plan))).collect(),
+            copies: (0..FRAME_COPIES).map(|_| Box::new(FrameCopy::new(plan))).collect(),
+            fields: (0..FIELD_COPIES).map(|_| Box::new(FieldCopy::new(plan))).collect(),
         };
         let result = run(&mut handle);
         drop(handle);

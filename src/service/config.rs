@@ -1,9 +1,9 @@
 //! Limits and addresses of the service. Every limit has a default; nothing is unlimited.
 
 use super::jobs::store::{Quotas, StoreAddress};
-use super::memory;
 use super::tokens::Tokens;
 use crate::scene::Budget;
+use crate::study::process::usable_memory_bytes;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -111,7 +111,7 @@ impl Default for ServiceConfig {
             store: StoreAddress::in_folder("data"),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             runs: RunConfig::default(),
-            max_running_memory: memory::usable().map_or(u64::MAX, |bytes| bytes / 4 * 3),
+            max_running_memory: usable_memory_bytes().map_or(u64::MAX, |bytes| bytes / 4 * 3),
             cgroup: None,
             max_queued: 1000,
             max_queued_per_owner: None,

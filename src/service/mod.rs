@@ -25,7 +25,6 @@ mod held_body;
 pub mod http;
 pub mod jobs;
 mod linger;
-pub mod memory;
 pub mod meshes;
 pub mod metrics;
 mod opening;

@@ -14,6 +14,7 @@ pub mod palette;
 #[cfg(feature = "png")]
 mod png;
 mod precision;
+pub mod process;
 pub mod progress;
 mod run;
 pub mod setting;
@@ -27,7 +28,8 @@ pub use omissions::{
 };
 #[cfg(feature = "png")]
 pub use png::png;
+pub use process::process_cpu_s;
 pub use progress::{AccuracyProgress, Phase, Progress, Stage};
 pub use run::run_scene;
 pub use setting::Setting;
-pub use single::{RunError, RunRequest, RunResult, process_cpu_s};
+pub use single::{RunError, RunRequest, RunResult};

@@ -2,7 +2,8 @@
 
 use super::accuracy::run_to;
 use super::error_bars::error_bars;
-use super::single::{RunError, RunRequest, RunResult, process_cpu_s, run_with_error_bars};
+use super::process::process_cpu_s;
+use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
 use std::time::Instant;
 
 /// Runs a scene with the requested error bars, or to the requested accuracy.

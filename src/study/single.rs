@@ -1,5 +1,6 @@
 //! One run of one scene: compile, step, measure, record. Used by the command line and the service.
 
+use super::process::{peak_memory_bytes, process_cpu_s};
 use super::progress::{Phase, Progress};
 use crate::measure::artificial_end::ArtificialEnds;
 use crate::measure::{
@@ -48,7 +49,7 @@ pub struct RunResult {
     /// Processor time of the whole process meanwhile [s], including other runs in it; `None` if the system does not
     /// provide it.
     pub cpu_s: Option<f64>,
-    /// Most resident memory of the process so far [bytes]; `None` if the system does not provide it.
+    /// Most resident memory of the process so far, the runs for error bars included [bytes]; `None` if the system does not provide it.
     pub peak_memory_bytes: Option<u64>,
 }
 
@@ -124,11 +125,11 @@ pub(super) fn run_plan(
         plan_report: plan.report,
         wall_s: wall.elapsed().as_secs_f64(),
         cpu_s: process_cpu_s().zip(cpu).map(|(end, start)| end - start),
-        peak_memory_bytes: process_peak_memory_bytes(),
+        peak_memory_bytes: peak_memory_bytes(),
     }
 }
 
-/// Elements for each thread of an explicit run at least: with fewer the threads wait for each other longer than they work.
+/// Fewest elements per thread of an explicit run: with fewer the threads wait for each other longer than they work.
 const LEAST_ELEMENTS: usize = 1000;
 
 /// The number of threads, at most `most`, that shorten the run of a plan.
@@ -155,28 +156,6 @@ pub(super) fn ending_name(ending: &Ending) -> String {
 /// Whether a run was stopped on request: then no other run should begin.
 pub(super) fn is_stop(ending: &str) -> bool {
     matches!(ending, "cancelled" | "deadline")
-}
-
-/// Processor time of the process so far [s].
-#[cfg(unix)]
-#[allow(clippy::unnecessary_wraps)] // not every system provides it
-pub fn process_cpu_s() -> Option<f64> {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
-}
-
-/// Processor time of the process so far [s].
-#[cfg(not(unix))]
-pub fn process_cpu_s() -> Option<f64> {
-    None
-}
-
-/// Most resident memory of the process so far [bytes], of Linux alone.
-fn process_peak_memory_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = peak.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kibibytes)
 }
 
 /// A sink that reports the progress of the run.

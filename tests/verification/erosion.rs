@@ -122,6 +122,55 @@ fn what_skin_lays_bare_holds_the_ball() {
     assert_at_most(depth, 0.1, "penetration of a ball that tears skin, of a face");
 }
 
+/// Two rigid boxes on two layers, of which the upper tears under the first, before the second lands.
+fn two_boxes_on_skin() -> Value {
+    let layer = |name: &str, thickness: f64, elements: u32| json!({"part": name, "thickness_m": thickness, "elements": elements});
+    let part = |name: &str| {
+        json!({"part": name, "density_kg_per_m3": 1000.0, "material":
+            {"law": "neo_hookean", "c10_pa": 2e4, "bulk_modulus_pa": 1e6}})
+    };
+    let (mut skin, fat) = (part("skin"), part("fat"));
+    skin["erosion"] = json!({"stretch": 1.03, "volume_ratio": 0.9});
+    let falling = |name: &str, x: f64, z: f64| {
+        json!({"name": name, "role": "projectile", "velocity_m_per_s": [0, 0, -5], "rigid": {
+            "shape": {"kind": "box", "half_extents_m": [0.006, 0.012, 0.01]}, "center_m": [x, 0, z], "density_kg_per_m3": 7850}})
+    };
+    json!({
+        "name": "two boxes on skin",
+        "end_time_s": 3e-3,
+        "bodies": [
+            falling("first", -0.01, 0.0102),
+            falling("second", 0.01, 0.0132),
+            {"name": "tissue", "role": "tissue", "fixed": [{"set": "z_min"}], "parts": [skin, fat],
+             "mesh": {"generator": {"kind": "layered_block", "size_m": [0.06, 0.06], "elements": [6, 6],
+                "layers": [layer("skin", 0.004, 1), layer("fat", 0.04, 4)]}}}
+        ],
+        "contact": {"friction": 0.3, "pairs": [{"between": ["first", "tissue"]}, {"between": ["second", "tissue"]}]},
+        "measures": {"force_window_s": 2e-5},
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+#[test]
+fn what_lands_on_tissue_that_is_bare_has_a_patch() {
+    let (document, mut first_of_second) = (two_boxes_on_skin(), None);
+    run(&plan(&document), |frame| {
+        let of_second =
+            || frame.contacts.iter().zip(frame.reactions).any(|(c, r)| c.pair == 1 && r.impulse[0] > 0.0);
+        if first_of_second.is_none() && of_second() {
+            first_of_second = Some(frame.erosion.elements().len());
+        }
+    });
+    let torn = first_of_second.expect("the second box lands");
+    assert!(torn > 0, "nothing has torn before it lands");
+    let said = summary(&loaded(&document, None));
+    let impacts = &said.values().impacts;
+    let second = impacts.iter().find(|of| of.between.contains(&"second".to_owned())).unwrap();
+    // The box is 12 × 24 mm large.
+    let largest = second.largest_patch_area_mm2.value;
+    assert!((150.0..288.0).contains(&largest), "{largest} mm²");
+}
+
 #[test]
 fn torn_tissue_has_the_same_bits_on_threads_and_after_a_restart() {
     let whole = plan(&ball_on_skin());

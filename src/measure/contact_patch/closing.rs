@@ -5,18 +5,16 @@
 //! and keeps the outer edge. What it fills vanishes with the size of the faces, so that a real gap, as below a dented ball, stays open. Where
 //! the surface ends, at a rim or a plane of symmetry, nodes are enclosed by others along that border alone.
 
-use super::super::face_shape::distinct;
 use super::place_map::PlaceMap;
-use super::{Limit, PatchGeometry, Touch};
-use crate::mechanics::followers::Followers;
+use super::touch::Touch;
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
 /// Work arrays of the closing, by places on the surface.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Closing {
-    /// The nodes in contact, and those that follow them.
-    pressed: PlaceMap<Touch>,
+    /// The nodes in contact, and those that follow them, sorted.
+    pub(super) pressed: PlaceMap<Touch>,
     /// Nodes beside them.
     beside: PlaceMap<Beside>,
     /// Of these the nodes whose neighbours' contacts have a mean; each with its entries of `rings`.
@@ -33,6 +31,35 @@ impl Closing {
             near: PlaceMap::of(nodes),
             rings: Vec::new(),
         }
+    }
+
+    /// The nodes that those in contact enclose, each with the mean of its neighbours' contacts and without a force. `add_ring` adds the corners
+    /// around a node, of its faces that are oriented towards a contact with a normal.
+    pub(super) fn enclosed(
+        &mut self,
+        mut add_ring: impl FnMut(u32, &Vec3, &mut Vec<Corner>),
+    ) -> Vec<(u32, Touch)> {
+        let Self { pressed, beside, near, rings } = self;
+        // Dilation by one face.
+        beside.clear();
+        for (place, touch) in pressed.iter() {
+            rings.clear();
+            add_ring(place, &touch.normal, rings);
+            for corner in rings.iter().filter(|corner| !pressed.contains(corner.place)) {
+                beside.entry(corner.place, Beside::default).add(touch);
+            }
+        }
+        near.clear();
+        rings.clear();
+        for (place, beside) in beside.iter() {
+            let Some(touch) = beside.touch() else { continue };
+            let first = rings.len();
+            add_ring(place, &touch.normal, rings);
+            near.entry(place, || (touch, first..rings.len()));
+        }
+        // Erosion by one face.
+        let enclosed = self.near.iter().filter(|(_, (_, ring))| self.is_enclosed(ring));
+        enclosed.map(|(place, (touch, _))| (place, *touch)).collect()
     }
 
     /// Whether all around a node are in contact or beside; if it is on the border, along that at least one in contact, and all these or
@@ -53,10 +80,10 @@ impl Closing {
 
 /// A corner around a node, of its faces that are oriented towards a contact.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
-    place: u32,
+pub(super) struct Corner {
+    pub place: u32,
     /// Number of these faces at the edge to it; 0 across a face.
-    faces: u32,
+    pub faces: u32,
 }
 
 impl Corner {
@@ -88,89 +115,5 @@ impl Beside {
             largest: (f64::NEG_INFINITY, weight),
             ..Touch::new((f64::NEG_INFINITY, normal), weight, 0.0)
         })
-    }
-}
-
-impl PatchGeometry {
-    /// The nodes that those in contact enclose, each with the mean of its neighbours' contacts and without a force.
-    pub(super) fn enclosed(
-        &mut self,
-        position: &impl Fn(u32) -> Vec3,
-        limit: &Limit,
-        followers: &Followers,
-    ) -> Vec<(u32, Touch)> {
-        let mut closing = std::mem::replace(&mut self.closing, Closing::of(0));
-        let Closing { pressed, beside, near, rings } = &mut closing;
-        self.take_touches_with(followers, pressed);
-        // Dilation by one face.
-        beside.clear();
-        for (place, touch) in pressed.iter() {
-            rings.clear();
-            self.add_ring(place, &touch.normal, position, limit, rings);
-            for corner in rings.iter().filter(|corner| !pressed.contains(corner.place)) {
-                beside.entry(corner.place, Beside::default).add(touch);
-            }
-        }
-        near.clear();
-        rings.clear();
-        for (place, beside) in beside.iter() {
-            let Some(touch) = beside.touch() else { continue };
-            let first = rings.len();
-            self.add_ring(place, &touch.normal, position, limit, rings);
-            near.entry(place, || (touch, first..rings.len()));
-        }
-        // Erosion by one face; a node that follows others has its area with them.
-        let is_follower = |place: u32| followers.contains(self.nodes[place as usize] as usize);
-        let enclosed = closing
-            .near
-            .iter()
-            .filter(|(place, (_, ring))| !is_follower(*place) && closing.is_enclosed(ring));
-        let enclosed = enclosed.map(|(place, (touch, _))| (place, *touch)).collect();
-        self.closing = closing;
-        enclosed
-    }
-
-    /// Fills the map with the nodes in contact, and those that follow them, in their order.
-    fn take_touches_with(&self, followers: &Followers, pressed: &mut PlaceMap<Touch>) {
-        pressed.clear();
-        for (place, touch) in self.touches.iter() {
-            *pressed.entry(place, || *touch) = *touch;
-            for (follower, _) in followers.led_by(self.nodes[place as usize] as usize) {
-                // What is in contact itself has its own; of several masters the last one's.
-                if let Some(follower) =
-                    self.place_of(*follower).filter(|place| !self.touches.contains(*place))
-                {
-                    *pressed.entry(follower, || *touch) = *touch;
-                }
-            }
-        }
-        pressed.sort();
-    }
-
-    /// Adds the corners around a node, of its faces that are oriented towards a contact with normal `n`, each once.
-    fn add_ring(
-        &mut self,
-        place: u32,
-        n: &Vec3,
-        position: &impl Fn(u32) -> Vec3,
-        limit: &Limit,
-        rings: &mut Vec<Corner>,
-    ) {
-        let first = rings.len();
-        for i in self.faces_of(place) {
-            let (face, at) = self.incident[i];
-            if !self.shape(face, position, limit).is_turned(n) {
-                continue;
-            }
-            let ring = distinct(&self.faces[face as usize]);
-            for (corner, other) in ring.iter().enumerate().filter(|(_, other)| **other != place) {
-                let step = (corner + ring.len() - at as usize) % ring.len();
-                let faces = u32::from(step == 1 || step == ring.len() - 1);
-                match rings[first..].iter_mut().find(|known| known.place == *other) {
-                    Some(known) => known.faces += faces,
-                    None => rings.push(Corner { place: *other, faces }),
-                }
-            }
-        }
     }
 }

@@ -11,6 +11,12 @@ pub(super) struct PlaceMap<T> {
     of: Vec<u32>,
 }
 
+impl<T> Default for PlaceMap<T> {
+    fn default() -> Self {
+        Self::of(0)
+    }
+}
+
 impl<T> PlaceMap<T> {
     /// An empty map of so many places.
     pub fn of(places: usize) -> Self {
@@ -37,6 +43,14 @@ impl<T> PlaceMap<T> {
             self.entries.push((place, new()));
         }
         &mut self.entries[*index as usize].1
+    }
+
+    /// Sets the value of a place.
+    pub fn insert(&mut self, place: u32, value: T)
+    where
+        T: Copy,
+    {
+        *self.entry(place, || value) = value;
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (u32, &T)> {
@@ -70,6 +84,7 @@ impl<T> PlaceMap<T> {
         }
     }
 
+    /// Removes all entries; places without one are not touched.
     pub fn clear(&mut self) {
         self.retain(|_| false);
     }

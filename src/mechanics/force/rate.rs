@@ -176,7 +176,7 @@ fn rate_of_batch<S: Simd, const EXACT: bool, E: Element<N, Q>, const N: usize, c
 #[allow(clippy::float_cmp)] // the same bits are what is meant
 mod tests {
     use super::*;
-    use crate::element::{ElementKind, HEX8_DIAGONALS, HEX8_EDGES, ReferenceGeometry};
+    use crate::element::{ElementKind, HEX8_DIAGONALS, HEX8_EDGES, OfElement, ReferenceGeometry};
     use crate::force::{BlockInput, BlockParameters, ForceInput, Formulation};
     use crate::material::{CoupledNeoHookean, Material};
     use crate::tensor::Mat3;
@@ -196,8 +196,8 @@ mod tests {
                 let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
                 BlockInput {
                     element,
-                    nodes: nodes.to_vec().into(),
-                    corners: corners.to_vec().into(),
+                    nodes: OfElement::from_slice(&nodes),
+                    corners: OfElement::from_slice(&corners),
                     axes: Mat3::identity(),
                     geometry,
                 }

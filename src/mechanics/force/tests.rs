@@ -8,7 +8,9 @@ use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, PointInput,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::element::{Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty};
+use crate::element::{
+    Element as _, ElementKind, HEX8_CORNERS, Hex8, OfElement, ReferenceGeometry, eval_corner_penalty,
+};
 use crate::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
@@ -51,8 +53,13 @@ impl Element {
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let mass = std::array::from_fn(|a| DENSITY * geometry.corner_volume[a]);
         let nodes = (0..8).collect();
-        let input =
-            BlockInput { element: 0, nodes, corners: X.to_vec().into(), axes: Mat3::identity(), geometry };
+        let input = BlockInput {
+            element: 0,
+            nodes,
+            corners: OfElement::from_slice(&X),
+            axes: Mat3::identity(),
+            geometry,
+        };
         Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 

@@ -1,7 +1,7 @@
 //! Systems of small meshes against dense linear algebra.
 
 use super::{Cholesky, Definiteness, SymmetricMatrix, Unknowns};
-use crate::element::{ElementKind, ReferenceGeometry};
+use crate::element::{ElementKind, OfElement, ReferenceGeometry};
 use crate::followers::Followers;
 use crate::force::{BlockInput, BlockParameters, ElementBlock, Formulation, StiffnessBatch};
 use crate::material::{Material, NeoHookean, Volumetric};
@@ -36,8 +36,8 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
             let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
             BlockInput {
                 element: e as u32,
-                nodes: nodes.to_vec().into(),
-                corners: corners.to_vec().into(),
+                nodes: OfElement::from_slice(nodes),
+                corners: OfElement::from_slice(&corners),
                 axes: Mat3::identity(),
                 geometry,
             }

@@ -13,8 +13,7 @@ use crate::scene::scene_body::SceneBody;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Bytes of plan and state for an element and for a node: gradients at eight points, connectivity, forces, mass and motion.
-/// A rough upper bound.
+/// What a run takes of each element and of each node beside the program, roughly: more than most scenes of many elements do.
 pub const BYTES_PER_ELEMENT: u64 = 4_000;
 const BYTES_PER_NODE: u64 = 500;
 

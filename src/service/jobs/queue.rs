@@ -13,10 +13,10 @@ use super::{FinalRecording, JobId, JobsError};
 use crate::blobs::{BlobDigest, BlobError, BlobStore};
 use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
-use crate::service::memory;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::{Metrics, Reading};
 use crate::service::shelves::{recording_name, recording_names};
+use crate::study::process::resident_memory_bytes;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -223,7 +223,7 @@ impl Queue {
             removals: self.removals.count(),
             processes: self.engine.processes(),
             running_memory: taken.min(self.config.max_running_memory),
-            resident_memory: memory::resident().unwrap_or(0),
+            resident_memory: resident_memory_bytes().unwrap_or(0),
             free_disk: self.with_files(|queue| queue.folder.free_space()).await?,
             job_store_faults: self.store.fault_count(),
             // The log is not of the queue.

@@ -1,6 +1,6 @@
 //! Work, resultant and moment of the forces that conserve, over large steps.
 
-use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
 use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
@@ -46,7 +46,7 @@ impl Case {
         let input = BlockInput {
             element: 0,
             nodes: (0..8).collect(),
-            corners: X.to_vec().into(),
+            corners: OfElement::from_slice(&X),
             axes: Mat3::identity(),
             geometry: ReferenceGeometry::new(ElementKind::Hex8, &X),
         };

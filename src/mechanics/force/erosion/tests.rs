@@ -2,7 +2,7 @@
 
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation, PointInput};
 use super::*;
-use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
 use crate::material::{Material, Memories, NeoHookean, Volumetric};
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
@@ -22,7 +22,7 @@ fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
         BlockInput {
             element: 100 + e as u32,
             nodes: (0..8).map(|a| (8 * e + a) as u32).collect(),
-            corners: corners.to_vec().into(),
+            corners: OfElement::from_slice(&corners),
             axes: Mat3::identity(),
             geometry: ReferenceGeometry::new(ElementKind::Hex8, &corners),
         }

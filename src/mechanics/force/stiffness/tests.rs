@@ -1,6 +1,6 @@
 //! Tangents against differences of the internal force evaluation: every law in every formulation.
 
-use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
 use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
@@ -81,8 +81,13 @@ impl Element {
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let nodes = (0..8).collect();
-        let input =
-            BlockInput { element: 0, nodes, corners: X.to_vec().into(), axes: Mat3::identity(), geometry };
+        let input = BlockInput {
+            element: 0,
+            nodes,
+            corners: OfElement::from_slice(&X),
+            axes: Mat3::identity(),
+            geometry,
+        };
         Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()] }
     }
 

@@ -3,7 +3,7 @@
 
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation};
 use super::*;
-use crate::element::{ElementKind, HEX8_CORNERS, Hex8, POINTS, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, Hex8, OfElement, POINTS, ReferenceGeometry};
 use crate::material::{Material, NeoHookean, Volumetric};
 use crate::tensor::Mat3;
 use nalgebra::{SMatrix, SVector};
@@ -56,7 +56,7 @@ impl Element {
         let input = BlockInput {
             element: 0,
             nodes,
-            corners: corners().to_vec().into(),
+            corners: OfElement::from_slice(&corners()),
             axes: Mat3::identity(),
             geometry,
         };
