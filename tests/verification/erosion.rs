@@ -155,9 +155,11 @@ fn two_boxes_on_skin() -> Value {
 fn what_lands_on_tissue_that_is_bare_has_a_patch() {
     let (document, mut first_of_second) = (two_boxes_on_skin(), None);
     run(&plan(&document), |frame| {
-        let of_second =
-            || frame.contacts.iter().zip(frame.reactions).any(|(c, r)| c.pair == 1 && r.impulse[0] > 0.0);
-        if first_of_second.is_none() && of_second() {
+        let is_second = |pair: u32| frame.plan.names_of(pair as usize).contains(&"second");
+        let mut contacts = frame.contacts.iter().zip(frame.reactions);
+        if first_of_second.is_none()
+            && contacts.any(|(contact, r)| is_second(contact.pair) && r.impulse[0] > 0.0)
+        {
             first_of_second = Some(frame.erosion.elements().len());
         }
     });

@@ -52,14 +52,8 @@ impl Element {
     fn of(X: U, parameters: BlockParameters) -> Self {
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let mass = std::array::from_fn(|a| DENSITY * geometry.corner_volume[a]);
-        let nodes = (0..8).collect();
-        let input = BlockInput {
-            element: 0,
-            nodes,
-            corners: OfElement::from_slice(&X),
-            axes: Mat3::identity(),
-            geometry,
-        };
+        let (nodes, corners) = ((0..8).collect(), OfElement::from_slice(&X));
+        let input = BlockInput { element: 0, nodes, corners, axes: Mat3::identity(), geometry };
         Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
