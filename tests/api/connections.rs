@@ -3,6 +3,7 @@
 use crate::support::client::{Client, read_answer};
 use crate::support::*;
 use contuse::service::tokens::Tokens;
+use serde_json::{Value, json};
 use std::io::{BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
@@ -65,10 +66,15 @@ fn stalled_uploads_and_streams_leave_connections_for_others() {
     eventually("those who leave make room", || mesh() < 300);
 }
 
-/// Connections with requests that take a while.
+/// Connections with requests that take as long as they stay open.
 fn busy(client: &Client, count: usize) -> Vec<TcpStream> {
+    validating(client, count, "checks_while_wanted", json!(true))
+}
+
+/// Connections with requests to validate a scene with an entry.
+fn validating(client: &Client, count: usize, key: &str, value: Value) -> Vec<TcpStream> {
     let mut scene = quick();
-    scene["check_ms"] = serde_json::json!(5000);
+    scene[key] = value;
     let (address, scene) = (client.address, scene.to_string());
     let length = scene.len();
     let request = format!(
@@ -94,7 +100,7 @@ fn ask(client: &Client, mut stream: &TcpStream) -> u16 {
 fn the_connection_that_is_idle_for_longest_makes_room() {
     let server = Server::with(|c| c.max_connections = 8);
     let client = server.client();
-    let working = busy(&client, 1);
+    let working = validating(&client, 1, "check_ms", json!(5000));
     let mut idle: Vec<TcpStream> = (0..5).map(|_| client.raw(b"")).collect();
     eventually("all have a seat", || idle.iter().skip(1).all(|stream| ask(&client, stream) == 200));
     assert_eq!(client.get("/v1/jobs").status, 200);

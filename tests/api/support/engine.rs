@@ -110,7 +110,7 @@ impl Engine for ScriptedEngine {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
-        _: &dyn Fn() -> bool,
+        is_wanted: &dyn Fn() -> bool,
     ) -> Result<CheckedScene, Problems> {
         let content = document.content()?;
         let document = &content.value;
@@ -118,6 +118,9 @@ impl Engine for ScriptedEngine {
         let document = if kind == JobKind::Simulation { document } else { &document["scene"] };
         assert!(document["panic_in_check"] != true, "as the script says");
         std::thread::sleep(Duration::from_millis(document["check_ms"].as_u64().unwrap_or(0)));
+        while document["checks_while_wanted"] == true && is_wanted() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
         if let Some(ms) = document["counted_check_ms"].as_u64() {
             check_counted(ms);
         }
