@@ -167,3 +167,12 @@ pub struct BlockInput {
     /// Its kind and reference geometry.
     pub geometry: ReferenceGeometry,
 }
+
+#[cfg(test)]
+impl BlockInput {
+    /// An element by itself, in its own axes.
+    pub(crate) fn alone(corners: &[Vec3], geometry: ReferenceGeometry) -> Self {
+        let nodes = (0..corners.len() as u32).collect();
+        Self { element: 0, nodes, corners: OfElement::from_slice(corners), axes: Mat3::identity(), geometry }
+    }
+}

@@ -8,9 +8,7 @@ use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, PointInput,
     StiffnessBatch, Threads, corner_pair,
 };
-use crate::element::{
-    Element as _, ElementKind, HEX8_CORNERS, Hex8, OfElement, ReferenceGeometry, eval_corner_penalty,
-};
+use crate::element::{Element as _, ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry, eval_corner_penalty};
 use crate::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
@@ -52,8 +50,7 @@ impl Element {
     fn of(X: U, parameters: BlockParameters) -> Self {
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let mass = std::array::from_fn(|a| DENSITY * geometry.corner_volume[a]);
-        let (nodes, corners) = ((0..8).collect(), OfElement::from_slice(&X));
-        let input = BlockInput { element: 0, nodes, corners, axes: Mat3::identity(), geometry };
+        let input = BlockInput::alone(&X, geometry);
         Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 

@@ -2,7 +2,7 @@
 
 use super::super::{Assembly, BlockInput, ElementForces, PointInput, Threads, branch_totals::BranchTotals};
 use super::*;
-use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::material::{Branch, CoupledNeoHookean, Material, Memories, PronySeries, ViscousVolume};
 use crate::tensor::{Mat3, Vec3};
 
@@ -20,14 +20,7 @@ fn block(material: Material, formulation: Formulation, memory: Memories) -> [Ele
     let parameters = BlockParameters { memory, ..BlockParameters::elastic(material, formulation, 1000.0) };
     let X = HEX8_CORNERS.map(|c| Vec3::from(c) * (0.5 * EDGE));
     let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
-    let nodes = (0..8).collect();
-    let input = BlockInput {
-        element: 0,
-        nodes,
-        corners: OfElement::from_slice(&X),
-        axes: Mat3::identity(),
-        geometry,
-    };
+    let input = BlockInput::alone(&X, geometry);
     [ElementBlock::new(0, parameters, 0, &[input]).unwrap()]
 }
 

@@ -4,7 +4,7 @@ use super::super::{
     Assembly, BlockInput, BlockParameters, ElementForces, ForceInput, Formulation, Threads, corner_pair,
 };
 use super::*;
-use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     NeoHookean, Ogden, OgdenTerm, PronySeries, ViscousVolume, Volumetric,
@@ -71,15 +71,8 @@ impl Element {
             memory: Memories { prony: PronySeries::new(branches).unwrap(), ..Memories::NONE },
             erosion: None,
         };
-        let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners());
-        let (nodes, X) = ((0..8).collect(), corners());
-        let input = BlockInput {
-            element: 0,
-            nodes,
-            corners: OfElement::from_slice(&X),
-            axes: Mat3::identity(),
-            geometry,
-        };
+        let X = corners();
+        let input = BlockInput::alone(&X, ReferenceGeometry::new(ElementKind::Hex8, &X));
         let blocks = [ElementBlock::new(0, parameters, 0, &[input]).unwrap()];
         let stretch = Mat3::new(0.2, 0.1, 0.0, -0.1, 0.1, 0.15, 0.05, 0.0, -0.15);
         let u = std::array::from_fn(|a| stretch * X[a] + scatter(a) * 4e-5);

@@ -1,6 +1,6 @@
 //! One-point elements, through the kernel that a run uses.
 
-use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
@@ -34,14 +34,7 @@ impl Element {
         let parameters = BlockParameters::elastic(material, formulation, 1000.0);
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
         let mass = std::array::from_fn(|a| 1000.0 * geometry.corner_volume[a]);
-        let nodes = (0..8).collect();
-        let input = BlockInput {
-            element: 0,
-            nodes,
-            corners: OfElement::from_slice(&X),
-            axes: Mat3::identity(),
-            geometry,
-        };
+        let input = BlockInput::alone(&X, geometry);
         Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 

@@ -1,6 +1,6 @@
 //! Tangents against differences of the internal force evaluation: every law in every formulation.
 
-use crate::element::{ElementKind, HEX8_CORNERS, OfElement, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair,
@@ -80,14 +80,7 @@ impl Element {
             ..BlockParameters::elastic(material, formulation, 1000.0)
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
-        let nodes = (0..8).collect();
-        let input = BlockInput {
-            element: 0,
-            nodes,
-            corners: OfElement::from_slice(&X),
-            axes: Mat3::identity(),
-            geometry,
-        };
+        let input = BlockInput::alone(&X, geometry);
         Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()] }
     }
 

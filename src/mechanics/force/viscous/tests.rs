@@ -3,7 +3,7 @@
 
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation};
 use super::*;
-use crate::element::{ElementKind, HEX8_CORNERS, Hex8, OfElement, POINTS, ReferenceGeometry};
+use crate::element::{ElementKind, HEX8_CORNERS, Hex8, POINTS, ReferenceGeometry};
 use crate::material::{Material, NeoHookean, Volumetric};
 use crate::tensor::Mat3;
 use nalgebra::{SMatrix, SVector};
@@ -52,14 +52,7 @@ impl Element {
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners());
         let mass = std::array::from_fn(|a| DENSITY * geometry.corner_volume[a]);
-        let nodes = (0..8).collect();
-        let input = BlockInput {
-            element: 0,
-            nodes,
-            corners: OfElement::from_slice(&corners()),
-            axes: Mat3::identity(),
-            geometry,
-        };
+        let input = BlockInput::alone(&corners(), geometry);
         Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
