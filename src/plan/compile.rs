@@ -18,7 +18,7 @@ use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::followers::{Followers, Masters};
-use crate::mechanics::force::{AssembledBound, Assembly, ElementForces, ForceInput, Threads};
+use crate::mechanics::force::{AssembledBound, AssembledRows, Assembly, ElementForces, ForceInput, Threads};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Cells;
@@ -104,11 +104,9 @@ fn complete(
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let is_explicit = matches!(integrator, Integrator::Explicit(_));
-    let bound = is_explicit.then(|| bound_at_start(&parts, &assembly, &mut forces)).flatten();
-    let fractions = bound.as_ref().map_or_else(Vec::new, |bound| bound.fractions().to_vec());
-    let buffers =
-        BufferSizes { forces: forces.memory(), bound: bound.as_ref().map_or(0, AssembledBound::memory) };
-    drop(bound);
+    let at_start = is_explicit.then(|| fractions_at_start(&parts, &assembly, &mut forces));
+    let (fractions, bound) = at_start.unwrap_or_default();
+    let buffers = BufferSizes { forces: forces.memory(), bound };
     let steps = StableSteps::new(&parts.blocks, &parts.u, &fractions, &mut forces);
     let longest_step = match &integrator {
         // Without elements the scene gives the step.
@@ -167,11 +165,16 @@ fn complete(
 /// Evaluations of the fractions at the start, by which their weights are close to the best.
 const EVALUATIONS: usize = 4;
 
-/// The bound of the initial critical time steps by the assembled mesh; `None` if no element has a mean dilatation.
-fn bound_at_start(parts: &Parts, assembly: &Assembly, forces: &mut ElementForces) -> Option<AssembledBound> {
+/// The fractions of the volumetric stiffness in the initial critical time steps, and the memory of their bound [bytes]; nothing if no element
+/// has a mean dilatation.
+fn fractions_at_start(
+    parts: &Parts,
+    assembly: &Assembly,
+    forces: &mut ElementForces,
+) -> (Vec<Vec<AssembledRows>>, usize) {
     let Parts { blocks, u, own_inverse_mass, .. } = parts;
     if !blocks.iter().any(|block| block.parameters.has_mean_dilatation()) {
-        return None;
+        return Default::default();
     }
     forces.evaluate(&Threads::ONE, blocks, &ForceInput::at(u));
     let mut bound = AssembledBound::new(blocks, u.len(), parts.bodies.len());
@@ -181,7 +184,7 @@ fn bound_at_start(parts: &Parts, assembly: &Assembly, forces: &mut ElementForces
         bound.evaluate(&Threads::ONE, (blocks, assembly, own_inverse_mass), forces, &input);
         fractions = bound.fractions().to_vec();
     }
-    Some(bound)
+    (fractions, bound.memory())
 }
 
 /// Bound on the length of a step, as a multiple of the smallest critical time step of one body [-].

@@ -148,6 +148,14 @@ impl Plan {
     pub fn has_memory(&self) -> bool {
         self.blocks.iter().any(|block| block.parameters.has_memory())
     }
+    /// The nodes needed between the look times: boundary nodes, and in bodies that erode all that may become such.
+    pub fn nodes_to_keep(&self) -> impl Iterator<Item = u32> {
+        self.bodies.iter().flat_map(|body| {
+            let (all, boundary) =
+                if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.boundary.nodes[..]) };
+            all.chain(boundary.iter().copied())
+        })
+    }
     /// Buffer for the history seen by recorders, by chunk; empty where no stress depends on history.
     pub fn room_for_history(&self) -> Vec<Vec<Row>> {
         if self.has_memory() { ElementForces::no_history(&self.blocks) } else { Vec::new() }

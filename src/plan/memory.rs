@@ -46,7 +46,6 @@ impl MemoryReport {
     pub(super) fn new(plan: &Plan, scene: &Scene, buffers: BufferSizes) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, vector) = (plan.node_count(), size_of::<Vec3>());
-        let rows = plan.blocks.iter().map(|block| block.batch_count() * block.history_rows()).sum();
         let viscous = usize::from(plan.is_viscous());
         let bodies: u64 = plan
             .bodies
@@ -73,7 +72,7 @@ impl MemoryReport {
                 + fractions
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
-            state_bytes: bytes(nodes, (2 + viscous) * vector) + bytes(rows, size_of::<Row>()) + fractions,
+            state_bytes: bytes(nodes, (2 + viscous) * vector) + history_bytes(plan) as u64 + fractions,
             step_bytes: bytes(nodes, (3 + viscous) * vector) + (buffers.forces + buffers.bound) as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),
@@ -86,7 +85,7 @@ impl MemoryReport {
 
     /// That of a symmetric scene of which a sector is computed: its state and the work on it are those of the sector, and what is unfolded from it.
     pub(super) fn with_sector(self, of_sector: &Self, whole: &Plan) -> Self {
-        let unfolded = 3 * size_of::<Vec3>() * whole.node_count() + room_for_history(whole);
+        let unfolded = 3 * size_of::<Vec3>() * whole.node_count() + recorded_history_bytes(whole);
         let report = Self {
             plan_bytes: self.plan_bytes + of_sector.plan_bytes,
             elements_bytes: self.elements_bytes + of_sector.elements_bytes,
@@ -122,17 +121,22 @@ fn measures_bytes(plan: &Plan) -> u64 {
 /// of bodies that erode, and the contacts.
 fn frames_bytes(plan: &Plan) -> u64 {
     let vectors = if plan.reads_velocities() { 3 } else { 1 };
-    let of_body = |body: &PlanBody| if body.erodes { body.nodes.len() } else { body.boundary.nodes.len() };
-    let kept: usize = plan.bodies.iter().map(of_body).sum();
+    let kept = plan.nodes_to_keep().count();
     let of_nodes = (FIELD_COPIES * vectors + 1) * plan.node_count() + FRAME_COPIES * kept;
     let contacts = (CONTACTS * plan.most_contacts() as f64) as usize;
     let of_contacts = FRAME_COPIES * contacts * (size_of::<Contact>() + size_of::<Reaction>());
-    (of_nodes * size_of::<Vec3>() + of_contacts + FIELD_COPIES * room_for_history(plan)) as u64
+    (of_nodes * size_of::<Vec3>() + of_contacts + FIELD_COPIES * recorded_history_bytes(plan)) as u64
 }
 
-/// History of the elements that recorders read [bytes].
-fn room_for_history(plan: &Plan) -> usize {
-    plan.room_for_history().iter().map(|rows| size_of_val(&rows[..])).sum()
+/// History that recorders read [bytes], as [`Plan::room_for_history`] makes room for it.
+fn recorded_history_bytes(plan: &Plan) -> usize {
+    if plan.has_memory() { history_bytes(plan) } else { 0 }
+}
+
+/// History of all elements [bytes].
+fn history_bytes(plan: &Plan) -> usize {
+    let rows: usize = plan.blocks.iter().map(|block| block.batch_count() * block.history_rows()).sum();
+    rows * size_of::<Row>()
 }
 
 /// Bytes of a face in contact: corners, size, neighbours and faces around its corners; and of its leaf in the tree of a

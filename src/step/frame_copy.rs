@@ -51,7 +51,7 @@ impl FrameCopy {
     pub fn new(plan: &Plan) -> Self {
         let most = plan.most_contacts().min(RESERVED_CONTACTS);
         Self {
-            boundary_u: Vec::with_capacity(nodes_to_keep(plan).count()),
+            boundary_u: Vec::with_capacity(plan.nodes_to_keep().count()),
             orientations: Vec::with_capacity(plan.rigid_bodies().len()),
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
@@ -69,7 +69,7 @@ impl FrameCopy {
         if let Some(field) = &mut field {
             field.take(frame);
         } else {
-            self.boundary_u.extend(nodes_to_keep(frame.plan).map(|node| frame.u[node as usize]));
+            self.boundary_u.extend(frame.plan.nodes_to_keep().map(|node| frame.u[node as usize]));
         }
         self.field = field;
         self.erosion.clone_from(frame.erosion);
@@ -93,7 +93,7 @@ impl FrameCopy {
                 // Makes access to missing data visible in tests.
                 u.fill(Vec3::repeat(f64::NAN));
             }
-            for (node, value) in nodes_to_keep(plan).zip(&self.boundary_u) {
+            for (node, value) in plan.nodes_to_keep().zip(&self.boundary_u) {
                 u[node as usize] = *value;
             }
         }
@@ -146,13 +146,4 @@ impl FieldCopy {
             to.copy_from_slice(from);
         }
     }
-}
-
-/// The nodes needed between the look times: boundary nodes, and in bodies that erode all that may become such.
-pub(super) fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
-    plan.bodies.iter().flat_map(|body| {
-        let (all, boundary) =
-            if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.boundary.nodes[..]) };
-        all.chain(boundary.iter().copied())
-    })
 }

@@ -2,7 +2,6 @@
 
 use super::energy::{BodyEnergy, BranchEnergy, Energy, PairLedger};
 use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
-use super::frame_copy::nodes_to_keep;
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::lanes::Row;
@@ -88,7 +87,7 @@ impl<'a, 'r> Unfolding<'a, 'r> {
             recorders,
             signs: Signs::of(sector),
             reads_all,
-            kept: nodes_to_keep(whole).collect(),
+            kept: whole.nodes_to_keep().collect(),
             u: nodes.clone(),
             v: nodes.clone(),
             v_after: nodes,

@@ -68,9 +68,12 @@ fn nothing_tears_below_the_limit_and_crushing_has_its_own() {
     assert_eq!(gone(json!({"stretch": 1.5, "volume_ratio": 0.5}), -0.51), 1);
 }
 
+fn layer(name: &str, thickness: f64, elements: u32) -> Value {
+    json!({"part": name, "thickness_m": thickness, "elements": elements})
+}
+
 /// A rigid ball on two layers, the upper of which tears.
 fn ball_on_skin() -> Value {
-    let layer = |name: &str, thickness: f64, elements: u32| json!({"part": name, "thickness_m": thickness, "elements": elements});
     let part = |name: &str, c10: f64| {
         json!({"part": name, "density_kg_per_m3": 1000.0, "shear_viscosity_pa_s": 2.0, "material":
             {"law": "neo_hookean", "c10_pa": c10, "bulk_modulus_pa": 2e6}})
@@ -124,7 +127,6 @@ fn what_skin_lays_bare_holds_the_ball() {
 
 /// Two rigid boxes on two layers, of which the upper tears under the first, before the second lands.
 fn two_boxes_on_skin() -> Value {
-    let layer = |name: &str, thickness: f64, elements: u32| json!({"part": name, "thickness_m": thickness, "elements": elements});
     let part = |name: &str| {
         json!({"part": name, "density_kg_per_m3": 1000.0, "material":
             {"law": "neo_hookean", "c10_pa": 2e4, "bulk_modulus_pa": 1e6}})
